@@ -46,8 +46,8 @@ faults:
 mutations count="20000":
     PROOFMASS_MUTATIONS={{count}} cargo test --workspace --test mutations
 
-# Four commands, each killed so often at random instants.
-kills count="250":
+# Ten commands, each killed so often at random instants.
+kills count="50":
     PROOFMASS_KILLS={{count}} cargo test -p proofmass-cli --test killed_commands -- --nocapture
 
 # The coverage maps of the documents, or those whose name holds a word; hours for all.

@@ -23,7 +23,7 @@ fn source(data: &[u8]) -> Source {
 
 /// Text of any shape, plain or packed, with time stamps of any kind.
 pub fn recording(data: &[u8]) {
-    let _ = inspect_source(source(data), 10);
+    let _ = inspect_source(source(data), &RecordingOptions::default(), 10);
     let Ok(layout) = Layout::of(&mut source(data), &LayoutOptions::default()) else {
         return;
     };

@@ -30,6 +30,7 @@ fn main() -> Result<(), Error> {
     let sensor = SensorModel::new(k, [33_120.0, 33_271.0, 32_366.0])?;
     let thermal = ThermalTerms {
         reference: 25.0,
+        range: [-40.0, 85.0],
         bias: [[0.4, -1e-3, 2e-6]; 3],
         scale: [[2e-4, 1e-7, 0.0]; 3],
     };

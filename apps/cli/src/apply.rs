@@ -102,6 +102,15 @@ impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let replaced = self.may_replace()?;
         let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
+        let replaced_key = Provenance::of(&self.output)
+            .ok()
+            .flatten()
+            .and_then(|p| Some(p.signature?.key));
+        let key = signer.as_ref().map(|s| s.public().to_string());
+        if let Some(old) = replaced_key.filter(|old| key.as_ref() != Some(old)) {
+            console::unsigned(&self.output.display().to_string(), &old, key.is_some());
+        }
+        console::doubt(&self.calibration);
         if self.dynamic {
             return self.turn_back(replaced, signer.as_ref());
         }

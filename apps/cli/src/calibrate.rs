@@ -42,11 +42,6 @@ impl Calibrate {
                 .is_none_or(|e| !e.eq_ignore_ascii_case("toml"));
         let mut campaign = if recording {
             let draft = self.recording.draft();
-            if !draft.free_living && draft.gravity.is_none() && draft.latitude_deg.is_none() {
-                return Err(Failure::new("a recording alone does not say where it was made")
-                    .detail(self.campaign.display().to_string())
-                    .hint("add --latitude DEGREES (and --height METRES), or --gravity and --gravity-uncertainty; or write a campaign: proofmass init RECORDING"));
-            }
             draft.campaign(&self.campaign)?
         } else {
             // What is not there is no campaign either, and that is what has to be said.

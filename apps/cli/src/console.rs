@@ -8,6 +8,7 @@ use proofmass::report::{Report, terminal};
 use proofmass::uncertainty::{Finding, Severity};
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -60,6 +61,24 @@ pub(crate) fn asked(question: &str) -> bool {
 /// Says on standard error what was written where.
 pub(crate) fn note(text: impl AsRef<str>) {
     complain(&format!("{}\n", Visible(text.as_ref())));
+}
+
+/// Warns that a signature goes with the results that are replaced.
+pub(crate) fn unsigned(place: &str, key: &str, signed_anew: bool) {
+    let now = match signed_anew {
+        true => "the new results are signed by another key",
+        false => "the new results are not: sign them with --sign",
+    };
+    note(format!(
+        "warning: what stands at {place} is signed by {key}; {now}"
+    ));
+}
+
+/// Warns where a file that is read is not the one that the list of its folder tells of.
+pub(crate) fn doubt(path: &Path) {
+    if let Some(doubt) = proofmass::io::doubt_of(path) {
+        note(format!("warning: {doubt}"));
+    }
 }
 
 /// Says a finding on standard error.

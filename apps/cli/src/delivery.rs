@@ -56,6 +56,13 @@ impl Delivery {
             folder.sign_with(SigningKey::read(key)?);
         }
         folder.protect(inputs.iter().copied());
+        if let Some(key) = folder.unsigns() {
+            console::unsigned(
+                &folder.target().display().to_string(),
+                &key,
+                self.sign.is_some(),
+            );
+        }
         for litter in folder.swept() {
             console::note(format!(
                 "removed what an interrupted run had left: {}",

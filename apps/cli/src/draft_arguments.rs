@@ -39,12 +39,15 @@ pub(crate) struct DraftArguments {
     /// Time column by name or number
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[arg(long, value_name = "UNIT", requires = "time")]
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with --rate)
+    #[arg(long, value_name = "UNIT")]
     time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz, where there is no time column
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
+    /// Read the rows from one time on and before another, in seconds
+    #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)]
+    between: Option<Vec<f64>>,
     /// What a row is: a sample (static intervals are found), one reading in one position, a sample of a slow tumble
     #[arg(
         long,
@@ -79,6 +82,10 @@ impl DraftArguments {
             time: self.time.clone(),
             time_unit: self.time_unit,
             rate_hz: self.rate,
+            between: self
+                .between
+                .as_deref()
+                .and_then(|b| b.first_chunk().copied()),
             rows: match self.rows {
                 Rows::Samples => RowsAre::Samples,
                 Rows::Readings => RowsAre::Readings,

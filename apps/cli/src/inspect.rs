@@ -4,7 +4,7 @@ use crate::console::Progress;
 use crate::{Failure, Outcome, console};
 use proofmass::io::Source;
 use proofmass::jobs::inspect::{InspectData, InspectJob};
-use proofmass::jobs::{Job, Record, StoredResult};
+use proofmass::jobs::{Job, Record, RecordingReading, StoredResult};
 use std::path::PathBuf;
 
 /// Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
@@ -15,6 +15,8 @@ pub(crate) struct Inspect {
     /// List every damaged place, up to ten thousand, instead of the first
     #[arg(long)]
     damage: bool,
+    #[command(flatten)]
+    reading: RecordingReading,
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -22,10 +24,11 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let job = match self.damage {
+        let mut job = match self.damage {
             true => InspectJob::damage(),
             false => InspectJob::default(),
         };
+        job.reading = self.reading;
         let data = InspectData::new(Source::open(&self.file)?);
         let outcome = job.evaluate(&data, &Progress::new())?;
         if self.json {

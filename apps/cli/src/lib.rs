@@ -128,14 +128,52 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
     }
 }
 
-/// Removes what is being written when the user or the system ends the process; results in place are the old ones or the
-/// new ones. Without it the next run would remove it.
+/// Removes what is being written when the user or the system ends the process, and ends it with 128 and the number of the
+/// signal, as a shell tells it: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 129 after SIGHUP. Results in place are the old ones
+/// or the new ones. Without it the next run would remove what was being written.
+///
+/// Call it before anything else: threads that are there already would take the signals themselves.
 pub fn handle_interrupts() {
-    let _ = ctrlc::set_handler(|| {
+    let end = |code: i32| {
         proofmass::io::discard_unfinished();
         console::complain("interrupted: nothing was written\n");
-        std::process::exit(130);
-    });
+        std::process::exit(code);
+    };
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{SigSet, Signal};
+        let all: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP]
+            .into_iter()
+            .collect();
+        let waiter = move || {
+            if let Ok(signal) = all.wait() {
+                end(128 + signal as i32);
+            }
+        };
+        // Blocked here and in every later thread, and taken by one; where there is none for it the signals end the process themselves.
+        if all.thread_block().is_ok() && std::thread::Builder::new().spawn(waiter).is_err() {
+            let _ = all.thread_unblock();
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = ctrlc::set_handler(move || end(130));
+    }
+}
+
+/// Begins the threads of the calculation, which would otherwise be begun by the first that needs one, and panic there.
+fn begin_threads() -> Result<(), Failure> {
+    let Err(refused) = rayon::ThreadPoolBuilder::new().build_global() else {
+        return Ok(());
+    };
+    // Without a source it says that an earlier call in this process began them.
+    match std::error::Error::source(&refused) {
+        None => Ok(()),
+        Some(why) => Err(Failure::new(format!(
+            "the system gives no threads to calculate with: {why}"
+        ))
+        .hint("raise the number of processes (`ulimit -u`) or the memory that this user may have, or end other programs")),
+    }
 }
 
 /// The arguments as a request, or the exit code after help, the version or an error was shown.
@@ -178,7 +216,7 @@ where
         Ok(arguments) => arguments,
         Err(code) => return code,
     };
-    match execute(arguments) {
+    match begin_threads().and_then(|()| execute(arguments)) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Doubtful) => 3,
         Err(failure) if failure.is_broken_pipe() => 0,

@@ -1,7 +1,7 @@
 //! `proofmass render`: report and tables again from a result.json.
 
 use crate::delivery::Delivery;
-use crate::{Failure, Outcome};
+use crate::{Failure, Outcome, console};
 use proofmass::io::{LARGEST_DOCUMENT, Source};
 use proofmass::jobs::StoredResult;
 use std::path::PathBuf;
@@ -25,9 +25,19 @@ impl Render {
         } else {
             self.result.clone()
         };
+        console::doubt(&path);
         let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         let result = StoredResult::from_json(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
+        // What stands beside it goes along.
+        let result = match self.delivery.output {
+            Some(_) => result.with_files_beside(|name| {
+                Ok(Source::open(path.with_file_name(name))?
+                    .into_bytes(LARGEST_DOCUMENT)?
+                    .0)
+            })?,
+            None => result,
+        };
         let folder = self.delivery.begin(result.kind(), &[&path])?;
         self.delivery.deliver(folder, &result)
     }

@@ -95,6 +95,38 @@ fn regress_recordings_and_files_of_others_survive_a_run() {
     }
 }
 
+/// `--force` touches what it writes and nothing else.
+#[test]
+fn regress_force_keeps_what_results_of_another_kind_do_not_write() {
+    let (folder, camp) = calibrated();
+    let result = camp.join("result");
+    let noise = folder.path().join("noise.csv");
+    recording(&noise);
+    let before = names(&result);
+    let bytes = |names: &[String]| -> Vec<Vec<u8>> {
+        let read = |name| fs::read(result.join(name)).unwrap();
+        names.iter().map(read).collect()
+    };
+    let own = ["manifest.json", "report.html", "result.json"];
+    let kept: Vec<String> = before
+        .iter()
+        .filter(|n| !own.contains(&n.as_str()))
+        .cloned()
+        .collect();
+    assert!(kept.contains(&"calibration.json".to_owned()), "{kept:?}");
+    let old = bytes(&kept);
+    succeed(&["noise", text(&noise), "-o", text(&result), "--force"]);
+    assert_eq!(bytes(&kept), old);
+    assert_eq!(json(&result.join("result.json"))["kind"], "noise");
+    // They belong to no list any more, which is said.
+    let said = succeed(&["verify", text(&result)]);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("calibration.json"), "{said}");
+    // And back again.
+    succeed(&["calibrate", text(&camp), "--force"]);
+    assert_eq!(json(&result.join("result.json"))["kind"], "multi-position");
+}
+
 #[test]
 fn regress_results_of_another_kind_are_refused_before_the_work() {
     let (folder, camp) = calibrated();

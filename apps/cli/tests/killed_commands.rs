@@ -1,7 +1,7 @@
 //! Commands that are killed, run into a full disk or into each other: results are the old ones or the new ones, inputs stay as
 //! they are, and after the next run nothing else is left.
 //!
-//! `PROOFMASS_KILLS` sets how often each of the four commands is killed (docs/outputs.md tells what 250 each gave).
+//! `PROOFMASS_KILLS` sets how often each of the ten commands is killed (docs/outputs.md tells what came of it).
 
 #![cfg(unix)]
 
@@ -225,6 +225,133 @@ fn law_noise_is_killed() {
     );
     is_one_result(&out);
     assert!(!names(&out).iter().any(|n| n.starts_with('.')));
+}
+
+/// A folder of results from each of `uncertainty`, `plan`, `validate` and `render`.
+#[test]
+fn law_other_commands_with_a_folder_are_killed() {
+    let model = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/uncertainty/mass.toml"
+    );
+    for command in ["uncertainty", "plan", "validate", "render"] {
+        let above = tempfile::tempdir().unwrap();
+        let inputs = example(above.path());
+        let out = above.path().join("result");
+        succeed(&["calibrate", text(&inputs), "-o", text(&out)]);
+        for name in ["calibration.json", "result.json"] {
+            fs::rename(out.join(name), inputs.join(name)).unwrap();
+        }
+        fs::remove_dir_all(&out).unwrap();
+        let place = |name: &str| text(&inputs.join(name)).to_owned();
+        let given = match command {
+            "uncertainty" => vec![model.to_owned()],
+            "plan" => vec![text(&inputs).to_owned()],
+            "validate" => vec![place("calibration.json"), place("recording.csv")],
+            _ => vec![place("result.json")],
+        };
+        let mut arguments = vec![command];
+        arguments.extend(given.iter().map(String::as_str));
+        arguments.extend(["-o", text(&out)]);
+        killed(
+            above.path(),
+            &inputs,
+            &[arguments],
+            &["inputs", "result"],
+            || is_one_result(&out),
+        );
+    }
+}
+
+/// A file from each of `export` and `import`: it is one or the other.
+#[test]
+fn law_other_commands_with_a_file_are_killed() {
+    for command in ["export", "import"] {
+        let above = tempfile::tempdir().unwrap();
+        let inputs = example(above.path());
+        let result = inputs.join("result");
+        succeed(&["calibrate", text(&inputs)]);
+        let calibration = result.join("calibration.json");
+        let coefficients = inputs.join("six.txt");
+        fs::write(&coefficients, "0.1 0.2 0.3\n100 101 102\n").unwrap();
+        let file = above.path().join("out");
+        let (given, forms) = match command {
+            "export" => (&calibration, ["--rust", "--c"]),
+            _ => (&coefficients, ["--unit=count", "--unit=V"]),
+        };
+        let commands = forms.map(|form| {
+            let mut arguments = vec![command, text(given), form, "-o", text(&file)];
+            if command == "import" {
+                arguments.extend(["--form", "six-parameters"]);
+            }
+            arguments
+        });
+        let known = commands.each_ref().map(|arguments| {
+            succeed(arguments);
+            Input::of(&file).unwrap().sha256
+        });
+        assert_ne!(known[0], known[1]);
+        killed(above.path(), &inputs, &commands, &["inputs", "out"], || {
+            assert!(known.contains(&Input::of(&file).unwrap().sha256))
+        });
+    }
+}
+
+/// The exit code tells the signal, as a shell does.
+#[test]
+fn known_exit_codes_of_signals() {
+    let above = tempfile::tempdir().unwrap();
+    example(above.path());
+    let out = above.path().join("result");
+    for (signal, code) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        // A recording that does not end: the pipe stays open until the signal has come.
+        let mut child = Command::new(env!("CARGO_BIN_EXE_proofmass"))
+            .args(["noise", "-", "-o", text(&out)])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        // Waiting would close it.
+        let pipe = child.stdin.take();
+        // Signals are taken once the folder is begun.
+        let began = Instant::now();
+        while names(above.path()) == ["inputs"] && began.elapsed() < Duration::from_secs(30) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let sent = Command::new("kill")
+            .args(["-s", signal, &child.id().to_string()])
+            .status()
+            .unwrap();
+        assert!(sent.success());
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{signal}");
+        drop(pipe);
+        assert_eq!(names(above.path()), ["inputs"], "{signal}");
+    }
+}
+
+/// A system that gives no threads is an error and no panic.
+#[test]
+fn refuses_to_calculate_without_threads() {
+    let above = tempfile::tempdir().unwrap();
+    let inputs = example(above.path());
+    let program = env!("CARGO_BIN_EXE_proofmass");
+    // Room for the program and not for the stacks of many threads.
+    let script = format!(
+        "ulimit -v 400000; exec {program} calibrate {}",
+        text(&inputs)
+    );
+    let output = Command::new("sh")
+        .args(["-c", &script])
+        .env("RAYON_NUM_THREADS", "2000")
+        .env("RUST_MIN_STACK", "2097152")
+        .output()
+        .unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("no threads to calculate with"), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
+    assert_eq!(names(&inputs), ["campaign.toml", "recording.csv"]);
 }
 
 /// A file may have no more than so many blocks: the disk is full at another place each time.

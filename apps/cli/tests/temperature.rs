@@ -266,7 +266,7 @@ fn law_a_calibration_is_completed_and_exported() {
     assert!(change.abs() < 1.5 * 9.80665e-3, "{change}");
 }
 
-/// What lies beyond the sweep is extrapolated and said, or refused.
+/// What lies beyond the sweep is compensated as at its nearer end and counted, or refused.
 #[test]
 fn refuses_temperatures_beyond_the_sweep_where_asked() {
     let folder = tempfile::tempdir().unwrap();
@@ -296,7 +296,7 @@ fn refuses_temperatures_beyond_the_sweep_where_asked() {
     ];
     let output = succeed(&words);
     assert!(
-        stderr(&output).contains("extrapolated"),
+        stderr(&output).contains("1 samples lie beyond 0.0 … 40.0 °C"),
         "{}",
         stderr(&output)
     );
@@ -306,7 +306,8 @@ fn refuses_temperatures_beyond_the_sweep_where_asked() {
         .skip(1)
         .map(|l| l.split(',').next().unwrap())
         .collect();
-    assert_eq!(x, ["1.0", "1.0"]);
+    // At 50 °C with the offset of 40 °C: (130 − 20) / 100.
+    assert_eq!(x, ["1.0", "1.1"]);
     let mut strict = words;
     strict.extend(["--within-range", "--force"]);
     let said = refuse(&strict);

@@ -271,6 +271,111 @@ fn law_an_earlier_result_keeps_its_causes() {
     assert_says(&said, &["wrong.toml:2", "no quantity gian; it has gain"]);
 }
 
+/// A square that Monte Carlo states enters a second model as it was stated, and only with the trials that were written with it.
+#[test]
+fn law_what_is_read_again_is_what_was_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let square = "[[input]]\nname = \"x\"\nunit = \"1\"\nvalue = 0\nu = 1\n\
+                  [[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"x^2\"\n";
+    std::fs::write(at("square.toml"), square).unwrap();
+    let first = at("first");
+    let square = at("square.toml");
+    succeed(&["uncertainty", text(&square), "-o", text(&first)]);
+    let result = json(&first.join("result.json"));
+    let stated = &result["quantities"][0];
+    // An interval that is not y ± k u has neither.
+    assert!(
+        stated.get("U").is_none() && stated.get("k").is_none(),
+        "{stated}"
+    );
+    assert!(stated["interval"][0].as_f64().unwrap() > 0.0);
+    // The linear result is there for information, and the estimate says what is stated.
+    assert_eq!(result["extra"]["linear"][0]["u"], 0.0);
+    assert_eq!(
+        result["estimate"]["components"][0]["value"],
+        stated["value"]
+    );
+    let later = "[[earlier]]\nfile = \"first/result.json\"\nquantities = { q = \"y\" }\n\
+                 [[output]]\nname = \"z\"\nunit = \"1\"\nexpression = \"3 * q\"\n";
+    std::fs::write(at("later.toml"), later).unwrap();
+    let later = at("later.toml");
+    succeed(&["uncertainty", text(&later), "-o", text(&at("second"))]);
+    let second = json(&at("second/result.json"));
+    let linear = &second["extra"]["linear"][0];
+    let (value, u) = (
+        linear["value"].as_f64().unwrap(),
+        linear["u"].as_f64().unwrap(),
+    );
+    assert!(
+        // Mean of 200 000 trials with u = √2, five standard deviations.
+        (value - 3.0 * stated["value"].as_f64().unwrap()).abs() < 0.05,
+        "{value}"
+    );
+    assert!(
+        // χ² has a kurtosis of 15: their u is known to 0.4 %.
+        (u - 3.0 * stated["u"].as_f64().unwrap()).abs() < 0.1,
+        "{u}"
+    );
+    // Both files are inputs, with their digests; rendered elsewhere, the trials go along.
+    assert!(second["inputs"].to_string().contains("trials.csv"));
+    succeed(&["render", text(&first), "-o", text(&at("again"))]);
+    let trials = std::fs::read(first.join("trials.csv")).unwrap();
+    assert_eq!(std::fs::read(at("again/trials.csv")).unwrap(), trials);
+    // One digit of the trials, then no trials, then a result.json of a version that kept the refuted estimate.
+    let mut altered = trials.clone();
+    let last = altered.len() - 2;
+    altered[last] = if altered[last] == b'1' { b'2' } else { b'1' };
+    std::fs::write(first.join("trials.csv"), altered).unwrap();
+    let said = refuse(&["uncertainty", text(&later)]);
+    assert_says(&said, &["trials.csv", "not the file that was written"]);
+    std::fs::remove_file(first.join("trials.csv")).unwrap();
+    let said = refuse(&["uncertainty", text(&later)]);
+    assert_says(
+        &said,
+        &["trials.csv", "keep this file beside its result.json"],
+    );
+    let mut old = result.clone();
+    old["extra"].as_object_mut().unwrap().remove("trials");
+    old["estimate"]["components"][0]["value"] = 0.0.into();
+    std::fs::write(first.join("result.json"), old.to_string()).unwrap();
+    let said = refuse(&["uncertainty", text(&later)]);
+    assert_says(&said, &["states y as", "evaluate it again"]);
+}
+
+/// Each method by its option: linear states u = 0 where it is asked to, and says so in a line.
+#[test]
+fn known_method_of_the_statement() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("model.toml");
+    let square = "[[input]]\nname = \"x\"\nunit = \"V\"\nvalue = 1\nu = 0.5\n\
+                  [[output]]\nname = \"y\"\nunit = \"V²\"\nexpression = \"x^2\"\n";
+    std::fs::write(&path, square).unwrap();
+    for (method, line) in [
+        (
+            "linear",
+            "y = (1.0 ± 2.0) V², k = 1.96, p = 95 %, ν = ∞, by law of propagation",
+        ),
+        (
+            "second-order",
+            "by law of propagation with terms of second order",
+        ),
+        (
+            "monte-carlo",
+            "u = 1.1 V², interval 0.0 to 3.9 V², p = 95 %, by Monte Carlo",
+        ),
+    ] {
+        let run = succeed(&["uncertainty", text(&path), "--method", method]);
+        let said = String::from_utf8_lossy(&run.stdout).into_owned();
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_says(&said, &[line, "By the law of propagation"]);
+    }
+    let run = succeed(&["uncertainty", text(&path), "-k", "2"]);
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_says(&said, &["y = (1.2 ± 2.1) V², k = 2.00", "by Monte Carlo"]);
+}
+
 /// A factor that is asked for has another probability at each number of degrees of freedom, and each is said.
 #[test]
 fn known_probability_of_a_fixed_factor() {
@@ -292,4 +397,109 @@ fn known_probability_of_a_fixed_factor() {
         &said,
         &["Results with k = 2", "p / %", "81.6", "95.4", "constant"],
     );
+}
+
+/// Readings from a table, conformity, a sweep, a target and the trials, in one run.
+#[test]
+fn what_is_asked_beside_the_outputs() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("readings.csv"), "n;V\n1;4,9\n2;5,1\n3;5,0\n4;5,0\n").unwrap();
+    std::fs::write(
+        at("model.toml"),
+        "[[input]]\nname = \"V\"\nunit = \"V\"\nfile = \"readings.csv\"\ncolumn = \"V\"\n\
+         [[input]]\nname = \"R\"\nunit = \"Ω\"\nvalue = 100\nu = 3\n\
+         [[output]]\nname = \"P\"\nunit = \"W\"\nexpression = \"V^2 / R\"\n\
+         [[conformity]]\noutput = \"P\"\nupper = 0.3\nguard_band = 1\n",
+    )
+    .unwrap();
+    let (model, output, draws) = (at("model.toml"), at("result"), at("draws.csv"));
+    let asked = [
+        "uncertainty",
+        text(&model),
+        "-k",
+        "2",
+        "--trials",
+        "20000",
+        "--sweep",
+        "R=50:200:4",
+        "--target",
+        "P=0.014",
+        "--draws",
+        text(&draws),
+    ];
+    let run = succeed(&[&asked[..], &["-o", text(&output)]].concat());
+    let said = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert_says(
+        &said,
+        &[
+            "Conformity",
+            "accepted",
+            "Sweep of R",
+            "Target uncertainty of P",
+        ],
+    );
+    let result = json(&output.join("result.json"));
+    let inputs = result["inputs"].as_array().unwrap();
+    assert!(
+        inputs
+            .iter()
+            .any(|i| i["path"].as_str().unwrap().ends_with("readings.csv"))
+    );
+    assert_eq!(result["sweeps"][0]["points"].as_array().unwrap().len(), 4);
+    // u(P)² = (2 V/R u(V))² + (V²/R² u(R))², with u(V) = √(0.02/12) V and u(R) = 3 Ω; 0.007 W are wanted.
+    let readings = (0.1f64 * (0.02f64 / 12.0).sqrt()).powi(2);
+    let needed = ((0.007f64.powi(2) - readings) / 0.0025f64.powi(2)).sqrt();
+    let target = &result["targets"][0]["inputs"][1];
+    assert_eq!(target["input"], "R");
+    assert!(
+        (target["needed"].as_f64().unwrap() / needed - 1.0).abs() < 1e-5,
+        "{target}"
+    );
+    for name in ["conformity.csv", "sweep.csv", "target_P.csv"] {
+        assert!(output.join(name).is_file(), "{name}");
+    }
+    let sweep = std::fs::read_to_string(output.join("sweep.csv")).unwrap();
+    assert_eq!(sweep.lines().count(), 5, "{sweep}");
+    // The trials are those of the result.
+    let table = std::fs::read_to_string(&draws).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("P_W"));
+    let values: Vec<f64> = lines.map(|line| line.parse().unwrap()).collect();
+    assert_eq!(values.len(), 20_000);
+    let mean = values.iter().sum::<f64>() / 20_000.0;
+    assert!((mean - 0.2505).abs() < 0.0005, "{mean}");
+
+    // What cannot be answered is said, and nothing is written.
+    for (option, value, word) in [
+        ("--sweep", "R=50:200", "FROM:TO:STEPS"),
+        ("--sweep", "Q=50:200:4", "no input is called Q"),
+        ("--target", "P=much", "OUTPUT=U"),
+        ("--target", "Q=1", "no output is called Q"),
+    ] {
+        let other = at("other");
+        let said = refuse(&[
+            "uncertainty",
+            text(&model),
+            option,
+            value,
+            "-o",
+            text(&other),
+        ]);
+        assert!(said.contains(word) && !other.exists(), "{said}");
+    }
+    // A field that is no number, with file, line and column.
+    std::fs::write(at("readings.csv"), "n;V\n1;4,9\n2;five\n").unwrap();
+    let said = refuse(&["uncertainty", text(&model)]);
+    assert_says(&said, &["readings.csv:3", "five"]);
+    // A draws file may not replace an input.
+    std::fs::write(at("readings.csv"), "n;V\n1;4,9\n2;5,0\n").unwrap();
+    refuse(&[
+        "uncertainty",
+        text(&model),
+        "--trials",
+        "10000",
+        "--draws",
+        text(&at("readings.csv")),
+    ]);
 }

@@ -13,7 +13,8 @@ pub const LARGEST_NONLINEARITY: f64 = 0.05;
 /// How bias and scale of each axis follow the temperature T, d = T − T₀.
 ///
 /// b_i(T) = b_i + Σ_k β_ik dᵏ and K(T) = diag(1 + Σ_k γ_ik dᵏ) K, k = 1 … 3. The angles between the axes are taken
-/// as those at T₀.
+/// as those at T₀. Outside the temperatures at which they were measured the polynomials are held at their value at the nearer end: a
+/// cubic of a narrow range runs away beyond it.
 ///
 /// **Units** temperatures in °C (differences in K), β_ik in output units per Kᵏ, γ_ik in 1/Kᵏ.
 #[doc(alias("TCB", "TCS", "temperature coefficient"))]
@@ -22,10 +23,33 @@ pub const LARGEST_NONLINEARITY: f64 = 0.05;
 pub struct ThermalTerms<F> {
     /// T₀, °C: the temperature at which K and b of the linear model hold.
     pub reference: F,
+    /// Lowest and highest temperature at which the coefficients were measured, °C.
+    pub range: [F; 2],
     /// β: per axis the coefficients of d, d², d³.
     pub bias: [[F; THERMAL_ORDER]; 3],
     /// γ: per axis the coefficients of d, d², d³.
     pub scale: [[F; THERMAL_ORDER]; 3],
+}
+
+impl<F: Float> ThermalTerms<F> {
+    /// Whether the coefficients were measured at this temperature, °C.
+    pub fn covers(&self, temperature: F) -> bool {
+        self.range[0] <= temperature && temperature <= self.range[1]
+    }
+
+    /// T − T₀ with T held in the range; NaN stays NaN.
+    #[inline]
+    fn difference(&self, temperature: F) -> F {
+        let [low, high] = self.range;
+        let held = if temperature < low {
+            low
+        } else if temperature > high {
+            high
+        } else {
+            temperature
+        };
+        held - self.reference
+    }
 }
 
 /// Curvature of each channel along its own sensitive axis.
@@ -73,7 +97,7 @@ impl<F: Float> Curvature<F> {
 /// use proofmass_core::*;
 ///
 /// let sensor = SensorModel::<f64>::new(Matrix3::diagonal([100.0; 3]), [5.0; 3])?;
-/// let warm = ThermalTerms { reference: 25.0, bias: [[0.2, 0.0, 0.0]; 3], scale: [[1e-4, 0.0, 0.0]; 3] };
+/// let warm = ThermalTerms { reference: 25.0, range: [-40.0, 85.0], bias: [[0.2, 0.0, 0.0]; 3], scale: [[1e-4, 0.0, 0.0]; 3] };
 /// let model = Compensation::new(sensor, Some(warm), None, 20.0)?;
 /// let output = model.invert([0.0, 0.0, 9.8], 45.0);
 /// assert!((output[0] - 9.0).abs() < 1e-12);               // 5 + 0.2 · 20
@@ -110,6 +134,15 @@ impl<F: Float> Compensation<F> {
                 return Err(Error::NotFinite {
                     name: "temperature coefficient",
                     index,
+                });
+            }
+            let [low, high] = terms.range;
+            if !(low <= high) {
+                return Err(Error::OutOfRange {
+                    name: "lowest temperature of the coefficients",
+                    value: low.to_f64(),
+                    min: f64::MIN,
+                    max: high.to_f64(),
                 });
             }
         }
@@ -169,7 +202,8 @@ impl<F: Float> Compensation<F> {
     /// Acceleration, m/s², from the sensor's output and its temperature in °C, which does not matter to a model without
     /// [`ThermalTerms`].
     ///
-    /// A NaN of either gives a NaN: on a chip nobody could be told.
+    /// Beyond the range of the [`ThermalTerms`] it is the compensation at the nearer end; [`ThermalTerms::covers`] tells. A NaN of
+    /// either gives a NaN: on a chip nobody could be told.
     ///
     /// **Accuracy** inverts [`Compensation::invert`] to rounding (`law_apply_undoes_invert_at_every_temperature`).
     #[inline]
@@ -181,7 +215,7 @@ impl<F: Float> Compensation<F> {
             output[2] - bias[2],
         ];
         if let Some(terms) = &self.thermal {
-            let d = temperature - terms.reference;
+            let d = terms.difference(temperature);
             for axis in 0..3 {
                 v[axis] = (v[axis] - power_sum(&terms.bias[axis], d))
                     / (F::ONE + power_sum(&terms.scale[axis], d));
@@ -238,7 +272,7 @@ impl<F: Float> Compensation<F> {
             }
         }
         if let Some(terms) = &self.thermal {
-            let d = temperature - terms.reference;
+            let d = terms.difference(temperature);
             for axis in 0..3 {
                 v[axis] = v[axis] * (F::ONE + power_sum(&terms.scale[axis], d))
                     + power_sum(&terms.bias[axis], d);
@@ -255,7 +289,7 @@ impl<F: Float> Compensation<F> {
         let Some(terms) = &self.thermal else {
             return Ok(self.sensor);
         };
-        let d = temperature - terms.reference;
+        let d = terms.difference(temperature);
         let mut k = self.sensor.k().0;
         let mut bias = self.sensor.bias();
         for axis in 0..3 {
@@ -275,6 +309,7 @@ impl<F: Float> Compensation<F> {
             sensor: self.sensor.cast(),
             thermal: self.thermal.map(|t| ThermalTerms {
                 reference: to(t.reference),
+                range: t.range.map(to),
                 bias: t.bias.map(|row| row.map(to)),
                 scale: t.scale.map(|row| row.map(to)),
             }),
@@ -321,6 +356,7 @@ mod tests {
         let sensor = SensorModel::new(k, [33123.9, 33275.2, 32364.5]).unwrap();
         let thermal = ThermalTerms {
             reference: 25.0,
+            range: [-40.0, 85.0],
             bias: [[0.4, -1e-3, 2e-6], [-0.2, 3e-4, 0.0], [0.1, 0.0, -1e-6]],
             scale: [[2e-4, 1e-7, 0.0], [-1e-4, 0.0, 1e-9], [3e-4, -2e-7, 0.0]],
         };
@@ -329,6 +365,20 @@ mod tests {
             cubic: [1e-5, 0.0, -2e-6],
         };
         Compensation::new(sensor, Some(thermal), Some(curvature), 40.0).unwrap()
+    }
+
+    #[test]
+    fn law_polynomials_are_held_at_the_ends_of_their_range() {
+        let model = model();
+        let output = [33_500.0, 33_000.0, 36_000.0];
+        for (beyond, end) in [(-60.0, -40.0), (85.1, 85.0), (300.0, 85.0)] {
+            assert_eq!(model.apply(output, beyond), model.apply(output, end));
+            assert_eq!(model.at(beyond), model.at(end));
+            assert!(
+                !model.thermal().unwrap().covers(beyond) && model.thermal().unwrap().covers(end)
+            );
+        }
+        assert!(model.apply(output, f64::NAN)[0].is_nan());
     }
 
     #[test]
@@ -407,6 +457,7 @@ mod tests {
         assert!(matches!(refused, Err(Error::OutOfRange { .. })));
         let lost = ThermalTerms {
             reference: f64::NAN,
+            range: [-40.0, 85.0],
             bias: [[0.0; 3]; 3],
             scale: [[0.0; 3]; 3],
         };

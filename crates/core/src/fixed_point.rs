@@ -456,6 +456,7 @@ mod tests {
     fn thermal() -> ThermalTerms<f64> {
         ThermalTerms {
             reference: 23.777,
+            range: [-40.0, 85.0],
             bias: [[0.4, -1e-2, 2e-5], [-2.0, 3e-3, 0.0], [1.0, 0.0, -1e-5]],
             scale: [[2e-4, 1e-7, 0.0], [-1e-4, 0.0, 1e-9], [3e-4, -2e-7, 0.0]],
         }

@@ -16,6 +16,7 @@ pub enum BlowFault {
 
 /// A blow that is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DroppedBlow {
     /// Which of all, counted from 1.
     pub number: usize,
@@ -27,6 +28,7 @@ pub struct DroppedBlow {
 
 /// A recording without a blow.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NoBlow {
     /// Which recording.
     pub recording: usize,
@@ -38,6 +40,7 @@ pub struct NoBlow {
 
 /// Stretches of force and output, one for each blow.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Blows<'a> {
     /// Those that can be used.
     pub pieces: Vec<(&'a [f64], &'a [f64])>,

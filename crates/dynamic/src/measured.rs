@@ -15,6 +15,7 @@ use std::f64::consts::TAU;
 
 /// Densities of input and output.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ResponsePower {
     /// Hz.
     pub frequency: Vec<f64>,
@@ -254,6 +255,7 @@ pub fn driven_band(input: &[f64], rate: f64) -> [f64; 2] {
 
 /// A phase that rises with frequency, as if the output came before the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Lead {
     /// By how much the phase rises over the band, rad.
     pub rise: f64,

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 /// One resonance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Resonance {
     /// Undamped natural frequency, Hz.
     pub frequency: f64,

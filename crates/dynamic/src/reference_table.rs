@@ -328,6 +328,7 @@ impl ReferenceTable {
 /// Uncertainty of the reference at a frequency by what it has in common with other frequencies: of the modulus (relative) and of the
 /// phase (rad).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReferenceShares {
     /// Of this frequency alone.
     pub own: [f64; 2],

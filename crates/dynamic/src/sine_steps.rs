@@ -36,6 +36,7 @@ impl Default for SineSteps {
 
 /// One step: input and output as phasors, and what they say together.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SineStep {
     /// Hz, from a fit common to both channels.
     pub frequency: f64,
@@ -53,6 +54,7 @@ pub struct SineStep {
 
 /// Steps of a recording, ascending in time.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FoundSteps {
     /// Those that were fitted.
     pub steps: Vec<SineStep>,

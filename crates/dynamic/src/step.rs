@@ -48,6 +48,7 @@ pub fn step_response(t: f64, frequency: f64, damping: f64) -> f64 {
 ///
 /// **Accuracy** f_n, ζ and height within their 95 % intervals in 120 simulated steps (`coverage_step_parameters`).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StepFit {
     /// `baseline`, `height` (unit of the record), `instant` (s), `frequency` (Hz), `damping`.
     pub estimate: Estimate,

@@ -12,6 +12,7 @@ pub(crate) const LISTED: usize = 100;
 
 /// A place where samples are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Gap {
     /// Index of the last sample before the gap.
     pub after_sample: usize,
@@ -44,9 +45,13 @@ pub struct Clock {
     pub(crate) wraps: u64,
     /// Number of gaps.
     pub gaps: u64,
-    /// Samples missing in them.
+    /// Samples missing in them; more where stamps scatter too much to tell between which rows.
     #[serde(default)]
     pub missing: u64,
+    /// Whether rows may be missing without a trace, because stamps wander as those of such a record do: the uncertainty of
+    /// the rate holds it.
+    #[serde(default)]
+    pub untested: bool,
     /// Stamps that lie before the one before.
     #[serde(default)]
     pub crossing: u64,
@@ -296,6 +301,7 @@ impl ClockEstimator {
             wraps: self.wrap_count,
             gaps: clock.gaps,
             missing: clock.missing,
+            untested: clock.untested,
             crossing: clock.crossing,
             steps: clock.steps,
             change: clock.change,

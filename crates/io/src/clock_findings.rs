@@ -51,6 +51,19 @@ pub(crate) fn of(clock: &Clock, wraps: &[Wrap], gaps: &[Gap], on_the_line: bool)
             line,
         ));
     }
+    if clock.untested {
+        findings.push(findings::rate_untested(
+            100.0 * clock.rate_u_hz / clock.rate_hz,
+            &rate(clock),
+        ));
+    }
+    if clock.gaps == 0 && clock.missing > 0 {
+        findings.push(findings::rows_missing_somewhere(
+            clock.missing,
+            100.0 * clock.missing as f64 / (clock.steps + clock.missing) as f64,
+            &rate(clock),
+        ));
+    }
     findings.extend(missing(gaps, clock.missing));
     findings
 }

@@ -138,7 +138,7 @@ impl Plan<'_> {
         if let Some(block) = &self.file.temperature {
             let [low, high] = block.range;
             lines.push(format!(
-                "Temperature in degC, measured from {low:?} to {high:?}; beyond that it is extrapolated."
+                "Temperature in degC, measured from {low:?} to {high:?}; beyond that the coefficients do not hold."
             ));
         }
         if let Some(block) = &self.file.curvature {

@@ -155,8 +155,8 @@ pub(crate) fn parse_number(field: &[u8], decimal: DecimalMark) -> Option<f64> {
     for (to, &from) in buffer.iter_mut().zip(field) {
         *to = match from {
             b',' if decimal == DecimalMark::Comma => b'.',
-            // A point beside a decimal comma groups thousands, and is then ambiguous: refused.
-            b'.' if decimal == DecimalMark::Comma && field.contains(&b',') => return None,
+            // Beside decimal commas a point may group thousands: refused.
+            b'.' if decimal == DecimalMark::Comma => return None,
             b'D' | b'd' => b'e',
             other => other,
         };

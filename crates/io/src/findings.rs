@@ -27,6 +27,21 @@ findings! {
         evidence "resolution {resolution} s, {fraction:.0} % of a sampling interval; rate {rate}",
         advice "{treatment}; export the time with more digits";
 
+    /// Rows are missing, and the stamps scatter too much to tell where.
+    rows_missing_somewhere(missing: u64, share: f64, rate: &str) =
+        "rows-missing-somewhere", [Warning],
+        what "rows are missing, and the time stamps scatter too much to tell between which",
+        evidence "about {missing} samples, {share:.1} %; rate {rate}, by the grid that the stamps lie about",
+        advice "the rate holds, but what counts rows does not: record the stamps at the sensor, or a counter beside them",
+        false_alarms "once in 10⁹ recordings of independent errors";
+
+    /// Nothing tells lost rows from a clock that wanders.
+    rate_untested(percent: f64, rate: &str) =
+        "rate-untested", [Warning],
+        what "rows may be missing without a trace: the time stamps wander, or are too coarse to show a row that is lost",
+        evidence "rate {rate}, which holds a loss of {percent:.1} % of the rows",
+        advice "state the rate of the data sheet, or record a counter of samples or finer stamps";
+
     /// The stamps advance at two rates.
     rate_changes(before: f64, after: f64, row: usize) =
         "rate-changes", [Warning],
@@ -46,7 +61,14 @@ findings! {
     time_unit_assumed(column: &str, assumption: &str) =
         "time-unit-assumed", [Note],
         what "the heading of {column} names no unit, so its values are taken as {assumption}",
-        advice "state `time_unit` in [recording] when they are not";
+        advice "say --time-unit (`time_unit` in a campaign) when they are not";
+
+    /// Nobody says what the times count, and a look at the recording takes the likely unit.
+    time_unit_open(column: &str, unit: &str, rates: &str) =
+        "time-unit-open", [Decision],
+        what "the unit of the times in {column} is not said: they are shown as if it were {unit}",
+        evidence "{rates}",
+        advice "say --time-unit {unit}, or another one; every other command asks for it";
 
     /// The head of the file has lines that are neither data nor comments.
     preamble_skipped(line: u64, text: &str, more: &str) =

@@ -10,6 +10,7 @@ use std::str::SplitAsciiWhitespace;
 /// Ten-node tetrahedra have their nodes in the order corners, then the middles of the edges 01, 12, 20, 03, 13, 23; six-node triangles
 /// corners, then the middles of 01, 12, 20.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct GmshMesh {
     /// Coordinates in the unit of the file.
     pub nodes: Vec<[f64; 3]>,

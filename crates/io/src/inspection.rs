@@ -1,12 +1,12 @@
 //! What is in a recording: columns, ranges, rate, gaps. One pass, bounded memory.
 
 use crate::clock::{Clock, ClockEstimator, LISTED};
-use crate::layout::{Layout, LayoutOptions};
-use crate::recording::TimeUnit;
-use crate::recording::time_column;
+use crate::layout::Layout;
+use crate::recording::{RecordingOptions, signal_unit, time_column};
 use crate::rows::{BadRow, RowReader};
-use crate::stamp::Stamp;
-use crate::{Error, Gap, Result, Source, Unit};
+use crate::{
+    ClockUnit, Error, ErrorKind, Gap, Reading, Result, Source, TimeUnit, TimeWindow, Unit,
+};
 use proofmass_uncertainty::Finding;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -16,6 +16,7 @@ const DISTINCT: usize = 1 << 16;
 
 /// A field that is not a finite number.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct BadEntry {
     /// Line, from one.
     pub line: u64,
@@ -27,6 +28,7 @@ pub struct BadEntry {
 
 /// One column.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct ColumnSummary {
     /// Name without unit.
     pub name: String,
@@ -59,11 +61,12 @@ pub struct Statistics {
 
 /// Times of a recording as far as a single pass shows them.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct TimeSummary {
     /// Name of the column.
     pub column: String,
-    /// Unit of the heading; seconds, or units since 1970, are assumed without one.
-    pub unit: Option<Unit>,
+    /// What the column counts; [`Inspection::reading`] tells who says so.
+    pub unit: TimeUnit,
     /// Sampling rate by the straight line through the stamps, Hz.
     pub rate_hz: f64,
     /// Standard deviation of the steps that are not gaps, s.
@@ -103,6 +106,8 @@ pub struct Inspection {
     pub bad_rows: Vec<BadRow>,
     /// All such rows.
     pub bad_row_count: u64,
+    /// How it was read.
+    pub reading: Reading,
     /// What is doubtful: lines passed over, an open last row, coarse or bursting time stamps.
     pub findings: Vec<Finding>,
 }
@@ -112,36 +117,92 @@ pub struct Inspection {
 /// # Errors
 /// A file that is no text with rows, a line of more than 1 MiB.
 pub fn inspect(path: impl AsRef<Path>) -> Result<Inspection> {
-    inspect_source(Source::open(path)?, LISTED)
+    inspect_source(Source::open(path)?, &RecordingOptions::default(), LISTED)
 }
 
 /// Looks through a source, such as standard input, without refusing what is bad in it; so many bad fields and rows
 /// are listed, and all are counted.
 ///
+/// Without columns every column of numbers is looked at. A unit of time that nobody says is the likely one, with a finding
+/// that asks for it.
+///
 /// # Errors
-/// As [`inspect`].
-pub fn inspect_source(source: Source, listed: usize) -> Result<Inspection> {
+/// As [`inspect`]; columns that there are not, units that contradict the headings.
+pub fn inspect_source(
+    source: Source,
+    options: &RecordingOptions,
+    listed: usize,
+) -> Result<Inspection> {
     let name = source.name().to_path_buf();
-    inspect_inner(source, listed).map_err(|e: Error| e.at(&name))
+    inspect_inner(source, options, listed).map_err(|e: Error| e.at(&name))
 }
 
-fn inspect_inner(mut source: Source, listed: usize) -> Result<Inspection> {
+fn inspect_inner(
+    mut source: Source,
+    options: &RecordingOptions,
+    listed: usize,
+) -> Result<Inspection> {
     let path = source.name().to_path_buf();
-    let layout = Layout::of(&mut source, &LayoutOptions::default())?;
-    let mut selected: Vec<usize> = (0..layout.columns).filter(|&i| layout.numeric[i]).collect();
-    let time_column = time_column(&layout);
-    if let Some(index) = time_column
-        && !selected.contains(&index)
-    {
-        selected.push(index);
-    }
-    let time_at = time_column.and_then(|t| selected.iter().position(|&i| i == t));
-    let unit = time_at.and_then(|i| layout.unit(selected[i]));
+    let layout = Layout::of(&mut source, &options.layout)?;
+    let rate = options.sampling_rate_hz;
+    let time_column = match &options.time {
+        Some(column) => Some(layout.find(column)?),
+        None if rate.is_some() => None,
+        None => time_column(&layout),
+    };
+    let mut selected: Vec<usize> = match options.columns.is_empty() {
+        true => (0..layout.columns)
+            .filter(|&i| layout.numeric[i] && Some(i) != time_column)
+            .collect(),
+        false => options
+            .columns
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<_>>()?,
+    };
+    let units: Vec<Option<Unit>> = match options.columns.is_empty() {
+        // Of all columns a stated unit is that of those which have none.
+        true => selected
+            .iter()
+            .map(|&i| layout.unit(i).or(options.unit))
+            .collect(),
+        false => selected
+            .iter()
+            .map(|&i| signal_unit(&layout, i, options.unit))
+            .collect::<Result<_>>()?,
+    };
+    let signals = selected.len();
+    let clock = time_column
+        .map(|index| ClockUnit::likely(&layout, index, options.time_unit, rate))
+        .transpose()?;
+    let mut reading = Reading::of(
+        &layout,
+        &selected,
+        options.unit,
+        time_column.zip(clock.as_ref()),
+        rate,
+    );
+    reading.between_s = options.between;
+    selected.extend(time_column);
+    let time_at = time_column.map(|_| signals);
+    let window = match (options.between, &clock, rate) {
+        (Some(between), Some(clock), _) => {
+            Some(TimeWindow::by_column(between, signals, clock.per_second))
+        }
+        (Some(between), None, Some(rate)) => Some(TimeWindow::by_rate(between, rate)),
+        (Some(_), None, None) => {
+            return Err(Error::new(ErrorKind::Time, "a stretch of time needs times")
+                .with_hint("add --time COLUMN or --rate HZ"));
+        }
+        _ => None,
+    };
     let mut times: Option<Times> = None;
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
     let (mut bad_rows, mut bad_row_count) = (Vec::new(), 0);
     let (mut rows, mut bad, mut bad_count) = (0_u64, Vec::new(), 0);
-    let mut reader = RowReader::new(source, layout.clone(), &selected)?.survey();
+    let mut reader = RowReader::new(source, layout.clone(), &selected)?
+        .survey()
+        .between(window);
     if let Some(slot) = time_at {
         reader = reader.stamps(slot);
     }
@@ -157,7 +218,8 @@ fn inspect_inner(mut source: Source, listed: usize) -> Result<Inspection> {
         }
         for (row, stamp) in block.stamps().iter().enumerate() {
             let Some(stamp) = *stamp else { continue };
-            let times = times.get_or_insert_with(|| Times::new(unit, stamp));
+            let scale = clock.as_ref().map_or(1.0, |c| c.per_second);
+            let times = times.get_or_insert_with(|| Times::new(scale));
             let line = block.line(row);
             times.clock.add(rows as usize + row, line, stamp);
         }
@@ -174,13 +236,20 @@ fn inspect_inner(mut source: Source, listed: usize) -> Result<Inspection> {
         rows += block.rows() as u64;
     }
     let mut findings = layout.findings();
+    findings.extend(clock.iter().filter_map(|c| c.finding.clone()));
     findings.extend(reader.findings());
+    if let (0, Some(window)) = (rows, reader.window()) {
+        return Err(Error::new(ErrorKind::Time, window.nothing()));
+    }
     let sha256 = reader.sha256()?;
     let columns = (0..layout.columns)
         .map(|index| ColumnSummary {
             name: layout.name(index),
             number: index + 1,
-            unit: layout.unit(index),
+            unit: selected[..signals]
+                .iter()
+                .position(|&i| i == index)
+                .map_or(layout.unit(index), |i| units[i]),
             statistics: selected
                 .iter()
                 .position(|&i| i == index)
@@ -188,8 +257,11 @@ fn inspect_inner(mut source: Source, listed: usize) -> Result<Inspection> {
         })
         .collect();
     let time = times
-        .zip(time_column)
-        .and_then(|(times, i)| times.summary(layout.name(i), unit, &mut findings));
+        .zip(time_column.zip(clock))
+        .and_then(|(times, (i, clock))| times.summary(layout.name(i), clock.unit, &mut findings));
+    if let Some(time) = &time {
+        reading.time.rate_hz = Some(time.rate_hz);
+    }
     Ok(Inspection {
         path,
         sha256,
@@ -201,6 +273,7 @@ fn inspect_inner(mut source: Source, listed: usize) -> Result<Inspection> {
         bad_count,
         bad_rows,
         bad_row_count,
+        reading,
         findings,
     })
 }
@@ -315,13 +388,7 @@ struct Times {
 }
 
 impl Times {
-    fn new(unit: Option<Unit>, first: Stamp) -> Self {
-        let known = unit.and_then(TimeUnit::of);
-        let unit = known.unwrap_or_else(|| TimeUnit::since_1970(first.value()).0);
-        let per_second = match first.dated {
-            true => 1.0,
-            false => unit.per_second(None).unwrap_or(1.0),
-        };
+    fn new(per_second: f64) -> Self {
         Self {
             clock: ClockEstimator::new(per_second),
             per_second,
@@ -331,7 +398,7 @@ impl Times {
     fn summary(
         mut self,
         column: String,
-        unit: Option<Unit>,
+        unit: TimeUnit,
         findings: &mut Vec<Finding>,
     ) -> Option<TimeSummary> {
         let (first, last) = (self.clock.first()?, self.clock.last()?);

@@ -2,6 +2,7 @@
 
 pub(crate) mod sniff;
 
+use crate::column_head::ColumnHead;
 use crate::findings;
 use crate::{Error, ErrorKind, Result, Source, Unit, split_heading};
 use proofmass_uncertainty::{DecimalMark, Finding};
@@ -94,6 +95,9 @@ pub struct Layout {
     pub first_data_line: u64,
     /// Byte at which that line begins.
     pub(crate) data_offset: u64,
+    /// What the first rows of every column hold.
+    #[serde(skip)]
+    pub(crate) head: Vec<ColumnHead>,
 }
 
 /// How much of a file is looked at.
@@ -187,8 +191,59 @@ impl Layout {
             self.header
                 .as_ref()
                 .and_then(|h| h.get(index))
-                .and_then(|heading| split_heading(heading).1)
+                .and_then(|heading| match split_heading(heading) {
+                    // A heading that is a unit of time and nothing else: `millis`, `seconds`.
+                    (_, None) if heading.trim().len() > 1 => {
+                        Unit::recognise(heading).filter(|u| u.is_time() && *u != Unit::Minute)
+                    }
+                    (_, unit) => unit,
+                })
         })
+    }
+
+    /// The unit that outputs at rest may have, by the size of their norm in the head: some 9.8, 1 or 1000.
+    pub fn likely_unit(&self, columns: &[usize]) -> Option<Unit> {
+        let norm = self.norm(columns);
+        [
+            (Unit::MetrePerSecondSquared, 9.806_65),
+            (Unit::StandardGravity, 1.0),
+            (Unit::MilliGravity, 1000.0),
+            (Unit::Gal, 980.665),
+        ]
+        .into_iter()
+        .find(|(_, g)| (norm / g - 1.0).abs() < if columns.len() == 3 { 0.15 } else { 0.02 })
+        .map(|(unit, _)| unit)
+        .or_else(|| {
+            let whole = |&i: &usize| self.head.get(i).is_some_and(|h| h.whole);
+            (norm > 0.0 && columns.iter().all(whole)).then_some(Unit::Count)
+        })
+    }
+
+    /// Root of the mean of the squared norm of some columns, over the head.
+    pub fn norm(&self, columns: &[usize]) -> f64 {
+        let squares = columns.iter().filter_map(|&i| self.head.get(i));
+        squares.map(|h| h.mean_square).sum::<f64>().sqrt()
+    }
+
+    /// The question for the unit of some columns that have none in their headings; its likely one is named.
+    pub fn ask_unit(&self, columns: &[usize]) -> Error {
+        let names: Vec<String> = columns.iter().map(|&i| self.name(i)).collect();
+        let norm = crate::time_unit::short(self.norm(columns));
+        let size = match columns.len() {
+            1 => format!("its root mean square is about {norm}"),
+            _ => format!("their norm is about {norm}"),
+        };
+        let what = format!("the unit of {} is not said; {size}", names.join(", "));
+        let error = Error::new(ErrorKind::Column, what);
+        match self.likely_unit(columns) {
+            Some(unit) => error.with_hint(format!(
+                "likely it is {unit}: say --unit {} (unit = \"{}\" in a campaign), or what it is",
+                unit.ascii(),
+                unit.ascii()
+            )),
+            None => error
+                .with_hint("say it with --unit: m/s2, g, mg, count, V, … (`unit` in a campaign)"),
+        }
     }
 
     /// The first column whose heading says that it is the time, counted from zero.

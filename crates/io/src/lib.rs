@@ -31,6 +31,7 @@ mod any_calibration;
 mod calibration_file;
 mod clock;
 mod clock_findings;
+mod column_head;
 mod device;
 mod error;
 mod export;
@@ -45,6 +46,7 @@ mod inspection;
 mod layout;
 mod model_file;
 mod output;
+mod reading;
 mod recording;
 mod result_document;
 mod rewriter;
@@ -58,6 +60,9 @@ pub mod spelling;
 mod stamp;
 mod table;
 mod time_base;
+mod time_unit;
+mod time_window;
+mod trial_file;
 mod unit;
 mod verification;
 mod vtu;
@@ -83,14 +88,16 @@ pub use inspection::{
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use model_file::{
-    check as check_model, explain as explain_model, parse as parse_model, read_budget, read_model,
+    ColumnTrouble, check as check_model, explain as explain_model, fill_columns,
+    parse as parse_model, read_budget, read_model,
 };
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
     discard_unfinished,
 };
 pub use proofmass_uncertainty::DecimalMark;
-pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions, TimeUnit};
+pub use reading::{ReadColumn, ReadGravity, ReadTime, Reading};
+pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, is_result,
 };
@@ -103,9 +110,12 @@ pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use time_base::{TimeBase, TimeSource};
+pub use time_unit::{ClockUnit, SaidBy, TimeUnit};
+pub use time_window::TimeWindow;
+pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{
-    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching,
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, doubt_of,
 };
 pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};

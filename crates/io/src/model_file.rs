@@ -1,6 +1,9 @@
 //! Model and budget files (TOML) of the uncertainty calculation.
 
+mod columns;
 mod place;
+
+pub use columns::{ColumnTrouble, fill_columns};
 
 use place::Place;
 use proofmass_uncertainty::{BudgetEntries, Refusal, UncertaintyModel};
@@ -67,6 +70,29 @@ pub fn check(model: &UncertaintyModel, text: &str) -> Result<(), Refusal> {
 /// A refusal of this model with the line of its text that it speaks of.
 pub fn explain(model: &UncertaintyModel, text: &str, refusal: Refusal) -> Refusal {
     let mut formulas: Vec<place::Formula<'_>> = Vec::new();
+    let label = |table, key, labels: Vec<String>| (table, key, labels);
+    let labels = [
+        label(
+            "conformity",
+            "output",
+            model.conformity.iter().map(|c| c.label()).collect(),
+        ),
+        label(
+            "sweep",
+            "input",
+            model.sweep.iter().map(|s| s.label()).collect(),
+        ),
+        label(
+            "target",
+            "output",
+            model.target.iter().map(|t| t.label()).collect(),
+        ),
+    ];
+    for (table, key, labels) in &labels {
+        for (number, name) in labels.iter().enumerate() {
+            formulas.push(place::Formula::new(table, number, name, key, ""));
+        }
+    }
     for (number, part) in model.intermediate.iter().enumerate() {
         let (name, text) = (&part.name, &part.expression);
         formulas.push(place::Formula::new(
@@ -80,6 +106,11 @@ pub fn explain(model: &UncertaintyModel, text: &str, refusal: Refusal) -> Refusa
     for (number, fit) in model.fit.iter().enumerate() {
         formulas.push(place::Formula::new("fit", number, &fit.name, "x", &fit.x));
         formulas.push(place::Formula::new("fit", number, &fit.name, "y", &fit.y));
+        if let Some(curve) = &fit.curve {
+            formulas.push(place::Formula::new(
+                "fit", number, &fit.name, "curve", curve,
+            ));
+        }
         for name in &fit.parameters {
             formulas.push(place::Formula::new("fit", number, name, "parameters", ""));
         }

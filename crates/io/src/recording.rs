@@ -3,20 +3,25 @@
 use crate::findings;
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
-use crate::stamp::Stamp;
 use crate::time_base::TimeBaseBuilder;
-use crate::{Error, ErrorKind, Result, Source, TimeBase, Unit, split_heading};
+use crate::{
+    ClockUnit, Error, ErrorKind, Reading, Result, Source, TimeBase, TimeUnit, TimeWindow, Unit,
+    split_heading,
+};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A file that went into a result, with its digest.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Path as the user gave it.
     pub path: String,
     /// SHA-256 in hexadecimal digits.
     pub sha256: String,
+    /// How it was read, where it is a recording.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reading: Option<Box<Reading>>,
 }
 
 impl Input {
@@ -27,73 +32,13 @@ impl Input {
     pub fn of(path: &Path) -> Result<Self> {
         Source::open(path)?.finish()
     }
-}
 
-/// What a time column counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum TimeUnit {
-    /// s.
-    #[serde(rename = "s")]
-    Second,
-    /// ms.
-    #[serde(rename = "ms")]
-    Millisecond,
-    /// µs.
-    #[serde(rename = "us", alias = "µs")]
-    Microsecond,
-    /// ns.
-    #[serde(rename = "ns")]
-    Nanosecond,
-    /// Number of the sample; needs a sampling rate.
-    #[serde(rename = "index", alias = "sample")]
-    Index,
-}
-
-impl std::str::FromStr for TimeUnit {
-    type Err = String;
-
-    /// By its symbol: s, ms, us, ns.
-    fn from_str(text: &str) -> std::result::Result<Self, String> {
-        match text {
-            "s" => Ok(Self::Second),
-            "ms" => Ok(Self::Millisecond),
-            "us" | "µs" => Ok(Self::Microsecond),
-            "ns" => Ok(Self::Nanosecond),
-            _ => Err(format!("{text:?} is no unit of time (s, ms, us, ns)")),
-        }
-    }
-}
-
-impl TimeUnit {
-    /// The unit of time that a heading names.
-    pub fn of(unit: Unit) -> Option<Self> {
-        match unit {
-            Unit::Second => Some(Self::Second),
-            Unit::Millisecond => Some(Self::Millisecond),
-            Unit::Microsecond => Some(Self::Microsecond),
-            Unit::Nanosecond => Some(Self::Nanosecond),
-            _ => None,
-        }
-    }
-
-    /// The unit in which a stamp is a moment between 2001 and 2286, counted from 1970; the second otherwise.
-    pub(crate) fn since_1970(stamp: f64) -> (Self, &'static str) {
-        match stamp.abs().log10().floor() as i32 {
-            12 => (Self::Millisecond, "milliseconds since 1970"),
-            15 => (Self::Microsecond, "microseconds since 1970"),
-            18 => (Self::Nanosecond, "nanoseconds since 1970"),
-            _ => (Self::Second, "seconds"),
-        }
-    }
-
-    /// Units per second: dividing by a power of ten rounds once, multiplying by its inverse twice.
-    pub fn per_second(self, rate: Option<f64>) -> Option<f64> {
-        match self {
-            Self::Second => Some(1.0),
-            Self::Millisecond => Some(1e3),
-            Self::Microsecond => Some(1e6),
-            Self::Nanosecond => Some(1e9),
-            Self::Index => rate,
+    /// The same with how it was read.
+    #[must_use]
+    pub fn with_reading(self, reading: Reading) -> Self {
+        Self {
+            reading: Some(Box::new(reading)),
+            ..self
         }
     }
 }
@@ -115,6 +60,10 @@ pub struct RecordingOptions {
     pub temperature: Option<ColumnRef>,
     /// Unit of the signals where the headings do not say it.
     pub unit: Option<Unit>,
+    /// The stretch to be read, from one time on and before another, s ([`TimeWindow`]); all without it.
+    pub between: Option<[f64; 2]>,
+    /// Rows have an order and no clock: a table of readings.
+    pub table: bool,
     /// Rows are events that come when they come, such as the edges of an encoder, not samples of a clock.
     pub events: bool,
     /// Samples are even and their stamps were put on later: one may lie before the one before it, by less than two intervals.
@@ -123,6 +72,7 @@ pub struct RecordingOptions {
 
 /// One column of a recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RecordedColumn {
     /// Name without unit.
     pub name: String,
@@ -152,6 +102,7 @@ pub struct Recording {
     lines: Vec<(usize, u64)>,
     missing: Vec<Vec<usize>>,
     findings: Vec<Finding>,
+    reading: Reading,
 }
 
 /// What an absent value in a column means.
@@ -231,15 +182,19 @@ impl Recording {
             .map(|c| layout.find(c))
             .collect::<Result<Vec<_>>>()?;
         let signals = selected.len();
-        let time = match (&options.time, options.sampling_rate_hz) {
+        // The rows of a table follow one another as if one came every second.
+        let rate = options.sampling_rate_hz.or(options.table.then_some(1.0));
+        let time = match (&options.time, rate) {
             (Some(column), _) => Some(layout.find(column)?),
             (None, None) => time_column(&layout).filter(|i| !selected.contains(i)),
             (None, Some(_)) => None,
         };
-        if time.is_none() && options.sampling_rate_hz.is_none() {
-            return Err(Error::new(ErrorKind::Time, "neither a time column nor a sampling rate is known")
-                .with_hint("add `time = \"name or number of the column\"` or `sampling_rate_Hz = 100` to [recording]"));
+        if time.is_none() && rate.is_none() {
+            return Err(no_clock());
         }
+        let clock = time
+            .map(|index| clock_unit(&layout, index, options))
+            .transpose()?;
         selected.extend(time);
         let temperature = options
             .temperature
@@ -250,7 +205,24 @@ impl Recording {
 
         let mut findings = layout.findings();
         findings.extend(unused_time(&layout, options, &selected));
-        let mut reader = RowReader::new(source, layout, &selected)?;
+        findings.extend(clock.iter().filter_map(|c| c.finding.clone()));
+        let units = selected[..signals]
+            .iter()
+            .map(|&index| signal_unit(&layout, index, options.unit))
+            .collect::<Result<Vec<_>>>()?;
+        let mut reading = Reading::of(
+            &layout,
+            &selected[..signals],
+            options.unit,
+            time.zip(clock.as_ref()),
+            options.sampling_rate_hz,
+        );
+        reading.between_s = options.between;
+        let window = options.between.map(|between| match (&clock, rate) {
+            (Some(clock), _) => TimeWindow::by_column(between, signals, clock.per_second),
+            (None, rate) => TimeWindow::by_rate(between, rate.unwrap_or(1.0)),
+        });
+        let mut reader = RowReader::new(source, layout, &selected)?.between(window);
         if time.is_some() {
             reader = reader.stamps(signals);
         }
@@ -292,19 +264,13 @@ impl Recording {
             }
             for (row, stamp) in block.stamps().iter().enumerate() {
                 let Some(stamp) = stamp else { continue };
-                let times = match (&mut times, time) {
-                    (Some(times), _) => times,
-                    (none, column) => {
-                        let column = column.unwrap_or_default();
-                        let (scale, finding) =
-                            time_scale(reader.layout(), column, options, *stamp)?;
-                        findings.extend(finding);
-                        none.insert(
-                            TimeBaseBuilder::new(scale, options.events)
-                                .with_late_stamps(options.late_stamps),
-                        )
-                    }
-                };
+                let times = times.get_or_insert_with(|| {
+                    let scale = clock.as_ref().map_or(1.0, |c| c.per_second);
+                    let origin = reader.window().and_then(TimeWindow::origin);
+                    TimeBaseBuilder::new(scale, options.events)
+                        .with_late_stamps(options.late_stamps)
+                        .with_origin(origin)
+                });
                 times.push(*stamp, block.line(row));
             }
             for &(row, line) in block.line_runs() {
@@ -325,8 +291,13 @@ impl Recording {
             }
         }
         let layout = reader.layout().clone();
+        let window = reader.window().cloned();
         findings.extend(reader.findings());
         let sha256 = reader.sha256()?;
+        if let (true, Some(window)) = (rows < 2, &window) {
+            return Err(Error::new(ErrorKind::Time, window.nothing())
+                .with_hint("give another --between FROM TO; `proofmass inspect` shows the times"));
+        }
         if rows < 2 {
             return Err(Error::new(
                 ErrorKind::Format,
@@ -358,7 +329,7 @@ impl Recording {
         if time.is_some() {
             data.pop();
         }
-        let time = match (times, time) {
+        let time_base = match (times, time) {
             (Some(times), Some(index)) => {
                 let base = times.finish().map_err(|e| e.column(layout.name(index)))?;
                 for finding in &mut findings {
@@ -371,31 +342,31 @@ impl Recording {
                 }
                 base
             }
-            _ => TimeBase::uniform(options.sampling_rate_hz.unwrap_or(f64::NAN), rows)?,
+            _ => TimeBase::uniform(rate.unwrap_or(f64::NAN), rows)?,
         };
-        findings.extend(time.findings().iter().cloned());
-        let columns = data
-            .into_iter()
-            .zip(&selected[..signals])
-            .map(|(data, &index)| {
-                let unit = signal_unit(&layout, index, options.unit)?;
-                Ok(RecordedColumn {
-                    name: layout.name(index),
-                    unit,
-                    data,
-                })
+        findings.extend(time_base.findings().iter().cloned());
+        if time.is_some() {
+            reading.time.rate_hz = Some(time_base.rate_hz());
+        }
+        let columns = data.into_iter().zip(&selected).zip(units);
+        let columns = columns
+            .map(|((data, &index), unit)| RecordedColumn {
+                name: layout.name(index),
+                unit,
+                data,
             })
-            .collect::<Result<Vec<_>>>()?;
+            .collect();
         Ok(Self {
             path,
             sha256,
             layout,
             columns,
             temperature,
-            time,
+            time: time_base,
             lines,
             missing,
             findings,
+            reading,
         })
     }
 
@@ -430,6 +401,22 @@ impl Recording {
         Input {
             path: self.path.display().to_string(),
             sha256: self.sha256.clone(),
+            reading: Some(Box::new(self.reading.clone())),
+        }
+    }
+
+    /// How it was read.
+    pub fn reading(&self) -> &Reading {
+        &self.reading
+    }
+
+    /// States the unit of a signal whose heading does not say it.
+    pub fn state_unit(&mut self, column: usize, unit: Option<Unit>) {
+        if let Some(own) = self.columns.get_mut(column)
+            && own.unit.is_none()
+        {
+            own.unit = unit;
+            self.reading.state_unit(column, unit, crate::SaidBy::Person);
         }
     }
 
@@ -456,8 +443,18 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
         (layout.numeric[i] || layout.dated[i])
             && (matches!(
                 name.as_str(),
-                "t" | "time" | "timestamp" | "time_stamp" | "seconds" | "elapsed"
-            ) || layout.unit(i).is_some_and(Unit::is_time) && name.starts_with('t'))
+                "t" | "time"
+                    | "timestamp"
+                    | "time_stamp"
+                    | "time stamp"
+                    | "datetime"
+                    | "date_time"
+                    | "elapsed"
+                    | "elapsed time"
+                    | "elapsed_time"
+                    | "epoch"
+            ) || layout.unit(i).is_some_and(Unit::is_time)
+                && (name.starts_with('t') || Unit::recognise(&name).is_some_and(Unit::is_time)))
     })
 }
 
@@ -471,51 +468,33 @@ fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) 
         .then(|| findings::time_column_unused(&layout.name(index), rate))
 }
 
-/// Units of the time column per second, and what was assumed about them.
-fn time_scale(
-    layout: &Layout,
-    index: usize,
-    options: &RecordingOptions,
-    first: Stamp,
-) -> Result<(f64, Option<Finding>)> {
-    let stated = layout.unit(index).and_then(TimeUnit::of);
-    let name = layout.name(index);
-    let error = |what: &str| Error::new(ErrorKind::Time, what).column(name.clone());
-    let unit = match (options.time_unit, stated) {
-        (Some(given), Some(stated)) if given != stated => {
-            return Err(error("`time_unit` contradicts the unit in the heading")
-                .with_hint("remove `time_unit`, or correct the heading"));
-        }
-        (given, stated) => given.or(stated),
-    };
-    if unit != Some(TimeUnit::Index) && options.sampling_rate_hz.is_some() {
-        return Err(error("both a time column and a sampling rate are given")
-            .with_hint("keep one of them; a column that counts samples needs `time_unit = \"index\"` with the rate"));
-    }
-    // A date with a time is one whatever the heading says.
-    if first.dated {
-        return Ok((1.0, None));
-    }
-    match unit {
-        Some(unit) => match unit.per_second(options.sampling_rate_hz) {
-            Some(scale) if scale.is_finite() && scale > 0.0 => Ok((scale, None)),
-            Some(rate) => Err(error(&format!(
-                "a sampling rate of {rate} Hz is impossible"
-            ))),
-            None => Err(
-                error("a column that counts samples needs the sampling rate")
-                    .with_hint("add `sampling_rate_Hz`"),
-            ),
-        },
-        None => {
-            let (unit, why) = TimeUnit::since_1970(first.value());
-            let finding = findings::time_unit_assumed(&name, why);
-            Ok((unit.per_second(None).unwrap_or(1.0), Some(finding)))
-        }
-    }
+/// Neither a time column nor a rate is known.
+fn no_clock() -> Error {
+    Error::new(
+        ErrorKind::Time,
+        "neither a time column nor a sampling rate is known",
+    )
+    .with_hint("add --time COLUMN or --rate HZ (in a campaign `time = \"name or number of the column\"` or `sampling_rate_Hz = 100` in [recording])")
 }
 
-fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Option<Unit>> {
+/// What the time column counts.
+fn clock_unit(layout: &Layout, index: usize, options: &RecordingOptions) -> Result<ClockUnit> {
+    let rate = options.sampling_rate_hz;
+    let clock = ClockUnit::of(layout, index, options.time_unit, rate, options.events)?;
+    if clock.unit != TimeUnit::Index && rate.is_some() {
+        return Err(Error::new(ErrorKind::Time, "both a time column and a sampling rate are given")
+            .column(layout.name(index))
+            .with_hint("keep one of them; a column that counts samples needs --time-unit index (`time_unit = \"index\"` in a campaign) beside the rate"));
+    }
+    Ok(clock)
+}
+
+/// The unit of a column, by its heading or as stated.
+pub(crate) fn signal_unit(
+    layout: &Layout,
+    index: usize,
+    given: Option<Unit>,
+) -> Result<Option<Unit>> {
     match (given, layout.unit(index)) {
         (Some(given), Some(stated)) if given != stated => Err(Error::new(
             ErrorKind::Column,
@@ -523,7 +502,9 @@ fn signal_unit(layout: &Layout, index: usize, given: Option<Unit>) -> Result<Opt
         )
         .column(layout.name(index))
         .line(layout.first_data_line.saturating_sub(1).max(1))
-        .with_hint("correct `unit`, or leave it out: the heading counts")),
+        .with_hint(
+            "leave --unit (`unit` in a campaign) out, or correct the heading: the heading counts",
+        )),
         (given, stated) => Ok(given.or(stated)),
     }
 }

@@ -12,7 +12,10 @@ pub const RESULT_SCHEMA: &str = "proofmass.result";
 pub const RESULT_VERSION: u32 = 2;
 
 /// A quantity as stated in a result.
+///
+/// k and U stand in a file only where the interval is value ± k u.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Written", into = "Written")]
 pub struct StatedQuantity {
     /// Stable dotted name.
     pub name: String,
@@ -21,25 +24,75 @@ pub struct StatedQuantity {
     /// Estimate.
     pub value: f64,
     /// Standard uncertainty; absent where the distribution has none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u: Option<f64>,
     /// Expanded uncertainty k u; of an interval that is not symmetric about the value, its longer side.
-    #[serde(rename = "U")]
     pub expanded: f64,
     /// Coverage factor.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<f64>,
     /// Effective degrees of freedom, where the interval rests on them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nu_eff: Option<DegreesOfFreedom>,
     /// Probability of the interval.
     pub probability: f64,
     /// The interval, where it is not value ± U.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     /// Method that states it, where the kind of result has several.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
+}
+
+/// A stated quantity as a file has it.
+#[derive(Serialize, Deserialize)]
+struct Written {
+    name: String,
+    unit: String,
+    value: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    u: Option<f64>,
+    #[serde(rename = "U", default, skip_serializing_if = "Option::is_none")]
+    expanded: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    k: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    nu_eff: Option<DegreesOfFreedom>,
+    probability: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    interval: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    method: Option<String>,
+}
+
+impl From<StatedQuantity> for Written {
+    fn from(q: StatedQuantity) -> Self {
+        Self {
+            expanded: q.symmetric(),
+            k: q.k.filter(|_| q.interval.is_none()),
+            name: q.name,
+            unit: q.unit,
+            value: q.value,
+            u: q.u,
+            nu_eff: q.nu_eff,
+            probability: q.probability,
+            interval: q.interval,
+            method: q.method,
+        }
+    }
+}
+
+impl From<Written> for StatedQuantity {
+    fn from(q: Written) -> Self {
+        let longer = |[low, high]: [f64; 2]| (high - q.value).max(q.value - low);
+        Self {
+            expanded: q.expanded.or(q.interval.map(longer)).unwrap_or(0.0),
+            name: q.name,
+            unit: q.unit,
+            value: q.value,
+            u: q.u,
+            k: q.k,
+            nu_eff: q.nu_eff,
+            probability: q.probability,
+            interval: q.interval,
+            method: q.method,
+        }
+    }
 }
 
 impl StatedQuantity {
@@ -59,6 +112,11 @@ impl StatedQuantity {
         }
     }
 
+    /// U, where the interval is value ± U.
+    pub fn symmetric(&self) -> Option<f64> {
+        self.interval.is_none().then_some(self.expanded)
+    }
+
     /// States quantities with their intervals of one probability.
     pub fn list<'a>(
         quantities: impl IntoIterator<Item = &'a Quantity>,
@@ -71,6 +129,7 @@ impl StatedQuantity {
 
 /// A joint covariance with the names of its rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct NamedCovariance {
     /// Names of rows and columns.
     pub names: Vec<String>,
@@ -94,6 +153,7 @@ impl NamedCovariance {
 
 /// A result in the making; written with [`ResultDocument::to_json`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ResultDocument {
     /// Form and version.
     pub schema: Schema,
@@ -118,9 +178,9 @@ pub struct ResultDocument {
     /// Joint covariance of the quantities of the estimate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<NamedCovariance>,
-    /// The estimate with the causes of its uncertainty.
+    /// The estimate with the causes of its uncertainty; read through [`ResultDocument::stated`] alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub estimate: Option<Estimate>,
+    estimate: Option<Estimate>,
     /// What only this kind has: residuals, settings, tests.
     pub extra: serde_json::Map<String, serde_json::Value>,
 }
@@ -194,6 +254,54 @@ impl ResultDocument {
         self.covariance = Some(NamedCovariance::of(estimate));
         self.estimate = Some(estimate.clone());
         self
+    }
+
+    /// Adds an estimate of quantities that are stated already, and the joint covariance.
+    #[must_use]
+    pub fn joint(mut self, estimate: &Estimate) -> Self {
+        self.covariance = Some(NamedCovariance::of(estimate));
+        self.estimate = Some(estimate.clone());
+        self
+    }
+
+    /// The estimate behind the quantities: the one way to it, which refuses an estimate that says otherwise than the quantities.
+    ///
+    /// # Errors
+    /// A value, u or unit of the estimate that is not the stated one.
+    pub fn stated(&self) -> Result<Option<&Estimate>> {
+        let Some(estimate) = &self.estimate else {
+            return Ok(None);
+        };
+        for (i, component) in estimate.components().iter().enumerate() {
+            let Some(q) = self.quantities.iter().find(|q| q.name == component.name) else {
+                continue;
+            };
+            let u = estimate.covariance().standard_uncertainty(i);
+            let near = |a: f64, b: f64| {
+                (a - b).abs() <= 1e-6 * u.max(q.u.unwrap_or(0.0)) + 1e-12 * a.abs()
+            };
+            if !(near(q.value, component.value) && q.u.is_none_or(|stated| near(stated, u)))
+                || q.unit != component.unit
+            {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    format!(
+                        "states {} as {} {} with u = {}, but its estimate has {} {} with u = {u}",
+                        q.name,
+                        q.value,
+                        q.unit,
+                        q.u.map_or_else(|| "none".to_owned(), |u| u.to_string()),
+                        component.value,
+                        component.unit,
+                    ),
+                )
+                .column(&q.name)
+                .with_hint(
+                    "an earlier version kept the linear result beside the stated one: evaluate it again with this one",
+                ));
+            }
+        }
+        Ok(Some(estimate))
     }
 
     /// States a quantity outside the estimate, such as local gravity.

@@ -4,7 +4,7 @@ use crate::field::{Fields, is_reading, parse_number, shown};
 use crate::findings;
 use crate::layout::{Layout, sniff};
 use crate::stamp::Stamp;
-use crate::{Error, ErrorKind, Input, Result, Source};
+use crate::{Error, ErrorKind, Input, Result, Source, TimeWindow};
 use proofmass_uncertainty::DecimalMark;
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
@@ -31,6 +31,7 @@ pub(crate) enum BadFields {
 
 /// A row that has not as many fields as the others.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct BadRow {
     /// Line, from one.
     pub line: u64,
@@ -103,6 +104,24 @@ impl RowBlock {
         &self.stamps
     }
 
+    /// Keeps some rows, which stand on these lines.
+    fn keep(&mut self, inside: &[bool], lines: &[u64]) {
+        fn chosen<T>(all: &mut Vec<T>, inside: &[bool]) {
+            let mut inside = inside.iter();
+            all.retain(|_| inside.next() == Some(&true));
+        }
+        self.columns.iter_mut().for_each(|c| chosen(c, inside));
+        chosen(&mut self.ranges, inside);
+        chosen(&mut self.stamps, inside);
+        self.rows = lines.len();
+        self.lines.clear();
+        for (row, &line) in lines.iter().enumerate() {
+            if row == 0 || lines[row - 1] + 1 != line {
+                self.lines.push((row, line));
+            }
+        }
+    }
+
     pub(crate) fn line_runs(&self) -> &[(usize, u64)] {
         &self.lines
     }
@@ -137,6 +156,7 @@ pub struct RowReader {
     keep_text: bool,
     stamp_slot: Option<usize>,
     bad_fields: BadFields,
+    window: Option<TimeWindow>,
     open_end: Option<OpenEnd>,
 }
 
@@ -215,6 +235,7 @@ impl RowReader {
             keep_text: false,
             stamp_slot: None,
             bad_fields: BadFields::Refuse,
+            window: None,
             open_end: None,
         })
     }
@@ -232,6 +253,18 @@ impl RowReader {
     pub fn stamps(mut self, selected: usize) -> Self {
         self.stamp_slot = Some(selected);
         self
+    }
+
+    /// Passes over every row outside of a window, damaged ones too.
+    #[must_use]
+    pub fn between(mut self, window: Option<TimeWindow>) -> Self {
+        self.window = window;
+        self
+    }
+
+    /// The window, where there is one.
+    pub fn window(&self) -> Option<&TimeWindow> {
+        self.window.as_ref()
     }
 
     pub(crate) fn locate_bad_fields(mut self) -> Self {
@@ -285,7 +318,11 @@ impl RowReader {
                 selected: self.selected.len(),
                 keep_text: self.keep_text,
                 stamp_slot: self.stamp_slot,
-                bad_fields: self.bad_fields,
+                // What is damaged outside of the window is nobody's concern.
+                bad_fields: match self.window {
+                    Some(_) => BadFields::Survey,
+                    None => self.bad_fields,
+                },
             };
             let (source, more) = (&mut self.source, self.more);
             // The next text is read, unpacked and digested while this one is turned into numbers.
@@ -312,7 +349,8 @@ impl RowReader {
                 Ok(more) => (self.pending, self.more) = (next, more),
                 Err(error) => (self.late, self.more) = (Some(error), false),
             }
-            let block = self.assemble(pieces, chunk)?;
+            let mut block = self.assemble(pieces, chunk)?;
+            self.cut(&mut block)?;
             if let (false, Some(end)) = (more, &mut self.open_end) {
                 end.line = self.next_line - 1;
             }
@@ -320,6 +358,40 @@ impl RowReader {
                 return Ok(Some(block));
             }
         }
+    }
+
+    /// Takes out the rows outside of the window, and refuses what is damaged inside.
+    fn cut(&mut self, block: &mut RowBlock) -> Result<()> {
+        let Some(window) = &mut self.window else {
+            return Ok(());
+        };
+        let inside = window.inside(block);
+        let lines: Vec<u64> = (0..block.rows)
+            .filter(|&row| inside[row])
+            .map(|row| block.line(row))
+            .collect();
+        let (first, last) = (lines.first().copied(), lines.last().copied());
+        let within = |line: u64| first.is_some_and(|f| f <= line) && Some(line) <= last;
+        block.bad.retain(|b| within(b.line));
+        block.bad_rows.retain(|b| within(b.line));
+        block.keep(&inside, &lines);
+        if self.bad_fields != BadFields::Survey
+            && let Some(bad) = block.bad_rows.first()
+        {
+            return Err(self.refusal(&Fault {
+                line: bad.line.wrapping_sub(self.next_line),
+                reason: Reason::Width(bad.fields),
+            }));
+        }
+        if self.bad_fields == BadFields::Refuse
+            && let Some(bad) = block.bad.first()
+        {
+            return Err(bad_field(&bad.text, self.layout.decimal)
+                .at(&self.name)
+                .line(bad.line)
+                .column(self.layout.name(self.selected[bad.selected])));
+        }
+        Ok(())
     }
 
     fn assemble(&mut self, pieces: Vec<Piece>, chunk: Vec<u8>) -> Result<RowBlock> {
@@ -367,7 +439,7 @@ impl RowReader {
     }
 
     fn refusal(&self, fault: &Fault) -> Error {
-        let line = self.next_line + fault.line;
+        let line = self.next_line.wrapping_add(fault.line);
         let at = |error: Error| error.at(&self.name).line(line);
         match &fault.reason {
             Reason::Width(got) => at(Error::new(
@@ -499,6 +571,14 @@ pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
         (
             format!("\"{text}\" is not a number"),
             "if the comma is the decimal mark, say `decimal = \"comma\"`",
+        )
+    } else if decimal == DecimalMark::Comma
+        && text.contains('.')
+        && text.bytes().any(|b| b.is_ascii_digit())
+    {
+        (
+            format!("\"{text}\" has a point, where the decimal mark is the comma"),
+            "the point may be a decimal mark or group thousands: export the file with one decimal mark and no marks between thousands",
         )
     } else {
         (

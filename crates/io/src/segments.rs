@@ -9,6 +9,7 @@ use std::path::Path;
 
 /// One standstill.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SegmentRow {
     /// First sample.
     pub start: usize,

@@ -50,7 +50,7 @@ pub struct Signature {
     /// Always `ed25519`.
     pub(crate) algorithm: String,
     /// Public key of the signer in hexadecimal digits.
-    pub(crate) key: String,
+    pub key: String,
     /// The signature in hexadecimal digits.
     pub(crate) value: String,
 }

@@ -1,5 +1,6 @@
 //! Which program wrote a file, and in which version of which form.
 
+use crate::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 
 /// Program and version that wrote a file.
@@ -33,4 +34,20 @@ pub struct Schema {
     pub(crate) name: String,
     /// Version, counted up when a reader of the old form could no longer read the new one.
     pub version: u32,
+}
+
+impl Schema {
+    /// Refuses another form, or another version of it.
+    pub(crate) fn require(&self, name: &str, version: u32) -> Result<()> {
+        if self.name == name && self.version == version {
+            return Ok(());
+        }
+        Err(Error::new(
+            ErrorKind::Format,
+            format!(
+                "is {} version {}; this program reads {name} version {version}",
+                self.name, self.version
+            ),
+        ))
+    }
 }

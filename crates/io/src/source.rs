@@ -333,6 +333,7 @@ impl Source {
         Ok(Input {
             path: self.name.display().to_string(),
             sha256: hexadecimal(&tap.hash.finalize()),
+            reading: None,
         })
     }
 

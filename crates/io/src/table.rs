@@ -91,7 +91,9 @@ impl Table {
     pub fn to_csv(&self) -> Result<Vec<u8>> {
         let fail = |e: csv::Error| Error::new(ErrorKind::Output, e.to_string()).because(e);
         let mut writer = csv::Writer::from_writer(Vec::new());
-        writer.write_record(&self.columns).map_err(fail)?;
+        writer
+            .write_record(self.columns.iter().map(|c| harmless(c)))
+            .map_err(fail)?;
         let mut buffer = ryu::Buffer::new();
         for row in &self.rows {
             for cell in row {
@@ -111,17 +113,26 @@ impl Table {
 }
 
 /// Text that no spreadsheet takes for a formula: an apostrophe stands before what would be one, and control
-/// characters are escapes. `+x` and `-z` are directions and stay.
+/// characters are escapes. Signs of full width count, since some spreadsheets read them as the narrow ones. Numbers stay, and
+/// directions such as `+x` and `-z up`: words without a digit behind a letter, which would name a cell.
 fn harmless(text: &str) -> String {
-    let mut rest = text.chars();
-    let formula = match rest.next() {
-        Some('=' | '@' | '\t' | '\r') => true,
-        Some('+' | '-') => {
-            parse_number(text.as_bytes(), DecimalMark::Point).is_none()
-                && !rest.all(|c| c.is_alphanumeric() || matches!(c, ' ' | '.' | '_'))
-        }
-        _ => false,
-    };
+    let unseen = |c: char| c.is_whitespace() || c.is_control() || c == '\u{feff}';
+    let seen = text.trim_start_matches(unseen);
+    let mut rest = seen.chars();
+    let formula = text.starts_with(['\t', '\r', '\n'])
+        || match rest.next() {
+            Some('=' | '@' | '＝' | '＠' | '＋' | '－') => true,
+            Some('+' | '-') => {
+                let mut before = ' ';
+                parse_number(seen.as_bytes(), DecimalMark::Point).is_none()
+                    && !rest.all(|c| {
+                        let cell = before.is_alphabetic() && c.is_numeric();
+                        before = c;
+                        !cell && (c.is_alphanumeric() || matches!(c, ' ' | '.' | '_'))
+                    })
+            }
+            _ => false,
+        };
     let shown = Visible(text);
     if formula {
         format!("'{shown}")
@@ -159,7 +170,7 @@ impl RowWriter {
         let mut header = csv::Writer::from_writer(Vec::new());
         let fail = |e: String| Error::new(ErrorKind::Output, e);
         header
-            .write_record(columns)
+            .write_record(columns.iter().map(|c| harmless(c)))
             .map_err(|e| fail(e.to_string()))?;
         file.write_all(&header.into_inner().map_err(|e| fail(e.to_string()))?)?;
         Ok(Self {

@@ -8,7 +8,7 @@ use proofmass_uncertainty::Finding;
 
 /// Beyond so many seconds a recording counts its times from its first stamp: a double then tells less than
 /// 2·10⁻¹¹ s, which stamps since 1970 would not leave it.
-const FAR: f64 = 1e5;
+const FAR: f64 = crate::time_window::FAR;
 
 /// Where the times come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +55,7 @@ impl TimeBase {
                 ErrorKind::Time,
                 format!("a sampling rate of {rate_hz} Hz is impossible"),
             )
-            .with_hint("give the number of samples per second as `sampling_rate_Hz`"));
+            .with_hint("give the number of samples per second with --rate (`sampling_rate_Hz` in a campaign)"));
         }
         Ok(Self {
             source: TimeSource::Uniform,
@@ -156,6 +156,9 @@ impl TimeBase {
         if self.per_second == 1.0 {
             return Some(stamp.since(self.origin));
         }
+        if self.per_second < 1.0 {
+            return Some(stamp.value() - self.origin.value() / self.per_second);
+        }
         let scale = self.per_second.round() as i128;
         let scaled = Stamp {
             parts: stamp.parts.checked_mul(scale)?,
@@ -226,8 +229,19 @@ impl TimeBaseBuilder {
         }
     }
 
+    /// The stamp that is time zero, where rows before the first one were left out.
+    pub(crate) fn with_origin(self, origin: Option<Stamp>) -> Self {
+        Self {
+            origin: origin.unwrap_or(self.origin),
+            ..self
+        }
+    }
+
     pub(crate) fn push(&mut self, stamp: Stamp, line: u64) {
-        if self.seconds.is_empty() && (stamp.value() / self.per_second).abs() >= FAR {
+        if self.seconds.is_empty()
+            && self.origin == ZERO
+            && (stamp.value() / self.per_second).abs() >= FAR
+        {
             self.origin = stamp;
         }
         let stamp = self.estimator.add(self.seconds.len(), line, stamp);
@@ -258,6 +272,13 @@ impl TimeBaseBuilder {
             // Without repeats two stamps differ by less than seconds so far from zero can tell.
             (Some(clock), Some(_)) if !self.events && (repeats || self.estimator.crossed()) => {
                 (clock, false)
+            }
+            (None, _) if samples > 2 && self.seconds.iter().all(|t| *t == self.seconds[0]) => {
+                return Err(Error::new(
+                    ErrorKind::Time,
+                    format!("the clock stands still: all {samples} times are the same"),
+                )
+                .with_hint("name another column with --time, or give --rate HZ (`sampling_rate_Hz` in a campaign) in place of the times"));
             }
             (_, at) => {
                 let (line, at_s) = at.unwrap_or((0, self.seconds[0]));
@@ -323,11 +344,17 @@ fn backward(what: Backward) -> Error {
     let (what, hint) = match what {
         Backward::Repeats { at_s } => (
             format!("the time {at_s} s repeats the one before"),
-            "remove the doubled row, export the time with more digits, or give `sampling_rate_Hz` instead of a time column",
+            "remove the doubled row, export the time with more digits, or give --rate HZ (`sampling_rate_Hz` in a campaign) instead of a time column",
         ),
         Backward::Runs { from_s, to_s } => (
-            format!("the time runs backwards, from {from_s} s to {to_s} s"),
-            "look for a restart or a correction of the clock, or two recordings in one file, and split it there; or give `sampling_rate_Hz` instead of a time column",
+            match to_s - from_s {
+                // A clock that is put back for the winter leaves an hour less a sample.
+                step if (step + 3600.0).abs() < 5.0 => format!(
+                    "the clock was put back by an hour, from {from_s} s to {to_s} s: the end of summer time"
+                ),
+                _ => format!("the time runs backwards, from {from_s} s to {to_s} s"),
+            },
+            "look for a restart or a correction of the clock, or two recordings in one file, and read one part with --between FROM TO; or give --rate HZ (`sampling_rate_Hz` in a campaign) instead of a time column",
         ),
     };
     Error::new(ErrorKind::Time, what).with_hint(hint)

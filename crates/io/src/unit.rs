@@ -32,6 +32,10 @@ pub enum Unit {
     MicroGravity,
     /// Gal, 10⁻² m/s².
     Gal,
+    /// in/s², 0.0254 m/s².
+    InchPerSecondSquared,
+    /// ft/s², 0.3048 m/s².
+    FootPerSecondSquared,
     /// Number out of a converter.
     Count,
     /// V.
@@ -48,10 +52,18 @@ pub enum Unit {
     Microsecond,
     /// ns.
     Nanosecond,
+    /// min.
+    Minute,
+    /// h.
+    Hour,
+    /// d.
+    Day,
     /// Hz.
     Hertz,
     /// °C.
     DegreeCelsius,
+    /// °F; a difference of one is 5/9 K, and zero is not that of °C.
+    DegreeFahrenheit,
     /// K.
     Kelvin,
     /// °.
@@ -86,6 +98,16 @@ pub enum Unit {
     TurnPerMinute,
     /// N.
     Newton,
+    /// Pound-force, 4.448 221 615 260 5 N.
+    PoundForce,
+    /// Pa.
+    Pascal,
+    /// Pound-force per square inch.
+    PoundPerSquareInch,
+    /// V/√Hz.
+    VoltPerRootHertz,
+    /// µV/√Hz.
+    MicrovoltPerRootHertz,
     /// A pure number.
     One,
 }
@@ -119,6 +141,18 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
     ),
     (MicroGravity, "µg", "ug", &["micro-g", "microg", "ug0"]),
     (Gal, "Gal", "Gal", &["gal", "cm/s2", "cm/s/s", "cm/s**2"]),
+    (
+        InchPerSecondSquared,
+        "in/s²",
+        "in/s2",
+        &["in/s/s", "in/s**2", "inch/s2", "in/sec2", "ips2"],
+    ),
+    (
+        FootPerSecondSquared,
+        "ft/s²",
+        "ft/s2",
+        &["ft/s/s", "ft/s**2", "ft/sec2"],
+    ),
     (
         Count,
         "count",
@@ -155,12 +189,21 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         "ns",
         &["nsec", "nanosecond", "nanoseconds", "nanos"],
     ),
+    (Minute, "min", "min", &["minute", "minutes", "mins"]),
+    (Hour, "h", "h", &["hour", "hours", "hr", "hrs"]),
+    (Day, "d", "d", &["day", "days"]),
     (Hertz, "Hz", "Hz", &["hz", "1/s"]),
     (
         DegreeCelsius,
         "°C",
         "degC",
         &["C", "celsius", "Celsius", "deg_C", "degc", "oC"],
+    ),
+    (
+        DegreeFahrenheit,
+        "°F",
+        "degF",
+        &["F", "fahrenheit", "Fahrenheit", "deg_F", "degf", "oF"],
     ),
     (Kelvin, "K", "K", &["kelvin", "Kelvin"]),
     (Degree, "°", "deg", &["degree", "degrees"]),
@@ -228,6 +271,21 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         &["rpm", "RPM", "rev/min", "turn/min", "1/min"],
     ),
     (Newton, "N", "N", &["newton", "newtons"]),
+    (PoundForce, "lbf", "lbf", &["lb_f", "pound-force"]),
+    (Pascal, "Pa", "Pa", &["pascal", "pascals"]),
+    (PoundPerSquareInch, "psi", "psi", &["PSI", "lbf/in2"]),
+    (
+        VoltPerRootHertz,
+        "V/√Hz",
+        "V/sqrt(Hz)",
+        &["V/rtHz", "V/Hz1/2", "V/sqrtHz"],
+    ),
+    (
+        MicrovoltPerRootHertz,
+        "µV/√Hz",
+        "uV/sqrt(Hz)",
+        &["uV/rtHz", "uV/Hz1/2", "uV/sqrtHz"],
+    ),
     (One, "1", "1", &["-", "none", "dimensionless", "s/s"]),
 ];
 
@@ -260,18 +318,33 @@ impl Unit {
 
     /// The unit of a header's suffix, such as `acc_x_g`; stricter than [`Unit::recognise`] because single letters
     /// that name axes or channels must not turn into units.
-    fn recognise_suffix(text: &str) -> Option<Self> {
+    fn recognise_suffix(name: &str, text: &str) -> Option<Self> {
         let unit = Self::recognise(text)?;
+        // A letter that is more often something else is a unit where the name says the quantity.
+        let begins = |words: &[&str]| {
+            let name = name.to_lowercase();
+            words.iter().any(|word| name.starts_with(word))
+        };
+        match unit {
+            Newton | PoundForce => {
+                return (text != "N" || begins(&["force", "load", "hammer", "impact"]))
+                    .then_some(unit);
+            }
+            Minute | Hour | Day => {
+                return begins(&["time", "t_", "elapsed", "uptime"]).then_some(unit);
+            }
+            _ => {}
+        }
         let ambiguous = matches!(
             text,
-            "1" | "-" | "none" | "C" | "G" | "raw" | "adc" | "m" | "N" | "K" | "gn" | "g0"
+            "1" | "-" | "none" | "C" | "F" | "G" | "raw" | "adc" | "m" | "K" | "gn" | "g0"
         );
         (!ambiguous).then_some(unit)
     }
 
     /// The SI unit this one converts to, and the factor: value in SI = factor × value.
     ///
-    /// Units without one (count, °C, pure numbers) return themselves and one.
+    /// Units without one (count, °C, °F, pure numbers) return themselves and one.
     pub fn si(self) -> (Self, f64) {
         match self {
             MillimetrePerSecondSquared => (MetrePerSecondSquared, 1e-3),
@@ -285,6 +358,15 @@ impl Unit {
             Millisecond => (Second, 1e-3),
             Microsecond => (Second, 1e-6),
             Nanosecond => (Second, 1e-9),
+            Minute => (Second, 60.0),
+            Hour => (Second, 3600.0),
+            Day => (Second, 86_400.0),
+            InchPerSecondSquared => (MetrePerSecondSquared, 0.0254),
+            FootPerSecondSquared => (MetrePerSecondSquared, 0.3048),
+            // Exact: pound of 0.453 592 37 kg, standard gravity, inch of 0.0254 m.
+            PoundForce => (Newton, 4.448_221_615_260_5),
+            PoundPerSquareInch => (Pascal, 4.448_221_615_260_5 / 0.000_645_16),
+            MicrovoltPerRootHertz => (VoltPerRootHertz, 1e-6),
             Degree => (Radian, std::f64::consts::PI / 180.0),
             DegreePerSecond => (RadianPerSecond, std::f64::consts::PI / 180.0),
             DegreePerHour => (RadianPerSecond, std::f64::consts::PI / 648_000.0),
@@ -341,7 +423,7 @@ impl FromStr for Unit {
     fn from_str(text: &str) -> Result<Self, String> {
         Self::recognise(text).ok_or_else(|| {
             format!(
-                "{text:?} is no known unit (m/s², g, mg, µg, m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, V, mV, count, 1 for fractional frequencies, …)"
+                "{text:?} is no known unit (m/s², g, mg, µg, in/s², m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, lbf, Pa, psi, °C, °F, V, mV, µV/√Hz, count, 1 for fractional frequencies, …)"
             )
         })
     }
@@ -358,7 +440,7 @@ impl<'de> Deserialize<'de> for Unit {
         let text = String::deserialize(deserializer)?;
         Self::recognise(&text).ok_or_else(|| {
             serde::de::Error::custom(format!(
-                "unknown unit \"{text}\"; known: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV"
+                "unknown unit \"{text}\"; known: m/s², mm/s², in/s², g, mg, µg, Gal, count, V, mV, µV"
             ))
         })
     }
@@ -379,8 +461,9 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
     let heading = heading.trim();
     for (open, close) in [('(', ')'), ('[', ']'), ('{', '}'), ('<', '>')] {
         if let Some(inner) = heading.strip_suffix(close)
-            && let Some(at) = inner.rfind(open)
-            && let Some(unit) = Unit::recognise(&inner[at + open.len_utf8()..])
+            && let Some((at, unit)) = inner
+                .match_indices(open)
+                .find_map(|(at, _)| Some((at, Unit::recognise(&inner[at + open.len_utf8()..])?)))
         {
             return (inner[..at].trim_end_matches([' ', '_']), Some(unit));
         }
@@ -393,7 +476,7 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
         if at == 0 || mark == '/' {
             continue;
         }
-        if let Some(unit) = Unit::recognise_suffix(&heading[at + mark.len_utf8()..]) {
+        if let Some(unit) = Unit::recognise_suffix(heading, &heading[at + mark.len_utf8()..]) {
             return (heading[..at].trim_end_matches([' ', '_', ',']), Some(unit));
         }
     }
@@ -486,6 +569,18 @@ mod tests {
             ("channel 1", "channel 1", None),
             ("Voltage (V)", "Voltage", Some(Volt)),
             ("gyr_x_rad/s", "gyr_x", Some(RadianPerSecond)),
+            ("force_N", "force", Some(Newton)),
+            ("force (N)", "force", Some(Newton)),
+            ("acc_N", "acc_N", None),
+            ("acc_min", "acc_min", None),
+            ("time_h", "time", Some(Hour)),
+            ("p [psi]", "p", Some(PoundPerSquareInch)),
+            ("hammer_lbf", "hammer", Some(PoundForce)),
+            ("a (in/s²)", "a", Some(InchPerSecondSquared)),
+            ("T (°F)", "T", Some(DegreeFahrenheit)),
+            ("noise (µV/√Hz)", "noise", Some(MicrovoltPerRootHertz)),
+            ("noise (uV/sqrt(Hz))", "noise", Some(MicrovoltPerRootHertz)),
+            ("acc_x_LSB", "acc_x", Some(Count)),
         ] {
             assert_eq!(split_heading(heading), (name, unit), "{heading}");
         }

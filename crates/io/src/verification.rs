@@ -12,17 +12,19 @@ use crate::{
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Name of the form.
 pub const PROVENANCE_SCHEMA: &str = "proofmass.provenance";
 /// Version of the form.
 pub const PROVENANCE_VERSION: u32 = 1;
+/// Of a signature that does not hold.
+const FORGED: &str = "the signature is not of what stands there now";
 /// Ending of the file that stands beside a compensated recording.
 const ENDING: &str = ".provenance.json";
 
 /// Where a single file came from: what stands beside it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Form and version.
     pub(crate) schema: Schema,
@@ -37,7 +39,7 @@ pub struct Provenance {
     pub replaces: Option<String>,
     /// Who vouches for all of this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) signature: Option<Signature>,
+    pub signature: Option<Signature>,
 }
 
 impl Provenance {
@@ -109,15 +111,13 @@ impl Provenance {
     /// # Errors
     /// Another form or version, damage.
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let wrong = |what: String| Error::new(ErrorKind::Format, what);
-        let found: Self = serde_json::from_slice(bytes)
-            .map_err(|e| wrong(format!("is not a provenance of proofmass: {e}")).because(e))?;
-        if found.schema.name != PROVENANCE_SCHEMA || found.schema.version != PROVENANCE_VERSION {
-            return Err(wrong(format!(
-                "is {} version {}; this program reads {PROVENANCE_SCHEMA} version {PROVENANCE_VERSION}",
-                found.schema.name, found.schema.version
-            )));
-        }
+        let found: Self = serde_json::from_slice(bytes).map_err(|e| {
+            let what = format!("is not a provenance of proofmass: {e}");
+            Error::new(ErrorKind::Format, what).because(e)
+        })?;
+        found
+            .schema
+            .require(PROVENANCE_SCHEMA, PROVENANCE_VERSION)?;
         Ok(found)
     }
 
@@ -149,8 +149,11 @@ pub struct Link {
     pub named_by: PathBuf,
     /// The file as it is named there.
     pub name: String,
-    /// Where it was found.
+    /// Where it was found: the file that was read.
     pub found: Option<PathBuf>,
+    /// Where one lies that is unchanged, though the one that belongs to the result is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub elsewhere: Option<PathBuf>,
     /// Digest that it should have.
     pub sha256: String,
     /// What became of it.
@@ -170,6 +173,7 @@ pub struct Vouching {
 
 /// The whole chain.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Verification {
     /// Every link, from the newest file back.
     pub links: Vec<Link>,
@@ -178,11 +182,17 @@ pub struct Verification {
     /// The lists that the links come from, and who signed them.
     #[serde(default)]
     pub lists: Vec<Vouching>,
+    /// What stands in the folders of results and no list names.
+    #[serde(default)]
+    pub foreign: Vec<PathBuf>,
 }
 
 impl Verification {
     /// Follows the chain from a folder of results, a result.json, a calibration.json or a compensated recording back as
-    /// far as its files are found; `data` is a folder in which inputs are looked for too.
+    /// far as its files are found; `data` is a folder in which inputs are looked for first.
+    ///
+    /// An input that lies in `data`, or beside the result (in its folder or the one above), is the one that is judged, wherever
+    /// else one of that name lies: a result that was copied with its recording is not vouched for by the original.
     ///
     /// # Errors
     /// Nothing there that names its inputs, a list that is damaged.
@@ -191,6 +201,7 @@ impl Verification {
         let mut chain = Self::default();
         let mut seen = BTreeSet::new();
         chain.follow(path, data, &mut seen)?;
+        chain.name_foreign();
         if chain.links.is_empty() {
             return Err(Error::new(
                 ErrorKind::Format,
@@ -213,10 +224,7 @@ impl Verification {
     /// none of them signed.
     pub fn distrust(&self, keys: &[VerifyingKey]) -> Option<String> {
         if let Some(forged) = self.lists.iter().find(|l| l.key.is_some() && !l.holds) {
-            return Some(format!(
-                "{}: the signature is not of what stands there now",
-                forged.list.display()
-            ));
+            return Some(format!("{}: {FORGED}", forged.list.display()));
         }
         if keys.is_empty() {
             return None;
@@ -271,7 +279,12 @@ impl Verification {
             let list = path.join(MANIFEST);
             self.vouching(&list, manifest.signature.as_ref(), &manifest.statement());
             for file in &manifest.files {
-                self.link(&list, &file.name, &file.sha256, &[path.join(&file.name)])?;
+                self.link(
+                    &list,
+                    &file.name,
+                    &file.sha256,
+                    Places::one(path.join(&file.name)),
+                )?;
             }
             for file in &manifest.files {
                 if file.name.ends_with(".json") {
@@ -290,7 +303,12 @@ impl Verification {
                     &provenance.statement(),
                 );
                 let name = path.display().to_string();
-                self.link(&list, &name, &provenance.sha256, &[path.to_path_buf()])?;
+                self.link(
+                    &list,
+                    &name,
+                    &provenance.sha256,
+                    Places::one(path.to_path_buf()),
+                )?;
                 provenance.inputs
             }
             None if path.extension().is_some_and(|e| e == "json") && path.is_file() => {
@@ -309,8 +327,8 @@ impl Verification {
             None => return Ok(()),
         };
         for input in &inputs {
-            let places = places(&input.path, path, data);
-            if let Some(found) = self.link(path, &input.path, &input.sha256, &places)? {
+            let places = Places::of(input, &inputs, path, data);
+            if let Some(found) = self.link(path, &input.path, &input.sha256, places)? {
                 self.follow(&found, data, seen)?;
                 // A file of a folder of results: its neighbours belong to the chain.
                 if let Some(folder) = found.parent()
@@ -338,7 +356,7 @@ impl Verification {
             let list = folder.join(MANIFEST);
             self.wrote(&manifest.software);
             self.vouching(&list, manifest.signature.as_ref(), &manifest.statement());
-            self.link(&list, name, &file.sha256, &[path.to_path_buf()])?;
+            self.link(&list, name, &file.sha256, Places::one(path.to_path_buf()))?;
         }
         Ok(())
     }
@@ -349,62 +367,170 @@ impl Verification {
         }
     }
 
-    /// Compares a file, wherever it is found: the first place with the right digest, else the first with any.
+    /// Compares a file: the first that lies where it belongs, else one that lies elsewhere, an unchanged one before others.
     fn link(
         &mut self,
         by: &Path,
         name: &str,
         sha256: &str,
-        places: &[PathBuf],
+        places: Places,
     ) -> Result<Option<PathBuf>> {
-        let mut other = None;
-        let mut found = None;
-        for place in places.iter().filter(|p| p.is_file()) {
-            if Input::of(place)?.sha256 == sha256 {
-                found = Some(place.clone());
-                break;
+        let mut own = None;
+        let mut elsewhere = Vec::new();
+        for (place, belongs) in places.all() {
+            if place.is_file() {
+                let same = Input::of(&place)?.sha256 == sha256;
+                if belongs && own.is_none() {
+                    own = Some((place, same));
+                } else {
+                    elsewhere.push((place, same));
+                }
+                if same {
+                    break;
+                }
             }
-            other.get_or_insert_with(|| place.clone());
         }
-        let fate = match (&found, &other) {
-            (Some(_), _) => Fate::Unchanged,
-            (None, Some(_)) => Fate::Changed,
-            (None, None) => Fate::Missing,
+        let unchanged = elsewhere.iter().find(|(_, same)| *same).cloned();
+        let (found, fate) = match own.or(unchanged.clone()).or(elsewhere.into_iter().next()) {
+            Some((place, true)) => (Some(place), Fate::Unchanged),
+            Some((place, false)) => (Some(place), Fate::Changed),
+            None => (None, Fate::Missing),
         };
         let link = Link {
             named_by: by.to_path_buf(),
             name: name.to_owned(),
-            found: found.clone().or(other),
+            elsewhere: unchanged.map(|u| u.0).filter(|_| fate == Fate::Changed),
+            found: found.clone(),
             sha256: sha256.to_owned(),
             fate,
         };
         if !self.links.contains(&link) {
             self.links.push(link);
         }
-        Ok(found)
+        Ok(found.filter(|_| fate == Fate::Unchanged))
+    }
+
+    /// Names what stands in folders of results and belongs to no list.
+    fn name_foreign(&mut self) {
+        let real = |p: &Path| p.canonicalize().unwrap_or_else(|_| p.to_path_buf());
+        let mut known: BTreeSet<PathBuf> = BTreeSet::new();
+        for place in self.links.iter().filter_map(|l| l.found.as_ref()) {
+            known.insert(real(&Provenance::place(place)));
+            known.insert(real(place));
+        }
+        known.extend(self.lists.iter().map(|l| real(&l.list)));
+        let mut foreign = BTreeSet::new();
+        for list in &self.lists {
+            if let Some(folder) = list.list.parent()
+                && list.list.file_name().is_some_and(|n| n == MANIFEST)
+            {
+                let found = std::fs::read_dir(folder).into_iter().flatten().flatten();
+                foreign.extend(
+                    found
+                        .map(|e| e.path())
+                        .filter(|p| !known.contains(&real(p))),
+                );
+            }
+        }
+        self.foreign = foreign.into_iter().collect();
     }
 }
 
-/// Where an input may stand: as it was named, from the folders above the file that names it, in the folder of data.
-fn places(name: &str, by: &Path, data: Option<&Path>) -> Vec<PathBuf> {
-    let given = Path::new(name);
-    let file = given.file_name().map(PathBuf::from).unwrap_or_default();
-    let mut places = Vec::new();
-    for folder in data.into_iter() {
-        if given.is_relative() {
-            places.push(folder.join(given));
-        }
-        places.push(folder.join(&file));
+/// Why a file is not to be trusted that stands in a folder of results: it is not what the list there says, or the signature of the
+/// list is not of what the list says now. `None` where it is, and where no list names it.
+pub fn doubt_of(path: &Path) -> Option<String> {
+    let (folder, name) = (path.parent()?, path.file_name()?.to_str()?);
+    let manifest = Manifest::read(folder).ok()??;
+    let listed = manifest.files.iter().find(|f| f.name == name)?;
+    let list = folder.join(MANIFEST);
+    if Input::of(path).ok()?.sha256 != listed.sha256 {
+        return Some(format!(
+            "{} was changed since it was written: {} lists another",
+            path.display(),
+            list.display()
+        ));
     }
-    places.push(given.to_path_buf());
-    let here = by.canonicalize().unwrap_or_else(|_| by.to_path_buf());
-    for folder in here.ancestors().skip(1).take(3) {
-        places.push(folder.join(&file));
-        if given.is_relative() {
-            places.push(folder.join(given));
+    let signature = manifest.signature.as_ref()?;
+    signature
+        .signer(&manifest.statement())
+        .is_none()
+        .then(|| format!("{}: {FORGED}", list.display()))
+}
+
+/// Where an input may lie.
+struct Places {
+    /// Where it belongs: the first that is there is it.
+    own: Vec<PathBuf>,
+    /// Where it was once, and where it might have come to lie.
+    other: Vec<PathBuf>,
+}
+
+impl Places {
+    fn one(place: PathBuf) -> Self {
+        Self {
+            own: vec![place],
+            other: Vec::new(),
         }
     }
-    places
+
+    /// Of one of the inputs that a file names: in the folder of data, in the folder of the file or the one above; there by as much of its
+    /// path as there is, since folders of the same names may hold other recordings. Elsewhere: as it was named, further above.
+    fn of(input: &Input, inputs: &[Input], by: &Path, data: Option<&Path>) -> Self {
+        let given = Path::new(&input.path);
+        // An end of a path that another input has too does not tell which of them it is.
+        let (told, shared): (Vec<PathBuf>, Vec<PathBuf>) =
+            ends(given).into_iter().partition(|end| {
+                inputs
+                    .iter()
+                    .all(|i| i.path == input.path || !Path::new(&i.path).ends_with(end))
+            });
+        let here = by.canonicalize().unwrap_or_else(|_| by.to_path_buf());
+        let above: Vec<&Path> = here.ancestors().skip(1).take(3).collect();
+        let beside = &above[..above.len().min(2)];
+        let in_folders = |folders: &[&Path], ends: &[PathBuf]| -> Vec<PathBuf> {
+            let each = ends
+                .iter()
+                .flat_map(|end| folders.iter().map(move |f| f.join(end)));
+            each.collect()
+        };
+        let data: Vec<&Path> = data.into_iter().collect();
+        let mut own = in_folders(&data, &told);
+        own.extend(in_folders(beside, &told));
+        // A file is no input of itself, nor of what was written with it.
+        let with: Vec<PathBuf> = above
+            .first()
+            .and_then(|folder| Some((folder, Manifest::read(folder).ok()??)))
+            .map(|(folder, list)| list.files.iter().map(|f| folder.join(&f.name)).collect())
+            .unwrap_or_default();
+        let with = if with.contains(&here) {
+            with
+        } else {
+            vec![here.clone()]
+        };
+        own.retain(|p| !with.contains(p));
+        let mut other = in_folders(&data, &shared);
+        other.push(given.to_path_buf());
+        other.extend(in_folders(beside, &shared));
+        other.extend(in_folders(&above, &told));
+        Self { own, other }
+    }
+
+    /// Every place, and whether it belongs there.
+    fn all(self) -> impl Iterator<Item = (PathBuf, bool)> {
+        let own = self.own.into_iter().map(|p| (p, true));
+        own.chain(self.other.into_iter().map(|p| (p, false)))
+    }
+}
+
+/// The ends of a path, the longest first, without its root and dots.
+fn ends(path: &Path) -> Vec<PathBuf> {
+    let parts: Vec<_> = path
+        .components()
+        .filter(|c| matches!(c, Component::Normal(_)))
+        .collect();
+    (0..parts.len())
+        .map(|k| parts[k..].iter().collect())
+        .collect()
 }
 
 #[cfg(test)]

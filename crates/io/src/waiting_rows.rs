@@ -38,6 +38,7 @@ pub fn rows_outside(columns: &[&[f64]], [low, high]: [f64; 2]) -> (Option<usize>
 }
 
 /// Rows that follow one another without a gap, all with their values.
+#[non_exhaustive]
 pub struct ReadyRows {
     /// Where they stand.
     pub block: Rc<RowBlock>,

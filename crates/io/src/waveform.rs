@@ -50,6 +50,7 @@ pub struct WaveformOptions {
 
 /// When the samples of a recording were taken, by its own time stamps.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SampleTimes {
     /// Where the even grid through the stamps begins, s, by the zero of the time column.
     pub begin_s: f64,
@@ -81,6 +82,7 @@ impl SampleTimes {
 
 /// Channels of one recording, in the unit asked for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Waveform {
     /// The file.
     pub path: PathBuf,
@@ -156,6 +158,7 @@ impl Waveform {
         Input {
             path: self.path.display().to_string(),
             sha256: self.sha256.clone(),
+            reading: None,
         }
     }
 

@@ -150,6 +150,7 @@ fn regress_rows_of_another_width_are_listed_and_left_out() {
     let source = proofmass_io::Source::from_bytes("r", text).unwrap();
     let options = proofmass_io::RecordingOptions {
         columns: vec!["a".into()],
+        time_unit: Some(proofmass_io::TimeUnit::Second),
         ..Default::default()
     };
     let error = proofmass_io::Recording::from_source(source, &options).unwrap_err();

@@ -195,3 +195,17 @@ fn crosscheck_sha256_of_the_reading_pass() {
     assert!(counts.into_iter().all(|(i, &v)| v == i as f64));
     assert_eq!(Layout::sniff(&path).unwrap().first_data_line, 3);
 }
+
+#[test]
+fn known_times_beside_a_stated_rate_are_told() {
+    let told = read(b"time,x\n0,1\n0.1,2\n0.2,4\n", &[2]);
+    assert!(
+        told.findings()
+            .iter()
+            .any(|f| f.code() == "time-column-unused"),
+        "{:?}",
+        told.findings()
+    );
+    let plain = read(b"y,x\n0,1\n0.1,2\n0.2,4\n", &[2]);
+    assert!(plain.findings().is_empty(), "{:?}", plain.findings());
+}

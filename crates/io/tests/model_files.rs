@@ -42,3 +42,48 @@ fn refuses_wrong_files_with_line_and_field() {
         }
     }
 }
+
+/// Readings and vectors that stand in a table.
+#[test]
+fn columns_of_a_table_are_inputs() {
+    use proofmass_io::{ColumnTrouble, fill_columns, parse_model};
+    let folder = tempfile::tempdir().unwrap();
+    let write = |text: &str| std::fs::write(folder.path().join("t.csv"), text).unwrap();
+    let text = |input: &str| {
+        format!(
+            "[[input]]\nname = \"x\"\nunit = \"V\"\nfile = \"t.csv\"\n{input}\n[[output]]\nname = \"y\"\nunit = \"V\"\nexpression = \"sum(x)\"\n"
+        )
+    };
+    let fill = |input: &str| {
+        let mut model = parse_model(&text(input)).unwrap();
+        fill_columns(&mut model, folder.path()).map(|inputs| (model, inputs))
+    };
+    write("# of Monday\nt_s;V;u\n0;1,5;0,1\n1;2,5;0,2\n");
+    let (model, inputs) = fill("column = \"V\"").unwrap();
+    assert_eq!(model.input[0].observations, Some(vec![1.5, 2.5]));
+    assert_eq!(inputs.len(), 1);
+    assert_eq!(inputs[0].sha256.len(), 64);
+    let (model, _) = fill("column = \"V\"\nholds = \"values\"\nu_column = \"u\"").unwrap();
+    assert_eq!(model.input[0].values, Some(vec![1.5, 2.5]));
+    assert_eq!(model.input[0].u_of_each, Some(vec![0.1, 0.2]));
+    model.prepared().unwrap();
+
+    let said = |input: &str| match fill(input) {
+        Ok(_) => panic!("accepted: {input}"),
+        Err(ColumnTrouble::Table(error)) => error.to_string(),
+        Err(ColumnTrouble::Entry(refusal)) => refusal.to_string(),
+    };
+    let missing = said("column = \"W\"");
+    assert!(
+        missing.contains("t.csv:2") && missing.contains('W'),
+        "{missing}"
+    );
+    assert!(said("").contains("the heading of its `column`"));
+    assert!(said("column = \"V\"\nvalue = 3").contains("more than once"));
+    write("t_s;V\n0;1,5\n1;wide\n");
+    let wrong = said("column = \"V\"");
+    assert!(
+        wrong.contains("t.csv:3") && wrong.contains("wide"),
+        "{wrong}"
+    );
+}

@@ -145,7 +145,12 @@ fn regress_a_named_pipe_loses_nothing() {
             to.write_all(text.as_bytes()).unwrap();
         }
     });
-    let inspection = inspect_source(Source::open(&pipe).unwrap(), 100).unwrap();
+    let inspection = inspect_source(
+        Source::open(&pipe).unwrap(),
+        &RecordingOptions::default(),
+        100,
+    )
+    .unwrap();
     writer.join().unwrap();
     assert_eq!(inspection.rows, 100_000);
     let whole = Source::from_bytes("a", text).unwrap().finish().unwrap();

@@ -49,6 +49,16 @@ fn regress_a_label_is_no_formula_and_no_escape() {
         "-z",
         "-0.25",
         "run 7",
+        // Of full width, behind blanks and marks, a cell.
+        "＝1+1",
+        "＋1+1",
+        "－1+1",
+        "＠SUM(1)",
+        " =1+1",
+        "\u{feff}=1+1",
+        "\r=1+1",
+        "+A1",
+        "-1e-3",
     ] {
         table.push([label]).unwrap();
     }
@@ -67,7 +77,16 @@ fn regress_a_label_is_no_formula_and_no_escape() {
             "+x",
             "-z",
             "-0.25",
-            "run 7"
+            "run 7",
+            "'＝1+1",
+            "'＋1+1",
+            "'－1+1",
+            "'＠SUM(1)",
+            "' =1+1",
+            "'\u{feff}=1+1",
+            r"'\u{d}=1+1",
+            "'+A1",
+            "-1e-3"
         ]
     );
 }

@@ -61,8 +61,12 @@ fn regress_rates_behind_rounded_and_huge_stamps() {
     ];
     for (rate, resolution, heading, stamp) in cases {
         let text = table(heading, (0..75_000).map(stamp));
-        let inspection =
-            inspect_source(Source::from_bytes("r", text.clone()).unwrap(), 100).unwrap();
+        let inspection = inspect_source(
+            Source::from_bytes("r", text.clone()).unwrap(),
+            &RecordingOptions::default(),
+            100,
+        )
+        .unwrap();
         let seen = inspection.time.unwrap();
         let recording = read(&text).unwrap();
         let clock = *recording.time.clock().unwrap();
@@ -158,6 +162,7 @@ fn known_dates_with_times_and_units_since_1970() {
                 .replace("Z,", "\","),
         )
         .unwrap(),
+        &RecordingOptions::default(),
         100,
     )
     .unwrap();
@@ -357,7 +362,12 @@ fn known_rows_lost_at_random_are_gaps() {
             "t_s",
             kept.iter().map(|k| format!("{:.3}", f64::from(*k) * 0.01)),
         );
-        let seen = inspect_source(Source::from_bytes("r", text.clone()).unwrap(), 100).unwrap();
+        let seen = inspect_source(
+            Source::from_bytes("r", text.clone()).unwrap(),
+            &RecordingOptions::default(),
+            100,
+        )
+        .unwrap();
         let seen = seen.time.unwrap();
         let recording = read(&text).unwrap();
         assert_eq!(seen.rate_hz, recording.time.rate_hz());
@@ -378,7 +388,12 @@ fn known_stamps_that_cross_do_not_shift_the_rate() {
     let stamps =
         (0..20_000).map(|k| format!("{:.6}", 1.0 + 0.01 * (f64::from(k) + 0.3 * random.normal())));
     let text = table("t_s", stamps);
-    let seen = inspect_source(Source::from_bytes("r", text).unwrap(), 100).unwrap();
+    let seen = inspect_source(
+        Source::from_bytes("r", text).unwrap(),
+        &RecordingOptions::default(),
+        100,
+    )
+    .unwrap();
     let time = seen.time.unwrap();
     // √12 · 0.3 / n^1.5 is one standard uncertainty.
     assert!(

@@ -10,11 +10,12 @@ pub use outcome::{ApplyOutcome, FilterFigures};
 use crate::block_clock::BlockClock;
 use crate::outcome::Job;
 use crate::recording::RecordingReading;
+use crate::recording::stretch;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
-    AnyCalibration, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowBlock, RowReader, Source,
-    TimeUnit, Unit, WaitingRows, split_heading,
+    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowBlock,
+    RowReader, Source, Unit, WaitingRows, split_heading,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -158,7 +159,23 @@ impl Job for ApplyJob {
             },
             name: name.clone(),
         };
-        let mut reader = RowReader::new(source, layout, &columns)?.keep_text();
+        let between = stretch(self.reading.between.as_deref())?;
+        let window = match (between, &work.clock) {
+            (None, _) => None,
+            (between, Some(clock)) => clock.window(between, columns.len() - 1),
+            (Some(_), None) => {
+                return Err(Trouble::request("a stretch of time needs times")
+                    .detail(name)
+                    .with_hint("add --time COLUMN or --rate HZ"));
+            }
+        };
+        if !matches!(self.method, CompensationMethod::Filter(_)) {
+            // Only a filter cares for gaps.
+            work.clock = None;
+        }
+        let mut reader = RowReader::new(source, layout, &columns)?
+            .keep_text()
+            .between(window);
         let size = reader.size().unwrap_or(0);
         while let Some(block) = reader.next_block()? {
             work.block(Rc::new(block), watch)?;
@@ -252,7 +269,8 @@ impl ApplyJob {
 
     /// What tells the times of the samples, which only a filter needs; a time column is added to those that are read.
     fn clock(&self, layout: &Layout, columns: &mut Vec<usize>) -> Result<Option<BlockClock>> {
-        if !matches!(self.method, CompensationMethod::Filter(_)) {
+        let filters = matches!(self.method, CompensationMethod::Filter(_));
+        if !filters && self.reading.between.is_none() {
             return Ok(None);
         }
         let reading = &self.reading;
@@ -264,15 +282,8 @@ impl ApplyJob {
         Ok(match (time, reading.rate) {
             (Some(index), rate) => {
                 columns.push(index);
-                let heading = layout.unit(index).and_then(TimeUnit::of);
-                let unit = reading.time_unit.or(heading);
-                let known = unit.is_some();
-                let unit = unit.unwrap_or(TimeUnit::Second);
-                Some(BlockClock::stamped(
-                    unit.per_second(rate).unwrap_or(1.0),
-                    rate,
-                    known,
-                ))
+                let unit = ClockUnit::of(layout, index, reading.time_unit, rate, false)?;
+                Some(BlockClock::stamped(unit.per_second, rate))
             }
             (None, Some(rate)) => Some(BlockClock::steady(rate)),
             (None, None) => None,

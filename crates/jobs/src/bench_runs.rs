@@ -1,8 +1,10 @@
 //! Runs of a bench, whatever is made of them: as phasors for a job, and as the files of a campaign say them.
 
+use crate::observed::Observed;
 use crate::record::Record;
 use proofmass_io::{Ambient, Device, Input};
 use proofmass_uncertainty::Finding;
+use std::path::Path;
 
 /// The runs as phasors.
 #[derive(Debug)]
@@ -50,6 +52,26 @@ pub struct BenchFiles<J, R> {
 }
 
 impl<J, R> BenchFiles<J, R> {
+    /// A question and its runs, with what the tables and the recordings said: the recordings come last.
+    pub(crate) fn new(
+        (job, runs): (J, Vec<R>),
+        name: &Path,
+        (mut findings, mut inputs): (Vec<Finding>, Vec<Input>),
+        observed: Observed,
+    ) -> Self {
+        let recordings = observed.inputs.len() - 1;
+        findings.extend(observed.findings);
+        inputs.extend(observed.inputs);
+        Self {
+            job,
+            runs,
+            findings,
+            name: name.display().to_string(),
+            inputs,
+            recordings,
+        }
+    }
+
     /// The runs, for the job.
     pub fn data(&self) -> BenchRuns<'_, R> {
         BenchRuns {

@@ -1,12 +1,12 @@
 //! The clock of a recording that goes by block by block.
 
+use proofmass_io::TimeWindow;
 use proofmass_signal::clock::ClockEstimator;
 
 /// What is known of the times while the recording goes by.
 pub(crate) struct BlockClock {
     /// Units of the time column in a second; none for a stated rate.
     pub(crate) per_second: Option<f64>,
-    unit_is_known: bool,
     /// Samples per second: as stated, or by the line of the first block.
     pub(crate) nominal: f64,
     estimator: ClockEstimator,
@@ -21,7 +21,6 @@ impl BlockClock {
     pub(crate) fn steady(rate: f64) -> Self {
         Self {
             per_second: None,
-            unit_is_known: true,
             nominal: rate,
             estimator: ClockEstimator::new(),
             in_order: false,
@@ -31,14 +30,21 @@ impl BlockClock {
         }
     }
 
-    pub(crate) fn stamped(per_second: f64, rate: Option<f64>, unit_is_known: bool) -> Self {
+    pub(crate) fn stamped(per_second: f64, rate: Option<f64>) -> Self {
         Self {
             per_second: Some(per_second),
-            unit_is_known,
             nominal: rate.unwrap_or(f64::NAN),
             estimator: ClockEstimator::new().with_nominal(rate),
             ..Self::steady(0.0)
         }
+    }
+
+    /// The stretch that is read; the times are those of one of the selected columns.
+    pub(crate) fn window(&self, between: Option<[f64; 2]>, selected: usize) -> Option<TimeWindow> {
+        between.map(|between| match self.per_second {
+            Some(scale) => TimeWindow::by_column(between, selected, scale),
+            None => TimeWindow::by_rate(between, self.nominal),
+        })
     }
 
     /// Refuses stamps that cross.
@@ -49,26 +55,12 @@ impl BlockClock {
         }
     }
 
-    /// Units in a second: as known, or by the size of a stamp that counts from 1970.
-    fn units_per_second(&mut self, column: &[f64]) -> f64 {
-        if let (false, Some(first)) = (self.unit_is_known, column.first()) {
-            self.unit_is_known = true;
-            self.per_second = Some(match first.abs() {
-                s if s > 1e17 => 1e9,
-                s if s > 1e14 => 1e6,
-                s if s > 1e11 => 1e3,
-                _ => 1.0,
-            });
-        }
-        self.per_second.unwrap_or(1.0)
-    }
-
     /// Rows of a block before which samples are missing, decided at its end.
     pub(crate) fn breaks(
         &mut self,
         column: &[f64],
     ) -> std::result::Result<Vec<usize>, (usize, String)> {
-        let per_second = self.units_per_second(column);
+        let per_second = self.per_second.unwrap_or(1.0);
         for stamp in column {
             self.estimator.push(stamp / per_second);
         }

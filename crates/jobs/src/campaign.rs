@@ -12,28 +12,20 @@ mod statement;
 mod transverse;
 
 pub use draft::Draft;
-pub use free_living::{FreeLivingCampaign, FreeLivingMethod, StreamFormat, StreamTable};
-pub use multi_position::{
-    AttitudeTable, Axes, FileIs, GravityInput, MethodModel, MethodTable, MultiPositionCampaign,
-    NumberOrLabel, Prefixes, RecordingTable, RowsAre, StandstillTable,
-};
-pub use shaker::{
-    Certificate, CertificateOptions, CertificateTable, ChannelDelay, DriveFrequency, DriveKind,
-    Mounting, OutputRecording, PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable,
-    ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat, SpuriousFile, SpuriousSeat,
-    TransverseSeat,
-};
-pub use shaker_single::{
-    CheckStandardTable, DeviceChannel, ReadingTable, ShakerSingleCampaign, TransverseTable,
-};
-pub use shaker_triaxial::{
-    CorrectionTable, Datasheet, PlanTable, PublishedInputs, ShakerMethods, ShakerTriaxialCampaign,
-};
-pub use single_axis::{PositionTable, SingleAxisCampaign, SingleAxisMethod, SingleAxisTable};
-pub use spurious_motion::{SpuriousMotionCampaign, VibrometerTable};
-pub use statement::StatementTable;
-pub use transverse::{
-    TransverseCampaign, TransverseDatasheet, TransverseMounting, TransverseReading,
+pub use free_living::FreeLivingCampaign;
+pub use multi_position::{MethodModel, MethodTable, MultiPositionCampaign, RowsAre};
+pub use shaker::{Certificate, CertificateOptions, SpuriousFile};
+pub use shaker_single::ShakerSingleCampaign;
+pub use shaker_triaxial::ShakerTriaxialCampaign;
+pub use single_axis::SingleAxisCampaign;
+pub use spurious_motion::SpuriousMotionCampaign;
+pub use transverse::TransverseCampaign;
+
+pub(crate) use free_living::StreamFormat;
+pub(crate) use multi_position::{FileIs, GravityInput, Prefixes};
+pub(crate) use shaker::{
+    DriveFrequency, Mounting, OutputRecording, PhasorQuantity, RunData, RunPhasor, RunTable,
+    ShakerBudget, ShakerRecording, ShakerRun,
 };
 
 use crate::outcome::{Job as _, Outcome as _};
@@ -370,6 +362,7 @@ impl CampaignFile {
             input: Input {
                 path: String::new(),
                 sha256: String::new(),
+                reading: None,
             },
             text: String::new(),
             store: Arc::new(Memory::new()),

@@ -1,5 +1,6 @@
 //! Channels of a dynamic test as files have them: several columns on one steady clock, in SI.
 
+use crate::recording::stretch;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, Source, TimeUnit, Unit};
 use proofmass_uncertainty::Finding;
@@ -21,16 +22,26 @@ pub struct ChannelReading {
     /// Time column by name or number [default: the one that is named as a time]
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<ColumnRef>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", requires = "time"))]
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with --rate)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz [default: that of the time stamps]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ", value_parser = crate::arguments::positive))]
     pub rate: Option<f64>,
+    /// Read the rows from one time on and before another, in seconds
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
+    )]
+    pub between: Option<Vec<f64>>,
+    /// Rows have an order and no clock.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub table: bool,
 }
 
 /// One channel in SI, or in its raw unit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RecordedChannel {
     /// Name without unit.
     pub name: String,
@@ -64,6 +75,7 @@ impl RecordedChannel {
 
 /// Channels in memory.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct RecordedChannels {
     /// As asked for, in their order.
     pub channels: Vec<RecordedChannel>,
@@ -81,7 +93,7 @@ impl ChannelReading {
     /// A table, which has an order and no clock.
     pub fn table() -> Self {
         Self {
-            rate: Some(1.0),
+            table: true,
             ..Self::default()
         }
     }
@@ -93,13 +105,15 @@ impl ChannelReading {
     /// which no transform holds.
     pub fn read(&self, source: Source, wanted: &[WantedChannel]) -> Result<RecordedChannels> {
         let name = source.name().display().to_string();
-        let recording = Recording::from_source(
+        let mut recording = Recording::from_source(
             source,
             &RecordingOptions {
                 columns: wanted.iter().map(|w| w.column.clone()).collect(),
                 time: self.time.clone(),
                 time_unit: self.time_unit,
                 sampling_rate_hz: self.rate,
+                between: stretch(self.between.as_deref())?,
+                table: self.table,
                 ..RecordingOptions::default()
             },
         )?;
@@ -107,9 +121,12 @@ impl ChannelReading {
             return Err(Trouble::data("samples are missing: the clock of a dynamic test must run on")
                 .detail(format!("{name}:{}", gap.line))
                 .detail(format!("a step of {:.6} s at {:.6} s", gap.step_s, gap.at_s))
-                .with_hint("cut the recording to a segment without gaps, or give --rate if only the time stamps are wrong"));
+                .with_hint("cut the recording to a segment without gaps with --between FROM TO, or give --rate if only the time stamps are wrong"));
         }
         let rate = self.rate.unwrap_or_else(|| recording.time.rate_hz());
+        for (i, wanted) in wanted.iter().enumerate() {
+            recording.state_unit(i, wanted.unit);
+        }
         let mut channels = Vec::with_capacity(wanted.len());
         for (column, wanted) in recording.columns.iter().zip(wanted) {
             let unit = match (column.unit, wanted.unit) {

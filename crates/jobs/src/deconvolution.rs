@@ -84,6 +84,7 @@ pub struct DeconvolutionData<'a> {
 
 /// A fitted model and where it is from.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct FittedModel {
     /// The model with its covariance.
     pub fit: ModelFit,

@@ -26,6 +26,7 @@ pub enum GainsOf {
 
 /// What is written for firmware, and what must be done beside it, line by line.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Firmware {
     /// The filter, gains or map.
     pub block: FirmwareBlock,

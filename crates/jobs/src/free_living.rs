@@ -11,7 +11,8 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, Watch};
 use proofmass_io::{
-    AnyCalibration, ColumnRef, Input, Layout, RowReader, StatedQuantity, TimeUnit, Unit,
+    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, RowReader, StatedQuantity, TimeWindow,
+    Unit,
 };
 use proofmass_report::{KeyFigure, Report, Section};
 use proofmass_static::{
@@ -121,13 +122,28 @@ impl FreeLivingCampaign {
             ))
             .with_hint("add `time` or `sampling_rate_Hz` to [recording]"));
         }
-        let per_second = time.map_or(1.0, |column| {
-            let unit = table
-                .time_unit
-                .or_else(|| layout.unit(column).and_then(TimeUnit::of))
-                .unwrap_or(TimeUnit::Second);
-            unit.per_second(table.sampling_rate_hz).unwrap_or(1.0)
-        });
+        let clock = time
+            .map(|column| {
+                ClockUnit::of(
+                    &layout,
+                    column,
+                    table.time_unit,
+                    table.sampling_rate_hz,
+                    false,
+                )
+                .map_err(|e| e.at(source.name()))
+            })
+            .transpose()?;
+        let window = match (table.between_s, &clock, table.sampling_rate_hz) {
+            (Some(between), Some(clock), _) => Some(TimeWindow::by_column(
+                between,
+                selected.len(),
+                clock.per_second,
+            )),
+            (Some(between), None, Some(rate)) => Some(TimeWindow::by_rate(between, rate)),
+            _ => None,
+        };
+        let per_second = clock.as_ref().map_or(1.0, |c| c.per_second);
         selected.extend(time);
         let temperature = table
             .temperature
@@ -139,7 +155,8 @@ impl FreeLivingCampaign {
 
         let mut windows = StillWindows::new(self.job()?.rule)?;
         let mut findings = layout.findings();
-        let mut reader = RowReader::new(source, layout, &selected)?;
+        findings.extend(clock.and_then(|c| c.finding));
+        let mut reader = RowReader::new(source, layout, &selected)?.between(window);
         let size = reader.size().unwrap_or(0);
         let mut rows = 0usize;
         while let Some(block) = reader.next_block()? {
@@ -331,6 +348,10 @@ impl Outcome for FreeLivingOutcome {
         page.subtitle(format!(
             "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
             fit.windows, self.seen, fit.blocks
+        ))
+        .verdict(format!(
+            "Where the sensor was still, ‖a‖ is 1 g within {:.1} mg on average; it was {:.1} mg before.",
+            fit.error_after_mg, fit.error_before_mg
         ))
         .section(result.summarised())
     }

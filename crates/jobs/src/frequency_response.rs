@@ -16,6 +16,7 @@ pub(crate) const PHASE_NOT_STATED: &str = "phase-not-stated";
 
 /// A frequency response as a file has it.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ResponseDocument {
     /// The response.
     pub response: FrequencyResponse,

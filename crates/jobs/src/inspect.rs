@@ -1,13 +1,15 @@
 //! What is in a recording, before anything is made of it.
 
 use crate::outcome::{Job, Outcome, section};
+use crate::page::answer::plus_minus;
 use crate::page::measures::lines;
 use crate::plural::count;
 use crate::record::Record;
+use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{ColumnSummary, Inspection, Source, StatedQuantity, Statistics, inspect_source};
-use proofmass_report::{Cell, Field, Report, Section, Table};
+use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
@@ -26,7 +28,7 @@ use std::sync::Mutex;
 /// assert!((inspection.time.as_ref().unwrap().rate_hz - 100.0).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 #[non_exhaustive]
 pub struct InspectJob {
@@ -34,6 +36,8 @@ pub struct InspectJob {
     pub listed: usize,
     /// Whether the page lists them.
     pub damage: bool,
+    /// What the recording does not say itself; every column is looked at where none is named.
+    pub reading: RecordingReading,
 }
 
 impl Default for InspectJob {
@@ -41,6 +45,7 @@ impl Default for InspectJob {
         Self {
             listed: 100,
             damage: false,
+            reading: RecordingReading::default(),
         }
     }
 }
@@ -51,6 +56,7 @@ impl InspectJob {
         Self {
             listed: 10_000,
             damage: true,
+            ..Self::default()
         }
     }
 }
@@ -92,7 +98,9 @@ impl Job for InspectJob {
         let once = data.once.lock().ok().and_then(|mut once| once.take());
         let source = once
             .ok_or_else(|| Trouble::data("the recording was read already: it can be seen once"))?;
-        let inspection = inspect_source(source, self.listed)?;
+        let columns = self.reading.columns.clone().unwrap_or_default();
+        let options = self.reading.reading_of(columns)?;
+        let inspection = inspect_source(source, &options, self.listed)?;
         watch.step("inspection", 1, 1)?;
         Ok(InspectOutcome {
             inspection,
@@ -123,8 +131,11 @@ impl Outcome for InspectOutcome {
 
     fn page(&self, page: Report) -> Report {
         let page = head(page, &self.inspection).section(columns(&self.inspection).summarised());
+        // A summary cuts long tables of the page; these places stand in it alone and whole.
         match self.damage {
-            true => page.section(places(&self.inspection).summarised()),
+            true => page
+                .section(places(&self.inspection).at(Place::Summary))
+                .section(places(&self.inspection)),
             false => page,
         }
     }
@@ -135,22 +146,37 @@ fn head(page: Report, inspection: &Inspection) -> Report {
     let layout = &inspection.layout;
     let separator = format!("{:?}", layout.separator).to_lowercase();
     let header = if layout.header.is_some() { "yes" } else { "no" };
+    let damaged = inspection.bad_count + inspection.bad_row_count;
     let page = page
-        .meta("rows", inspection.rows.to_string())
+        .verdict(match damaged {
+            0 => format!("All {} are whole.", count(inspection.rows as usize, "row")),
+            n => format!("{} damaged.", count(n as usize, "place")),
+        })
+        .answers([KeyFigure::new("rows", inspection.rows.to_string(), "")
+            .note(count(inspection.columns.len(), "column"))])
+        .meta(
+            "Read",
+            inspection
+                .reading
+                .line(&inspection.path.display().to_string()),
+        )
         .meta("separator", separator)
         .meta("header", header);
     let Some(time) = &inspection.time else {
         return page;
     };
     let clock = &time.clock;
-    let rate = format!("{:.6} Hz, u = {:.1e} Hz", time.rate_hz, clock.rate_u_hz);
+    let rate = plus_minus(time.rate_hz, 2.0 * clock.rate_u_hz);
     let resolution = format!("{} s", significant(clock.resolution_s));
     let page = page
         .meta("time", format!("column {}", time.column))
-        .meta("rate", rate)
         .meta("resolution of the stamps", resolution)
-        .meta("duration", format!("{:.3} s", time.duration_s))
-        .meta("gaps", time.gap_count.to_string());
+        .answers([
+            KeyFigure::new("rate", rate, "Hz")
+                .note(format!("k = 2; u = {:.1e} Hz", clock.rate_u_hz)),
+            KeyFigure::new("duration", format!("{:.3}", time.duration_s), "s"),
+            KeyFigure::new("gaps", time.gap_count.to_string(), ""),
+        ]);
     match time.jitter_s {
         Some(jitter) => page.meta("jitter", format!("{jitter:.1e} s")),
         None => page,

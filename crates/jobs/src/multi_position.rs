@@ -323,7 +323,13 @@ impl Job for MultiPositionJob {
         let findings = self.findings(data, &samples, &calibration);
         let searched = calibration.sweep.threshold.is_some();
         let windowed = searched
-            .then(|| WindowedVariance::new(&samples, data.rate, data.breaks, &self.search).ok())
+            .then(|| {
+                let search = Standstill {
+                    window: calibration.sweep.window.unwrap_or(self.search.window),
+                    ..self.search
+                };
+                WindowedVariance::new(&samples, data.rate, data.breaks, &search).ok()
+            })
             .flatten();
         let figures = Figures::new(data, windowed.as_ref(), &calibration);
         watch.step("standstills and fit", 2, 2)?;

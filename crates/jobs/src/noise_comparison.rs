@@ -45,6 +45,7 @@ pub struct NoiseComparisonData<'a> {
 
 /// A result of `proofmass noise`, read again.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct NoiseDocument {
     /// The result.
     pub analysis: Analysis,

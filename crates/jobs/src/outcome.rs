@@ -46,7 +46,7 @@ pub trait Outcome {
     /// What to doubt, the gravest first.
     fn findings(&self) -> &[Finding];
 
-    /// The joint estimate behind the quantities, where there is one.
+    /// The joint estimate behind the quantities, where there is one: it says what the quantities say.
     fn estimate(&self) -> Option<&Estimate> {
         None
     }
@@ -72,6 +72,15 @@ pub trait Outcome {
         Ok(Vec::new())
     }
 
+    /// Files that stand beside result.json alone, by name, with their digests in a section of it: what another calculation
+    /// reads, and no page shows.
+    ///
+    /// # Errors
+    /// A number that is not finite.
+    fn beside(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        Ok(Vec::new())
+    }
+
     /// What compensation needs, where the outcome is a calibration.
     ///
     /// # Errors
@@ -80,8 +89,11 @@ pub trait Outcome {
         Ok(None)
     }
 
-    /// Adds to an opened page what the result says: a line under the title, sections with their tables and figures.
+    /// Adds to an opened page what the result says: a line under the title, the verdict in words, sections with their tables
+    /// and figures.
     ///
+    /// The page opens with its [`Answer`](proofmass_report::Answer). Where the job names no numbers for it, they are the first
+    /// quantities, else the first key figures; where it names no plot, it is the first one.
     /// Sections of the summary say so by their [`Place`](proofmass_report::Place); tables that name a file are written there too. Findings,
     /// inputs, device and the last line are added by whoever opened the page.
     fn page(&self, page: Report) -> Report;

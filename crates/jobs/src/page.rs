@@ -1,5 +1,6 @@
 //! What pages of several jobs share.
 
+pub(crate) mod answer;
 pub(crate) mod columns;
 pub(crate) mod coverage;
 pub(crate) mod measures;

@@ -2,7 +2,7 @@
 
 mod page;
 
-use crate::campaign::{ShakerBudget, ShakerTriaxialCampaign};
+use crate::campaign::{Certificate, ShakerBudget, ShakerTriaxialCampaign};
 use crate::findings;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
@@ -269,7 +269,7 @@ impl ShakerTriaxialCampaign {
     pub fn plan_job(&self, frequency: f64) -> Result<(PlanJob, Vec<Input>)> {
         let mut inputs = vec![self.source.input.clone()];
         let budget = self.read_budget()?;
-        let certificate = self.read_reference()?;
+        let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let mut job = PlanJob::new(budget.budget(certificate.is_some()));
         let mut frequencies = vec![frequency];
         match self.read_plan()? {

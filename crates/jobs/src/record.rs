@@ -1,6 +1,6 @@
 //! What a result is filed with: device, conditions, date, inputs. The caller knows it, not the mathematics.
 
-use proofmass_io::{Ambient, Device, Input, Software};
+use proofmass_io::{Ambient, Device, Input, Reading, Software};
 use serde::{Deserialize, Serialize};
 
 /// Everything about a result that is no result: who, what, when, from which files.
@@ -41,6 +41,29 @@ impl Record {
         } else {
             format!("{of} {}", words.join(" "))
         }
+    }
+
+    /// How each recording was read, in one line each: what a page and a summary begin with.
+    pub fn readings(&self) -> Vec<(String, String)> {
+        // Files that were read alike share a line.
+        let mut groups: Vec<(&str, usize, &Reading)> = Vec::new();
+        for input in &self.inputs {
+            let Some(reading) = input.reading.as_deref() else {
+                continue;
+            };
+            match groups.iter_mut().find(|g| g.2 == reading) {
+                Some(group) => group.1 += 1,
+                None => groups.push((&input.path, 0, reading)),
+            }
+        }
+        let line = |&(path, more, reading): &(&str, usize, &Reading)| match more {
+            0 => reading.line(path),
+            more => reading.line(&format!("{path} and {more} more")),
+        };
+        groups
+            .iter()
+            .map(|group| ("Read".to_owned(), line(group)))
+            .collect()
     }
 
     /// Label and value of what is known of device and conditions.

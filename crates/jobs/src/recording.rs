@@ -30,14 +30,33 @@ pub struct RecordingReading {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<ColumnRef>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with --rate)
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", requires = "time"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz, for recordings without a time column
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
+    /// Read the rows from one time on and before another, in seconds
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
+    )]
+    pub between: Option<Vec<f64>>,
+}
+
+/// The stretch that two words of a command line name.
+pub(crate) fn stretch(between: Option<&[f64]>) -> Result<Option<[f64; 2]>> {
+    match between {
+        None => Ok(None),
+        Some(&[from, to]) if from < to && from.is_finite() && to.is_finite() => {
+            Ok(Some([from, to]))
+        }
+        Some(_) => Err(Trouble::request("a stretch of time ends before it begins")
+            .with_hint("write --between FROM TO in seconds, FROM before TO")),
+    }
 }
 
 impl RecordingReading {
@@ -88,6 +107,8 @@ impl RecordingReading {
             time: self.time.clone(),
             time_unit: self.time_unit,
             rate: self.rate,
+            between: self.between.clone(),
+            table: false,
         };
         let wanted = WantedChannel {
             column: column.clone(),
@@ -101,7 +122,7 @@ impl RecordingReading {
     /// # Errors
     /// As [`RecordingReading::signals`].
     pub fn options(&self, calibration: &CalibrationFile) -> Result<RecordingOptions> {
-        Ok(self.reading_of(self.signals(&calibration.clone().into())?))
+        self.reading_of(self.signals(&calibration.clone().into())?)
     }
 
     /// The same without a calibration: x, y and z must be named.
@@ -110,7 +131,7 @@ impl RecordingReading {
     /// They are not, or not three.
     pub fn options_alone(&self) -> Result<RecordingOptions> {
         match &self.columns {
-            Some(columns) if columns.len() == 3 => Ok(self.reading_of(columns.clone())),
+            Some(columns) if columns.len() == 3 => self.reading_of(columns.clone()),
             _ => Err(
                 Trouble::request("which columns are x, y and z is not known")
                     .with_hint("add --columns X,Y,Z"),
@@ -118,16 +139,21 @@ impl RecordingReading {
         }
     }
 
-    fn reading_of(&self, columns: Vec<ColumnRef>) -> RecordingOptions {
-        RecordingOptions {
+    /// The same for a look at whatever columns are named.
+    ///
+    /// # Errors
+    /// A stretch that ends before it begins.
+    pub(crate) fn reading_of(&self, columns: Vec<ColumnRef>) -> Result<RecordingOptions> {
+        Ok(RecordingOptions {
             layout: LayoutOptions::default(),
             columns,
             time: self.time.clone(),
             time_unit: self.time_unit,
             sampling_rate_hz: self.rate,
             unit: self.unit,
+            between: stretch(self.between.as_deref())?,
             ..RecordingOptions::default()
-        }
+        })
     }
 
     /// The one unit of three columns: that of their headings, else the one that is given.

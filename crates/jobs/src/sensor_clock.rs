@@ -1,12 +1,15 @@
 //! The clock of a digital sensor beside that of the bench, as a result states it.
 
+use crate::findings;
 use proofmass_io::StatedQuantity;
 use proofmass_shaker::derived::PROBABILITY;
+use proofmass_shaker::recording::Quality;
 use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
-use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 
 /// What a result with a sensor's own file says about its clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SensorClock {
     /// Whose clock it is.
     pub clock: SampleClock,
@@ -17,6 +20,35 @@ pub struct SensorClock {
 }
 
 impl SensorClock {
+    /// Error of the device's clock from the runs that were used, and its delay from phases (frequency, phase, standard
+    /// uncertainty) where the clock is shared; `own` says what a clock of its own costs.
+    pub(crate) fn of<'a>(
+        clock: SampleClock,
+        runs: impl Iterator<Item = (&'a str, &'a Quality)>,
+        phases: impl FnOnce() -> Vec<(f64, f64, f64)>,
+        own: [&str; 2],
+        findings: &mut Vec<Finding>,
+    ) -> Self {
+        let (error, about) = ClockError::of(clock, runs);
+        findings.extend(about);
+        let delay = match clock {
+            SampleClock::Own => {
+                findings.push(findings::own_clock(own[0], own[1]));
+                None
+            }
+            SampleClock::Shared => {
+                let (delay, about) = Latency::of(&phases());
+                findings.extend(about);
+                delay
+            }
+        };
+        Self {
+            clock,
+            error,
+            delay,
+        }
+    }
+
     pub(crate) fn quantities(&self) -> Vec<StatedQuantity> {
         let error = self.error.as_ref().map(error);
         error

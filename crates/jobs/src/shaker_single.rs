@@ -5,7 +5,6 @@ mod page;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::device_output::DeviceOutput;
-use crate::findings;
 use crate::frequency_response;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
@@ -23,7 +22,7 @@ use proofmass_shaker::derived::{Expanded, PROBABILITY};
 use proofmass_shaker::findings::{excluded_run, reference_out_of_range};
 use proofmass_shaker::not_that_of_the_datasheet;
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
-use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
+use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
@@ -268,31 +267,16 @@ impl ShakerSingleJob {
         let runs = data.runs.iter();
         let used = runs.filter(|r| !self.excluded.contains(&r.row.run));
         let qualities = used.map(|r| (r.row.run.as_str(), &r.quality));
-        let (error, about) = ClockError::of(clock, qualities);
-        findings.extend(about);
-        let delay = match clock {
-            SampleClock::Own => {
-                findings.push(findings::own_clock(
-                    "the phase against the reference is not determined",
-                    "moduli are calibrated; calibration.json, which needs a phase, is not written",
-                ));
-                None
-            }
-            SampleClock::Shared => {
-                let phases = results.iter().filter_map(|r| {
-                    let phase = r.estimate.get("phase")?;
-                    Some((r.frequency, phase.value, phase.standard_uncertainty))
-                });
-                let (delay, about) = Latency::of(&phases.collect::<Vec<_>>());
-                findings.extend(about);
-                delay
-            }
-        };
-        Some(SensorClock {
-            clock,
-            error,
-            delay,
-        })
+        let phases = results.iter().filter_map(|r| {
+            let phase = r.estimate.get("phase")?;
+            Some((r.frequency, phase.value, phase.standard_uncertainty))
+        });
+        let own = [
+            "the phase against the reference is not determined",
+            "moduli are calibrated; calibration.json, which needs a phase, is not written",
+        ];
+        let found = SensorClock::of(clock, qualities, || phases.collect(), own, findings);
+        Some(found)
     }
 
     /// The check standard in the runs that were used.

@@ -9,8 +9,9 @@ pub use outcome::ShakerTriaxialOutcome;
 pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
-use crate::campaign::{Mounting, RunTable, ShakerBudget, ShakerRecording, ShakerTriaxialCampaign};
-use crate::findings;
+use crate::campaign::{
+    Certificate, Mounting, RunTable, ShakerBudget, ShakerRecording, ShakerTriaxialCampaign,
+};
 use crate::observed::{SensorFiles, observe};
 use crate::outcome::Job;
 use crate::record::Record;
@@ -21,7 +22,7 @@ use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_shaker::monte_carlo::{self, CheckOptions};
 use proofmass_shaker::published::MagnitudeBudget;
 use proofmass_shaker::recording::{QualityLimits, RunInput};
-use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};
+use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::{
     Acts, Budget, Configuration, Correction, Key, ShakerCalibration, ShakerCampaign, ShakerInput,
     ShakerMethod, adopt, calibrate, check,
@@ -209,40 +210,26 @@ impl ShakerTriaxialJob {
     ) -> Option<SensorClock> {
         let clock = self.sample_clock?;
         let used = data.runs.iter().filter(|r| !self.excluded.contains(&r.run));
-        let (error, about) = ClockError::of(clock, used.map(|r| (r.run.as_str(), &r.quality)));
-        findings.extend(about);
+        let runs = used.map(|r| (r.run.as_str(), &r.quality));
         let mut rigorous = calibration
             .results
             .iter()
             .filter(|r| !r.frequencies.is_empty());
         let frequencies = rigorous.next().map_or(&[][..], |r| &r.frequencies);
-        let delay = match clock {
-            SampleClock::Own => {
-                findings.push(findings::own_clock(
-                    "phases are those among the axes of the sensor, not against the reference",
-                    "at each frequency phases count from that of S_xx (of the next axis where x is faint), which is real by \
-                     definition; calibration.json, which needs them over frequency, is not written",
-                ));
-                None
-            }
-            SampleClock::Shared => {
-                let phases = frequencies.iter().flat_map(|f| {
-                    let main = [0, 4, 8].into_iter();
-                    main.filter_map(|k| {
-                        let phase = f.sensitivity[k].phase.as_ref()?;
-                        Some((f.frequency, phase.value, phase.standard_uncertainty))
-                    })
-                });
-                let (delay, about) = Latency::of(&phases.collect::<Vec<_>>());
-                findings.extend(about);
-                delay
-            }
-        };
-        Some(SensorClock {
-            clock,
-            error,
-            delay,
-        })
+        let phases = frequencies.iter().flat_map(|f| {
+            let main = [0, 4, 8].into_iter();
+            main.filter_map(|k| {
+                let phase = f.sensitivity[k].phase.as_ref()?;
+                Some((f.frequency, phase.value, phase.standard_uncertainty))
+            })
+        });
+        let own = [
+            "phases are those among the axes of the sensor, not against the reference",
+            "at each frequency phases count from that of S_xx (of the next axis where x is faint), which is real by \
+             definition; calibration.json, which needs them over frequency, is not written",
+        ];
+        let found = SensorClock::of(clock, runs, || phases.collect(), own, findings);
+        Some(found)
     }
 }
 
@@ -257,7 +244,7 @@ impl ShakerTriaxialCampaign {
     pub fn load(&self, watch: &dyn Watch) -> Result<ShakerTriaxialFiles> {
         let mut table = self.read_runs()?;
         // Small tables before the large recordings: their mistakes are told at once.
-        let certificate = self.read_reference()?;
+        let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let corrections = self.read_corrections()?;
         let budget = self.read_budget()?;
         let plan = self.read_plan()?;
@@ -335,20 +322,11 @@ impl ShakerTriaxialCampaign {
             job.reference = Some(certificate.table);
             job.reference_description = certificate.description;
         }
-        findings.extend(observed.findings);
         let points = table.runs.iter();
         let points = points.map(|r| (r.seat.configuration.inclination, r.frequency_hz));
         findings.extend(self.fixture_findings(&points.collect::<Vec<_>>())?);
-        let recordings = observed.inputs.len() - 1;
-        inputs.extend(observed.inputs);
-        Ok(ShakerTriaxialFiles {
-            job,
-            runs,
-            findings,
-            name: table.path.display().to_string(),
-            inputs,
-            recordings,
-        })
+        let said = (findings, inputs);
+        Ok(BenchFiles::new((job, runs), &table.path, said, observed))
     }
 
     /// What the result is filed with.

@@ -14,7 +14,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_dynamic::shock::{
-    FlatStandard, NoCalibration, NoPulse, PulseContext, PulseSearch, ShockCalibration,
+    FlatStandard, NoCalibration, NoPulse, Pulse, PulseContext, PulseSearch, ShockCalibration,
     ShockReference, SpectrumRequest, SpectrumTolerance, Tolerance, pulse_findings, required_at,
 };
 use proofmass_signal::{Extremes, Peaks, Trace, octaves};
@@ -143,6 +143,18 @@ fn uncovered(flat: &FlatStandard) -> Option<Finding> {
             )
             .at(Severity::Warning)
     })
+}
+
+/// The part of a record that shows its pulse, from and to in s.
+fn window(pulse: &Pulse, rate: f64, samples: usize) -> (f64, f64) {
+    let last = samples.saturating_sub(1) as f64 / rate;
+    let start = pulse.start.map_or(0.0, |s| s / rate);
+    let end = pulse.end.map_or(last, |e| e / rate);
+    let duration = (end - start).max(1.0 / rate);
+    (
+        (start - duration).max(0.0),
+        (end + 4.0 * duration).min(last).max(end),
+    )
 }
 
 impl Job for ShockJob {
@@ -287,10 +299,14 @@ impl ShockJob {
         let channels = channels
             .map(|c| {
                 let time: Vec<f64> = (0..c.data.len()).map(|k| k as f64 / data.rate).collect();
+                let (from, to) = window(&pulse, data.rate, c.data.len());
+                let [from, to] = [(from * data.rate).floor(), (to * data.rate).ceil() + 1.0];
+                let cut = (from as usize).min(c.data.len())..(to as usize).min(c.data.len());
                 ShockChannel {
                     name: c.name.to_owned(),
                     unit: c.unit.to_owned(),
                     trace: Trace::new(&time, c.data, Trace::RUNS),
+                    pulse: Trace::new(&time[cut.clone()], &c.data[cut], Trace::RUNS),
                 }
             })
             .collect();

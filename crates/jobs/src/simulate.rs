@@ -156,6 +156,7 @@ impl Desk<'_> {
             written.push(Input {
                 path: name.to_owned(),
                 sha256,
+                reading: None,
             });
         }
         Ok(())

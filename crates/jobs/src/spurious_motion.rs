@@ -3,7 +3,7 @@
 mod page;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
-use crate::campaign::SpuriousMotionCampaign;
+use crate::campaign::{Certificate, SpuriousMotionCampaign};
 use crate::findings;
 use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
@@ -342,7 +342,7 @@ impl SpuriousMotionCampaign {
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<SpuriousMotionFiles> {
         let mut table = self.read_runs()?;
-        let certificate = self.read_reference()?;
+        let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let observed = observe(
             &mut table,
             self.recording.as_ref(),
@@ -374,7 +374,6 @@ impl SpuriousMotionCampaign {
             inputs.push(certificate.input);
             job.reference = Some(certificate.table);
         }
-        findings.extend(observed.findings);
         job.vibrometer = self.vibrometer.map(|v| Vibrometer {
             sensitivity: v.sensitivity,
             delay: v.delay_s,
@@ -388,16 +387,8 @@ impl SpuriousMotionCampaign {
             inputs.extend(model.input);
             job.models.push(model.correction);
         }
-        let recordings = observed.inputs.len() - 1;
-        inputs.extend(observed.inputs);
-        Ok(SpuriousMotionFiles {
-            job,
-            runs,
-            findings,
-            name,
-            inputs,
-            recordings,
-        })
+        let said = (findings, inputs);
+        Ok(BenchFiles::new((job, runs), &table.path, said, observed))
     }
 
     /// What the result is filed with.

@@ -21,5 +21,5 @@ pub(crate) fn found(
     }
     let windowed = WindowedVariance::new(samples, rate, breaks, search)
         .map_err(|e| Trouble::from(e).detail(name))?;
-    Ok(windowed.segments(threshold))
+    Ok(windowed.holds(samples, threshold))
 }

@@ -248,7 +248,10 @@ pub fn dated(bytes: &[u8], name: &str) -> Result<DatedEstimate> {
             .detail(name)
             .with_hint("name result.json files of calibrations")
     })?;
-    let estimate = document.estimate.ok_or_else(|| {
+    let stated = document
+        .stated()
+        .map_err(|e| Trouble::from(e).detail(name))?;
+    let estimate = stated.cloned().ok_or_else(|| {
         Trouble::data("the result has no quantities with one covariance")
             .detail(name)
             .with_hint("name result.json files of calibrations")

@@ -1,10 +1,11 @@
 //! A result as data: what `result.json` holds, and every file that is made from it.
 
 use crate::outcome::{Outcome, QUANTITIES};
+use crate::page::answer::answer_first;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    AnyCalibration, Cell, NamedCovariance, RESULT_VERSION, ResultDocument, StatedQuantity, Table,
+    AnyCalibration, Cell, RESULT_VERSION, ResultDocument, StatedQuantity, Table, TrialFile,
 };
 use proofmass_report::{Place, Report, Section, html};
 use proofmass_uncertainty::{Estimate, Finding};
@@ -47,6 +48,8 @@ pub struct StoredResult {
     record: Record,
     calibration: Option<AnyCalibration>,
     shown: Shown,
+    /// Files that stand beside result.json alone.
+    beside: Vec<(String, Vec<u8>)>,
 }
 
 /// What a page and the files beside it are made from.
@@ -76,15 +79,14 @@ impl StoredResult {
         document.inputs = record.inputs.clone();
         document.quantities = outcome.quantities();
         if let Some(estimate) = outcome.estimate() {
-            document.covariance = Some(NamedCovariance::of(estimate));
-            document.estimate = Some(estimate.clone());
+            document = document.joint(estimate);
         }
         document = document.section("date", &record.date)?;
         document = document.section("ambient", &record.ambient)?;
         for (name, value) in outcome.sections()? {
             document = document.section(name, &value)?;
         }
-        let page = outcome.page(Report::default()).shortened();
+        let page = answer_first(outcome.page(Report::default()), &document.quantities).shortened();
         let mut files = BTreeMap::new();
         for (name, bytes) in outcome.attachments(&record)? {
             let text = String::from_utf8(bytes)
@@ -102,6 +104,7 @@ impl StoredResult {
             record,
             calibration,
             shown,
+            beside: outcome.beside()?,
         })
     }
 
@@ -118,7 +121,9 @@ impl StoredResult {
             ))
             .with_hint("evaluate it again, or use the version of proofmass that wrote it; it stands under `software`"));
         }
-        let shown: Shown = part(&document, SHOWN)?;
+        let mut shown: Shown = part(&document, SHOWN)?;
+        // Pages that were written before a page had an answer.
+        shown.page = answer_first(shown.page, &document.quantities);
         document.extra.remove(SHOWN);
         let tables = shown.page.filed_tables();
         let names = tables.iter().map(|t| &t.file).chain(shown.files.keys());
@@ -146,7 +151,21 @@ impl StoredResult {
             record,
             calibration,
             shown,
+            beside: Vec::new(),
         })
+    }
+
+    /// Adds the files that stand beside result.json alone, from where it was read; `read` gives the bytes of a name.
+    ///
+    /// # Errors
+    /// A file that is not there, or not the one that was written with the result.
+    pub fn with_files_beside(mut self, read: impl Fn(&str) -> Result<Vec<u8>>) -> Result<Self> {
+        if let Some(trials) = TrialFile::in_result(&self.document)? {
+            let bytes = read(&trials.file)?;
+            trials.table(bytes.clone())?;
+            self.beside = vec![(trials.file, bytes)];
+        }
+        Ok(self)
     }
 
     /// Bytes of result.json. Tables with a row for every sample of a long recording, which no page shows, stand in their file alone.
@@ -184,8 +203,11 @@ impl StoredResult {
     }
 
     /// The joint estimate behind the quantities, where there is one.
-    pub fn estimate(&self) -> Option<&Estimate> {
-        self.document.estimate.as_ref()
+    ///
+    /// # Errors
+    /// It says otherwise than the quantities.
+    pub fn estimate(&self) -> Result<Option<&Estimate>> {
+        Ok(self.document.stated()?)
     }
 
     /// What compensation needs, where the result is a calibration.
@@ -213,7 +235,7 @@ impl StoredResult {
         let mut page = self.shown.page.clone();
         page.title = self.document.title.clone().unwrap_or_default();
         page.language = "en".to_owned();
-        page.meta = [self.record.meta(), page.meta].concat();
+        page.meta = [self.record.readings(), self.record.meta(), page.meta].concat();
         page = page.findings(self.findings().iter().cloned());
         let inputs = self.record.digests();
         if !inputs.is_empty() {
@@ -267,6 +289,7 @@ impl StoredResult {
         }
         let texts = self.shown.files.iter();
         files.extend(texts.map(|(name, text)| (name.clone(), text.clone().into_bytes())));
+        files.extend(self.beside.iter().cloned());
         Ok(files)
     }
 }
@@ -358,8 +381,8 @@ pub(crate) fn stated(quantities: &[StatedQuantity]) -> Result<Table> {
             Cell::from(q.value),
             Cell::from(q.unit.as_str()),
             Cell::from(q.u),
-            Cell::from(q.expanded),
-            Cell::from(q.k),
+            Cell::from(q.symmetric()),
+            Cell::from(q.k.filter(|_| q.interval.is_none())),
             Cell::from(nu),
             Cell::from(q.probability),
             Cell::from(q.interval.map(|[low, _]| low)),

@@ -3,7 +3,7 @@
 mod page;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
-use crate::campaign::TransverseCampaign;
+use crate::campaign::{Certificate, TransverseCampaign};
 use crate::device_output::DeviceOutput;
 use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
@@ -439,7 +439,7 @@ impl TransverseCampaign {
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<TransverseFiles> {
         let mut table = self.read_runs()?;
-        let certificate = self.read_reference()?;
+        let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let observed = observe(
             &mut table,
             self.recording.as_ref(),
@@ -464,7 +464,7 @@ impl TransverseCampaign {
                 place: format!("{name}:{}", run.line),
             })
             .collect();
-        let mut findings = observed.findings;
+        let mut findings = Vec::new();
         let mut inputs = vec![self.source.input.clone()];
         let mounting = &self.mounting;
         let mut seat = SeatUncertainty::new(mounting.u_tilt_deg.to_radians());
@@ -490,16 +490,8 @@ impl TransverseCampaign {
         job.limit = self.datasheet.map(|d| d.transverse / 100.0);
         job.excluded = table.excluded(&self.runs.exclude);
         job.coverage_factor = self.method.coverage_factor;
-        let recordings = observed.inputs.len() - 1;
-        inputs.extend(observed.inputs);
-        Ok(TransverseFiles {
-            job,
-            runs,
-            findings,
-            name,
-            inputs,
-            recordings,
-        })
+        let said = (findings, inputs);
+        Ok(BenchFiles::new((job, runs), &table.path, said, observed))
     }
 
     /// What the result is filed with.

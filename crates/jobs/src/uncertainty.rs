@@ -5,11 +5,12 @@ mod page;
 
 pub use model_text::ModelText;
 
+use crate::outcome::section;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use crate::{Job, Outcome};
 use proofmass_core::Watch;
-use proofmass_io::StatedQuantity;
+use proofmass_io::{StatedQuantity, TRIALS_SECTION, TrialFile};
 use proofmass_report::Report;
 use proofmass_uncertainty::{
     Estimate, Evaluate, Finding, FitScatter, FitWeights, InputEntry, ModelResult, Refusal,
@@ -126,22 +127,22 @@ impl Outcome for UncertaintyOutcome {
         outputs
             .map(|output| {
                 let stated = &output.stated;
-                let trials = stated.method == StatementMethod::MonteCarlo;
+                let ends = [stated.interval.lower, stated.interval.upper];
                 StatedQuantity {
                     name: stated.name.clone(),
                     unit: stated.unit.clone(),
                     value: stated.value,
                     u: stated.standard_uncertainty,
-                    expanded: stated.expanded_uncertainty,
+                    expanded: stated.reach(),
                     k: stated.coverage_factor,
                     nu_eff: stated.dof,
                     probability: stated.probability,
-                    interval: trials.then_some([stated.interval.lower, stated.interval.upper]),
+                    interval: stated.expanded_uncertainty.is_none().then_some(ends),
                     method: Some(
-                        if trials {
-                            "monte-carlo"
-                        } else {
-                            "law-of-propagation"
+                        match stated.method {
+                            StatementMethod::LawOfPropagation => "law-of-propagation",
+                            StatementMethod::SecondOrder => "second-order",
+                            _ => "monte-carlo",
                         }
                         .to_owned(),
                     ),
@@ -155,7 +156,43 @@ impl Outcome for UncertaintyOutcome {
     }
 
     fn estimate(&self) -> Option<&Estimate> {
-        self.result.estimate.as_ref()
+        self.result.stated.as_ref()
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        let outputs = self.result.outputs.iter();
+        let linear: Vec<StatedQuantity> = outputs
+            .filter_map(|o| {
+                Some(StatedQuantity::new(
+                    &o.linear.as_ref()?.quantity,
+                    self.result.options.probability,
+                ))
+            })
+            .collect();
+        // For information: what is stated stands under `quantities`.
+        let mut sections = vec![section("linear", &linear)?];
+        if let Some(table) = &self.result.table {
+            sections.push(section(TRIALS_SECTION, &TrialFile::of(table)?.0)?);
+        }
+        let result = &self.result;
+        if !result.conformity.is_empty() {
+            sections.push(section("conformity", &result.conformity)?);
+        }
+        if !result.sweeps.is_empty() {
+            sections.push(section("sweeps", &result.sweeps)?);
+        }
+        if !result.targets.is_empty() {
+            sections.push(section("targets", &result.targets)?);
+        }
+        Ok(sections)
+    }
+
+    fn beside(&self) -> Result<Vec<(String, Vec<u8>)>> {
+        let Some(table) = &self.result.table else {
+            return Ok(Vec::new());
+        };
+        let (file, bytes) = TrialFile::of(table)?;
+        Ok(vec![(file.file, bytes)])
     }
 
     fn page(&self, page: Report) -> Report {
@@ -175,10 +212,16 @@ impl UncertaintyOutcome {
             parts.push([solve.unknown.join(", "), text]);
         }
         for fit in &self.model.fit {
+            let shape = match &fit.curve {
+                Some(curve) => format!("curve {curve}"),
+                None => format!(
+                    "polynomial of degree {}",
+                    fit.parameters.len().saturating_sub(1)
+                ),
+            };
             let text = format!(
-                "{}: polynomial of degree {} through ({}, {}), {}{}",
+                "{}: {shape} through ({}, {}), {}{}",
                 fit.name,
-                fit.parameters.len().saturating_sub(1),
                 fit.x,
                 fit.y,
                 match fit.weights {
@@ -209,6 +252,10 @@ fn given(entry: &InputEntry) -> [String; 4] {
         (None, Some(values)) => format!("{} observations", values.len()),
         (None, None) => stated(entry),
     };
+    if let Some(file) = &entry.file {
+        let column = entry.column.as_deref().unwrap_or_default();
+        known += &format!("; column {column} of {file}");
+    }
     if let Some(dof) = entry.dof {
         known += &format!("; ν = {}", dof.get());
     }

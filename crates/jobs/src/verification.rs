@@ -20,13 +20,20 @@ pub fn judge(chain: &Verification, keys: &[VerifyingKey]) -> Result<()> {
         };
     };
     let place = first.found.as_ref().map(|p| p.display().to_string());
+    let hint = match &first.elsewhere {
+        Some(whole) => format!(
+            "{} is unchanged: if that is the one that belongs here, name its folder with --data",
+            whole.display()
+        ),
+        None => "fetch the original files, or name their folder with --data".to_owned(),
+    };
     Err(Trouble::data(format!(
         "{} of {} files are not what they were; the first is {}",
         chain.links.iter().filter(changed).count(),
         chain.links.len(),
         place.unwrap_or_else(|| first.name.clone())
     ))
-    .with_hint("fetch the original files, or name their folder with --data"))
+    .with_hint(hint))
 }
 
 /// The chain as a page: every file with what names it, its state and its digest, who signed and what wrote.
@@ -37,6 +44,7 @@ pub fn page(result: &Path, chain: &Verification) -> Report {
             Column::text("file"),
             Column::text("named by"),
             Column::text("state"),
+            Column::text("read"),
             Column::text("SHA-256"),
         ],
     );
@@ -55,6 +63,10 @@ pub fn page(result: &Path, chain: &Verification) -> Report {
             Cell::text(link.name.clone()),
             Cell::text(by.into_owned()),
             Cell::text(state),
+            Cell::text(match &link.found {
+                Some(place) => place.display().to_string(),
+                None => String::new(),
+            }),
             Cell::text(format!("{}…", link.sha256.get(..12).unwrap_or_default())),
         ])
     });
@@ -73,8 +85,20 @@ pub fn page(result: &Path, chain: &Verification) -> Report {
             signers.into_iter().collect::<Vec<_>>().join(", ")
         ),
     };
+    let mut files = Section::new("Files").table(table);
+    if !chain.foreign.is_empty() {
+        let names: Vec<String> = chain
+            .foreign
+            .iter()
+            .map(|p| p.display().to_string())
+            .collect();
+        files = files.paragraph(format!(
+            "No list names these, and nothing is known of them: {}.",
+            names.join(", ")
+        ));
+    }
     Report::new(format!("Verification of {}", result.display()))
         .meta("signed", signed)
         .meta("written by", written.join(", "))
-        .section(Section::new("Files").table(table))
+        .section(files)
 }

@@ -11,7 +11,7 @@ fn known_quantities_of_version_1_are_read() {
     let document = ResultDocument::from_json(VERSION_1).unwrap();
     assert_eq!(document.kind, "level-linearity");
     assert_eq!(document.quantities.len(), 2);
-    let estimate = document.estimate.expect("an estimate");
+    let estimate = document.stated().unwrap().expect("an estimate");
     assert_eq!(estimate.components().len(), 2);
     // A record of calibrations over the years takes results of either form.
     assert!(dated(VERSION_1, "result.json").is_ok());

@@ -1,6 +1,6 @@
 //! One recording, one sampling rate, whoever reads it.
 
-use proofmass_io::{CalibrationFile, Source, Unit, inspect_source};
+use proofmass_io::{CalibrationFile, RecordingOptions, Source, Unit, inspect_source};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::noise::{NoiseReading, NoiseSamples};
 use proofmass_jobs::validation::ValidationRecording;
@@ -31,7 +31,7 @@ fn source(text: &str) -> Source {
 }
 
 fn inspected(text: &str) -> f64 {
-    inspect_source(source(text), 10)
+    inspect_source(source(text), &RecordingOptions::default(), 10)
         .unwrap()
         .time
         .unwrap()

@@ -5,6 +5,7 @@ use proofmass_core::Error;
 
 /// What one estimate did against the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Agreement {
     /// Root of the mean square error.
     pub rms: f64,
@@ -133,6 +134,7 @@ fn delay(v: &[f64], r: &[f64]) -> Option<f64> {
 
 /// One method at one rate.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MethodRow {
     /// Method with its settings.
     pub method: Method,

@@ -11,6 +11,7 @@ use std::f64::consts::PI;
 
 /// Gains of the two channels of a fused filter on the true velocity at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ChannelGain {
     /// Frequency, rad/s.
     pub omega: f64,
@@ -143,6 +144,7 @@ pub enum Criterion<'a> {
 
 /// Gains with the value of the criterion, RMS in velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Crossover {
     /// The method with its gains.
     pub method: Method,

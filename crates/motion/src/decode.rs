@@ -7,6 +7,7 @@ use proofmass_uncertainty::Finding;
 
 /// A decoded recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Decoded {
     /// Count at every sample or edge, continued over rollovers.
     pub count: Vec<i64>,

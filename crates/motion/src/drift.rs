@@ -7,6 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// What integration alone does to a velocity after a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DriftBudget {
     /// Time, s.
     pub time: f64,

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// One line: cosine · cos(2π order r/turn) + sine · sin(2π order r/turn), added to the position at the reading r.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MapLine {
     /// Cycles per turn: 1 for an eccentric disc, 2 for an ellipse, the ratio of a gear for its teeth or its turn.
     pub order: f64,

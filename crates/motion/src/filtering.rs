@@ -176,6 +176,7 @@ pub(crate) fn pass<const N: usize>(
 
 /// A filter or smoother over a record.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct KalmanRun {
     /// Velocity per sample.
     pub velocity: Vec<f64>,

@@ -177,6 +177,7 @@ impl Family {
 
 /// Velocity by one method.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VelocityTrace {
     /// Method with its settings.
     pub method: Method,

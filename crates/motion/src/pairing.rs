@@ -11,6 +11,7 @@ use std::f64::consts::TAU;
 
 /// Regression of the motion in the readings on the motion in the accelerometer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Pairing {
     /// Velocity changes of the readings over those of the accelerometer: one when units, axes and calibration agree.
     pub gain: f64,

@@ -17,6 +17,7 @@ pub enum Excitation<'a> {
 
 /// The voltages of a resolver without their carrier, one pair for each block of whole carrier periods.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Demodulated {
     /// Middles of the blocks, s.
     pub time: Vec<f64>,
@@ -289,6 +290,7 @@ fn inverse<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
 
 /// Angles of a resolver over a recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ResolverAngles {
     /// Continuous angle, rad; where there is no signal the last one.
     pub angle: Vec<f64>,

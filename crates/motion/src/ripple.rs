@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 /// One repeating error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RippleLine {
     /// Length (or angle) after which it repeats.
     pub period: f64,
@@ -23,6 +24,7 @@ pub struct RippleLine {
 
 /// Repeating errors, largest first.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Ripple {
     /// Lines above five times the median of the spectrum.
     pub lines: Vec<RippleLine>,

@@ -32,6 +32,7 @@ impl Default for SlipSearch {
 
 /// Slip and collisions of a record, with the standard deviation of the quiet part.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SlipReport {
     /// Encoder and accelerometer disagree.
     pub slip: Vec<Episode>,

@@ -28,6 +28,7 @@ pub fn mean_between(time: &[f64], value: &[f64], from: f64, to: f64) -> Option<f
 
 /// The longest stretch of samples without a gap, and what is to be said about it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Ungapped {
     /// Samples of the stretch.
     pub used: Range<usize>,

@@ -13,6 +13,7 @@ pub(crate) use smoothing::Constants;
 
 use crate::diffuse::{ColouredNoise, Noise, Prepared, Solution, Unknowns};
 use crate::floor::effective_readings;
+use crate::search::simplex;
 use crate::{BiasModel, Hold, KalmanModel, MotionRecord, ProcessNoise, ReadingSource, Whiteness};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
@@ -74,6 +75,7 @@ impl Default for Tuning {
 
 /// A constant that was found, with its standard uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TunedValue {
     /// Value.
     pub value: f64,
@@ -299,6 +301,28 @@ struct Point {
     value: f64,
     /// Other maxima that are as likely.
     alike: Vec<Noise>,
+}
+
+/// The highest point that simplexes of a size and a number of passes meet, from one start after another.
+fn highest<const D: usize>(
+    starts: impl IntoIterator<Item = [f64; D]>,
+    (size, passes): (f64, usize),
+    mut at: impl FnMut(&[f64; D]) -> Result<Option<Point>, Error>,
+) -> Result<Option<Point>, Error> {
+    let mut best: Option<Point> = None;
+    for start in starts {
+        simplex(start, size, passes, |x| {
+            let point = at(x)?;
+            let value = point.as_ref().map_or(-1e300, |p| p.value);
+            if let Some(point) = point
+                && best.as_ref().is_none_or(|b| point.value > b.value)
+            {
+                best = Some(point);
+            }
+            Ok(value)
+        })?;
+    }
+    Ok(best)
 }
 
 struct Search<'a> {

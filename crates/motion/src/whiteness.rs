@@ -5,6 +5,7 @@ use proofmass_uncertainty::chi_squared_chance;
 
 /// Ljung–Box test of the autocorrelation and chi-square test of the size of normalised innovations.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Whiteness {
     /// Number of innovations.
     pub samples: usize,

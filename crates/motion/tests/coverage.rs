@@ -206,10 +206,14 @@ fn law_readings_that_rest_are_said() {
         let acceleration = (0..3000).map(|_| 0.02 * normal()).collect();
         let record = MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();
         let tuned = Tuning::default().run(&record, &Unwatched).unwrap();
-        let said = tuned
-            .findings
-            .iter()
-            .any(|f| f.code() == "slow-quantised-readings");
-        assert_eq!(said, resting, "{speed}: {:?}", tuned.findings);
+        assert_eq!(
+            tuned
+                .findings
+                .iter()
+                .any(|f| f.code() == "slow-quantised-readings"),
+            resting,
+            "{speed}: {:?}",
+            tuned.findings
+        );
     }
 }

@@ -79,6 +79,7 @@ impl Default for AnalysisOptions {
 
 /// One point of the spectrum of the whole record: neighbouring cosines together, as the likelihood sees them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SpectrumPoint {
     /// Centre of the bin in Hz.
     pub frequency: f64,
@@ -92,6 +93,7 @@ pub struct SpectrumPoint {
 
 /// One coefficient in every unit in use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TermUnits {
     /// Which.
     pub term: Term,

@@ -245,6 +245,7 @@ impl Limits {
 
 /// One coefficient with its unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Coefficient {
     /// Which process.
     pub term: Term,
@@ -258,6 +259,7 @@ pub struct Coefficient {
 
 /// The second number of a term that has two.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TermParameter {
     /// Its value.
     pub value: f64,

@@ -21,6 +21,7 @@ const TERMS: [Term; 5] = [
 
 /// One coefficient in every unit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ComparedTerm {
     /// Which coefficient.
     pub term: Term,
@@ -34,6 +35,7 @@ pub struct ComparedTerm {
 
 /// One channel in every unit that has it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ComparedChannel {
     /// Name of the channel.
     pub name: String,
@@ -49,6 +51,7 @@ pub struct ComparedChannel {
 
 /// One limit against every unit.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CheckedLimit {
     /// The channel.
     pub channel: String,

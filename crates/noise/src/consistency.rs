@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// The Allan variance at one τ, directly and through the density.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ConsistencyPoint {
     /// Averaging time in s.
     pub tau: f64,
@@ -27,6 +28,7 @@ impl ConsistencyPoint {
 
 /// The fitted model beside the curve at one τ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FittedPoint {
     /// Averaging time in s.
     pub tau: f64,

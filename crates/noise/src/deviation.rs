@@ -43,6 +43,7 @@ impl Default for DeviationOptions {
 
 /// The statistic at one averaging time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DeviationPoint {
     /// Averaging factor m.
     pub factor: usize,

@@ -27,6 +27,7 @@ pub enum DisturbanceKind {
 
 /// One disturbance of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Disturbance {
     /// What it looks like.
     pub kind: DisturbanceKind,

@@ -13,6 +13,7 @@ const MOST: usize = 1000;
 
 /// The curve of one window of a record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DynamicWindow {
     /// First sample of the window in s, from the first of the record.
     pub from: f64,

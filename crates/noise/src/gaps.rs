@@ -33,6 +33,7 @@ pub enum GapKind {
 
 /// One interruption of the record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RecordGap {
     /// Why.
     pub kind: GapKind,

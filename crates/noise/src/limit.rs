@@ -136,6 +136,7 @@ pub enum Conformity {
 
 /// A coefficient against a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LimitCheck {
     /// The value, its most likely one where it is not identifiable, in the unit of the limit.
     pub value: Option<f64>,

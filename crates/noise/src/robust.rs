@@ -23,6 +23,7 @@ const WIDTH: f64 = 0.05;
 
 /// Coefficients after gross outliers were replaced by what their neighbours predict, and how they differ from the ordinary ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RobustFit {
     /// The fit; N with the variance that the replaced samples lack.
     pub fit: CoefficientFit,

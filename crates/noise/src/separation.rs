@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Variances of three sensors by themselves at one τ.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SeparatedPoint {
     /// Averaging factor m.
     pub factor: usize,

@@ -15,6 +15,7 @@ const SHORTEST: f64 = 0.53;
 
 /// One state of the bias: x_{k+1} = φ x_k + w_k, w of variance q, from a variance p₀.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BiasComponent {
     /// The term it belongs to.
     pub term: Term,
@@ -30,6 +31,7 @@ pub struct BiasComponent {
 
 /// A rate y = (true rate) + Σ x + v with v white of variance R: the noise of a sensor for a Kalman filter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StateSpace {
     /// Samples per second.
     pub sample_rate: f64,

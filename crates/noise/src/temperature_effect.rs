@@ -20,6 +20,7 @@ const NOISY: f64 = 0.01;
 
 /// Sensitivity of the output to temperature.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TemperatureSensitivity {
     /// Unit, of the rate per kelvin.
     pub unit: String,

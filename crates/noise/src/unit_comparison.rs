@@ -6,6 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Whether one coefficient may be the same in several units.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TermComparison {
     /// Which coefficient.
     pub term: Term,

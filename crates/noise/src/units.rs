@@ -28,6 +28,7 @@ impl Sensor {
 
 /// A value with its unit and, where it matters, its definition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct InUnit {
     /// Number in that unit.
     pub value: f64,
@@ -184,6 +185,7 @@ pub fn in_units(term: Term, value: f64, sensor: Sensor, sample_rate: f64) -> Vec
 
 /// Noise matrices of a Kalman filter that integrates the rate once and carries its bias.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct KalmanNoise {
     /// R: variance of one rate sample used as a measurement, N²·rate, U².
     pub measurement_variance: f64,
@@ -219,6 +221,7 @@ pub fn kalman_noise(fit: &CoefficientFit, sample_rate: f64) -> Result<KalmanNois
 
 /// A coefficient for a filter that must not trust a sensor of several axes too much.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Conservative {
     /// The number.
     pub value: f64,

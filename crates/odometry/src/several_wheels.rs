@@ -37,6 +37,7 @@ pub struct Departure {
 
 /// Where wheels depart from the others.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Departures {
     /// In order of time.
     pub found: Vec<Departure>,

@@ -27,6 +27,7 @@ pub struct Axle<'a> {
 
 /// Where one wheel of an axle slips.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WheelSlip {
     /// Stretches; `velocity` is how much faster the right wheel became than the turning explains.
     pub slip: Vec<Episode>,

@@ -24,7 +24,7 @@ pub enum Rounding {
     Plain,
     /// Two significant digits.
     TwoDigits,
-    /// Degrees of freedom: `∞` where Student's t is the normal distribution.
+    /// Degrees of freedom: `> 9999` where Student's t is the normal distribution.
     Freedom,
 }
 

@@ -22,7 +22,10 @@ pub struct Report {
     /// Label and value of what a reader files it by: device, date, operator, version.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meta: Vec<(String, String)>,
-    /// What to doubt, shown before everything else.
+    /// What a reader came for; it opens the page.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub answer: Answer,
+    /// What to doubt, one line each behind the answer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) findings: Vec<Finding>,
     /// The sections, in order.
@@ -31,6 +34,23 @@ pub struct Report {
     /// Last line; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) footer: String,
+}
+
+/// What a reader came for, on the first screen: the result with its uncertainty, the verdict, the plot that shows it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// What the result means, as a sentence; empty where the numbers say it all.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub verdict: String,
+    /// The result.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub figures: Vec<KeyFigure>,
+    /// What is copied from the page, such as coefficients for firmware.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<Block>,
+    /// The plot that shows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure: Option<Figure>,
 }
 
 /// A titled part of a report.
@@ -51,10 +71,10 @@ pub struct Section {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
-    /// On the page alone.
+    /// On the page alone, folded behind its title.
     #[default]
     Page,
-    /// On the page and in the summary of a terminal.
+    /// On the page, open, and in the summary of a terminal.
     Both,
     /// In the summary of a terminal alone.
     Summary,
@@ -233,6 +253,70 @@ impl Report {
         self
     }
 
+    /// Says what the result means.
+    #[must_use]
+    pub fn verdict(mut self, sentence: impl Into<String>) -> Self {
+        self.answer.verdict = minus_signs(sentence);
+        self
+    }
+
+    /// Adds the numbers that are the answer.
+    #[must_use]
+    pub fn answers(mut self, figures: impl IntoIterator<Item = KeyFigure>) -> Self {
+        self.answer.figures.extend(figures);
+        self
+    }
+
+    /// Adds to the answer what is copied from the page.
+    #[must_use]
+    pub fn copied(mut self, block: Block) -> Self {
+        self.answer.blocks.push(block);
+        self
+    }
+
+    /// Sets the plot that shows the answer.
+    #[must_use]
+    pub fn shown_by(mut self, caption: impl Into<String>, plot: impl Into<Plot>) -> Self {
+        self.answer.figure = Some(Figure {
+            caption: caption.into(),
+            plot: plot.into(),
+        });
+        self
+    }
+
+    /// The report with its answer first: numbers and plot that nobody named are the first ones of the sections.
+    #[must_use]
+    pub fn answer_first(mut self) -> Self {
+        if self.answer.figures.is_empty()
+            && let Some(Block::KeyFigures(figures)) =
+                self.taken(|b| matches!(b, Block::KeyFigures(_)))
+        {
+            self.answer.figures = figures;
+        }
+        if self.answer.figure.is_none()
+            && let Some(Block::Figure(figure)) = self.taken(|b| matches!(b, Block::Figure(_)))
+        {
+            self.answer.figure = Some(figure);
+        }
+        self.sections.retain(|s| !s.blocks.is_empty());
+        self
+    }
+
+    /// Whether there is neither an answer nor a finding: a collection of sections.
+    pub(crate) fn says_nothing(&self) -> bool {
+        is_default(&self.answer) && self.findings.is_empty()
+    }
+
+    /// Takes the first block of a kind out of the sections of the page.
+    fn taken(&mut self, wanted: impl Fn(&Block) -> bool) -> Option<Block> {
+        let sections = self.sections.iter_mut();
+        let mut shown = sections.filter(|s| matches!(s.place, Place::Page | Place::Both));
+        shown.find_map(|section| {
+            let at = section.blocks.iter().position(&wanted)?;
+            Some(section.blocks.remove(at))
+        })
+    }
+
     /// Adds findings to the head.
     #[must_use]
     pub fn findings(mut self, findings: impl IntoIterator<Item = Finding>) -> Self {
@@ -254,8 +338,12 @@ impl Report {
             .retain(|s| s.place == Place::Both || s.place == place);
         if place == Place::Summary {
             self.footer.clear();
+            self.answer.figure = None;
             for section in &mut self.sections {
                 section.blocks.retain(|b| !matches!(b, Block::Figure(_)));
+                if section.place == Place::Both {
+                    section.blocks.iter_mut().for_each(cut);
+                }
             }
             self.sections.retain(|s| !s.blocks.is_empty());
         }
@@ -276,6 +364,12 @@ impl Report {
                     _ => {}
                 }
             }
+        }
+        if let Some(figure) = self.answer.figure.take() {
+            self.answer.figure = Some(Figure {
+                plot: figure.plot.shortened(),
+                caption: figure.caption,
+            });
         }
         for section in &mut self.sections {
             shorten(&mut section.blocks);
@@ -308,6 +402,7 @@ impl Report {
             subtitle: self.subtitle.clone(),
             language: self.language.clone(),
             meta: self.meta.clone(),
+            answer: self.answer.clone(),
             findings: self.findings.clone(),
             sections: self.sections.iter().map(kept).collect(),
             footer: self.footer.clone(),
@@ -327,6 +422,7 @@ impl Report {
             }
         }
         let mut list = Vec::new();
+        collect(&self.answer.blocks, &mut list);
         for section in &self.sections {
             collect(&section.blocks, &mut list);
         }
@@ -583,6 +679,23 @@ impl Cell {
             Self::Worded { file, .. } => file.is_text(),
             cell => matches!(cell, Self::Text(_)),
         }
+    }
+}
+
+/// Rows of a table that a summary prints; its file has all of them.
+const SUMMARISED: usize = 24;
+
+/// A long table for a summary.
+fn cut(block: &mut Block) {
+    let Block::Table(table) = block else { return };
+    let left = table.rows.len().saturating_sub(SUMMARISED);
+    if left > 0 {
+        table.rows.truncate(SUMMARISED);
+        let place = match table.file.as_str() {
+            "" => "on the page",
+            file => file,
+        };
+        table.notes = vec![format!("{left} more rows: {place}.")];
     }
 }
 

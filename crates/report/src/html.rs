@@ -1,16 +1,24 @@
-//! One self-contained HTML page: style and plots inside, nothing fetched, no script; made for screen and A4.
+//! One self-contained HTML page: style, plots and a small script inside, nothing fetched; made for screen and A4.
+//!
+//! It opens with the answer; then findings by line, the sections that a summary has too, and the rest folded. Without
+//! the script, which only lets figures be read off and zoomed, the page says the same.
+
+mod answer;
+mod findings;
 
 use crate::Error;
-use crate::document::{Alignment, Block, Cell, Column, KeyFigure, Report, Table};
-use crate::number::{cell_text, minus, minus_signs, split_at_point};
+use crate::document::{
+    Alignment, Block, Cell, Column, Figure, KeyFigure, Place, Report, Section, Table,
+};
+use crate::number::{cell_text, minus, split_at_point};
 use crate::plot::{escape, text_width};
 use crate::terminal::check_shape;
-use proofmass_uncertainty::{Finding, Severity};
 use std::fmt::Write;
 
 const STYLE: &str = include_str!("html/style.css");
-/// From this many sections on the page opens with a table of contents.
-const LONG: usize = 5;
+const SCRIPT: &str = include_str!("html/figures.js");
+/// A table of more rows than these is folded where it would stand open.
+const LONG: usize = 24;
 /// A table of at most this many rows is kept on one sheet of paper.
 const SHORT: usize = 8;
 
@@ -42,37 +50,30 @@ pub fn render(report: &Report) -> Result<String, Error> {
             marked(&report.subtitle)
         );
     }
-    if !report.meta.is_empty() {
-        page.out.push_str("<dl class=\"meta\">\n");
-        for (label, value) in &report.meta {
-            let _ = writeln!(
-                page.out,
-                "<div><dt>{}</dt><dd>{}</dd></div>",
-                escape(label),
-                escape(value)
-            );
-        }
-        page.out.push_str("</dl>\n");
-    }
     page.out.push_str("</header>\n");
+    page.answer(report)?;
+    page.meta(&report.meta);
     page.findings(&report.findings);
-    if report.sections.len() >= LONG {
-        page.contents(report);
+    for section in report.sections.iter().filter(|s| s.place != Place::Page) {
+        page.section(section)?;
     }
-    for (i, section) in report.sections.iter().enumerate() {
-        let _ = writeln!(page.out, "<section id=\"section-{}\">", i + 1);
-        if !section.title.is_empty() {
-            let _ = writeln!(page.out, "<h2>{}</h2>", marked(&section.title));
+    let rest = || report.sections.iter().filter(|s| s.place == Place::Page);
+    if rest().next().is_some() {
+        page.out
+            .push_str("<div class=\"rest\">\n<h2>Details</h2>\n");
+        for section in rest() {
+            page.folded(section)?;
         }
-        for block in &section.blocks {
-            page.block(block)?;
-        }
-        page.out.push_str("</section>\n");
+        page.out.push_str("</div>\n");
     }
     if !report.footer.is_empty() {
         let _ = writeln!(page.out, "<footer>{}</footer>", escape(&report.footer));
     }
-    page.out.push_str("</main>\n</body>\n</html>\n");
+    page.out.push_str("</main>\n");
+    if page.figures > 0 {
+        let _ = writeln!(page.out, "<script>\n{SCRIPT}</script>");
+    }
+    page.out.push_str("</body>\n</html>\n");
     Ok(page.out)
 }
 
@@ -84,20 +85,62 @@ struct Page {
 }
 
 impl Page {
-    fn contents(&mut self, report: &Report) {
-        self.out
-            .push_str("<nav aria-label=\"Contents\"><h2>Contents</h2><ol>\n");
-        for (i, section) in report.sections.iter().enumerate() {
-            if !section.title.is_empty() {
-                let _ = writeln!(
-                    self.out,
-                    "<li><a href=\"#section-{}\">{}</a></li>",
-                    i + 1,
-                    marked(&section.title)
-                );
+    /// What a reader files it by.
+    fn meta(&mut self, meta: &[(String, String)]) {
+        if meta.is_empty() {
+            return;
+        }
+        self.out.push_str("<dl class=\"meta\">\n");
+        for (label, value) in meta {
+            let _ = writeln!(
+                self.out,
+                "<div><dt>{}</dt><dd>{}</dd></div>",
+                escape(label),
+                escape(value)
+            );
+        }
+        self.out.push_str("</dl>\n");
+    }
+
+    fn section(&mut self, section: &Section) -> Result<(), Error> {
+        self.out.push_str("<section>\n");
+        if !section.title.is_empty() {
+            let _ = writeln!(self.out, "<h2>{}</h2>", marked(&section.title));
+        }
+        for block in &section.blocks {
+            match block {
+                Block::Table(table) if table.rows.len() > LONG => {
+                    let title = match table.caption.as_str() {
+                        "" => section.title.as_str(),
+                        caption => caption,
+                    };
+                    let summary = format!("{}: {} rows", marked(title), table.rows.len());
+                    self.details(&summary, std::slice::from_ref(block))?;
+                }
+                block => self.block(block)?,
             }
         }
-        self.out.push_str("</ol></nav>\n");
+        self.out.push_str("</section>\n");
+        Ok(())
+    }
+
+    /// A section that only some readers open.
+    fn folded(&mut self, section: &Section) -> Result<(), Error> {
+        self.details(
+            &format!("<h3>{}</h3>", marked(&section.title)),
+            &section.blocks,
+        )
+    }
+
+    fn details(&mut self, summary: &str, blocks: &[Block]) -> Result<(), Error> {
+        let _ = writeln!(self.out, "<details>\n<summary>{summary}</summary>");
+        self.blocks(blocks)?;
+        self.out.push_str("</details>\n");
+        Ok(())
+    }
+
+    fn blocks(&mut self, blocks: &[Block]) -> Result<(), Error> {
+        blocks.iter().try_for_each(|block| self.block(block))
     }
 
     fn block(&mut self, block: &Block) -> Result<(), Error> {
@@ -118,84 +161,35 @@ impl Page {
                 }
                 self.out.push_str("</div>\n");
             }
-            Block::Folded { title, blocks } => {
-                let _ = writeln!(self.out, "<details>\n<summary>{}</summary>", marked(title));
-                for block in blocks {
-                    self.block(block)?;
-                }
-                self.out.push_str("</details>\n");
-            }
-            Block::Figure(figure) => {
-                self.figures += 1;
-                let drawn = figure
-                    .plot
-                    .svg(&figure.caption, &format!("figure-{}", self.figures));
-                // One figure that cannot be drawn does not take the result with it.
-                let svg = match drawn {
-                    Ok(svg) => svg,
-                    Err(error) => {
-                        let _ = writeln!(
-                            self.out,
-                            "<p class=\"undrawn\"><b>Figure {}</b> cannot be drawn: {}. {}</p>",
-                            self.figures,
-                            escape(&error.to_string()),
-                            marked(&figure.caption)
-                        );
-                        return Ok(());
-                    }
-                };
-                let _ = writeln!(
-                    self.out,
-                    "<figure{}>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>",
-                    if figure.plot.is_tall() {
-                        " class=\"tall\""
-                    } else {
-                        ""
-                    },
-                    self.figures,
-                    marked(&figure.caption)
-                );
-            }
+            Block::Folded { title, blocks } => self.details(&marked(title), blocks)?,
+            Block::Figure(figure) => self.figure(figure),
         }
         Ok(())
     }
 
-    /// Boxes, the gravest first.
-    fn findings(&mut self, findings: &[Finding]) {
-        if findings.is_empty() {
-            return;
-        }
-        let mut sorted: Vec<&Finding> = findings.iter().collect();
-        sorted.sort_by_key(|f| std::cmp::Reverse(f.severity()));
-        self.out.push_str("<ul class=\"findings\">\n");
-        for finding in sorted {
-            let class = match finding.severity() {
-                Severity::Decision => "decision",
-                Severity::Warning => "warning",
-                Severity::Note => "note",
-            };
-            let _ = write!(
+    /// One figure that cannot be drawn does not take the result with it.
+    fn figure(&mut self, figure: &Figure) {
+        self.figures += 1;
+        let (number, caption) = (self.figures, marked(&figure.caption));
+        let drawn = figure
+            .plot
+            .svg(&figure.caption, &format!("figure-{number}"));
+        let _ = match drawn {
+            Ok(svg) => writeln!(
                 self.out,
-                "<li class=\"{class}\"><p><b>{}</b> {} <code>{}</code></p>",
-                capital(&finding.severity().to_string()),
-                marked(&sentence(finding.what())),
-                escape(finding.code())
-            );
-            for (word, text) in [
-                ("evidence", minus_signs(finding.evidence_text())),
-                ("advice", finding.advice_text().to_owned()),
-            ] {
-                if !text.is_empty() {
-                    let _ = write!(
-                        self.out,
-                        "<p class=\"{word}\">{}</p>",
-                        marked(&sentence(&text))
-                    );
-                }
-            }
-            self.out.push_str("</li>\n");
-        }
-        self.out.push_str("</ul>\n");
+                "<figure{}>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {number}.</b> {caption}</figcaption>\n</figure>",
+                if figure.plot.is_tall() {
+                    " class=\"tall\""
+                } else {
+                    ""
+                },
+            ),
+            Err(error) => writeln!(
+                self.out,
+                "<p class=\"undrawn\"><b>Figure {number}</b> cannot be drawn: {}. {caption}</p>",
+                escape(&error.to_string()),
+            ),
+        };
     }
 
     fn key_figures(&mut self, figures: &[KeyFigure]) {
@@ -380,27 +374,4 @@ fn class(alignment: Alignment) -> &'static str {
         Alignment::Right => "right",
         Alignment::Decimal => "decimal",
     }
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars
-        .next()
-        .map(|c| c.to_uppercase().chain(chars).collect())
-        .unwrap_or_default()
-}
-
-/// Capital and full stop around a clause; a Greek or mathematical symbol at its head stays as it is.
-fn sentence(text: &str) -> String {
-    let mut text = if text.starts_with(|c: char| c.is_ascii_lowercase())
-        && text.chars().take_while(|c| c.is_ascii_alphabetic()).count() > 1
-    {
-        capital(text)
-    } else {
-        text.to_string()
-    };
-    if !text.ends_with(['.', '!', '?', ':']) {
-        text.push('.');
-    }
-    text
 }

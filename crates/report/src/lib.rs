@@ -21,11 +21,13 @@
 //! ```
 //!
 //! Only layout is here: what a page of a job says stands beside the job. Nothing is computed and no clock is read:
-//! times, versions and digests are texts of the caller. The page needs no network, no font and no script.
+//! times, versions and digests are texts of the caller. The page needs no network and no font; its one script lets figures be read off and
+//! zoomed, and without it everything can be read.
 
 mod columns;
 mod document;
 mod error;
+mod grouping;
 pub mod html;
 pub mod number;
 pub mod plot;
@@ -34,7 +36,7 @@ pub mod terminal;
 
 pub use columns::{Field, Rounding};
 pub use document::{
-    Alignment, Block, Cell, Column, Figure, KeyFigure, Place, Report, Section, Table,
+    Alignment, Answer, Block, Cell, Column, Figure, KeyFigure, Place, Report, Section, Table,
 };
 pub use error::Error;
 pub use number::{concise, scientific};

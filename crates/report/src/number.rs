@@ -86,15 +86,9 @@ pub fn minus(text: &str) -> String {
     format!("{sign}{digits}{}", power.unwrap_or_else(|| rest.into()))
 }
 
-/// Degrees of freedom; above a hundred thousand Student's t is the normal distribution.
+/// Degrees of freedom; above 9999 no digit of them says anything.
 pub fn freedom(nu: f64) -> String {
-    if nu > 1e5 {
-        "∞".to_owned()
-    } else if nu < 100.0 {
-        format!("{nu:.1}")
-    } else {
-        format!("{nu:.0}")
-    }
+    DegreesOfFreedom::new(nu).map_or_else(|| nu.to_string(), |nu| nu.to_string())
 }
 
 /// A sentence whose numbers have true minus signs: a hyphen before a digit, at the beginning or behind a space or bracket.

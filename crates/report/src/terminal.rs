@@ -2,7 +2,8 @@
 
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
-use crate::number::{cell_text, minus, minus_signs, quotient, split_at_point};
+use crate::grouping::{groups, standing};
+use crate::number::{cell_text, minus, quotient, split_at_point};
 use proofmass_core::Visible;
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -30,13 +31,28 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     if !report.subtitle.is_empty() {
         text.wrapped(&report.subtitle, "");
     }
+    text.key_figures(&report.answer.figures);
+    if !report.says_nothing() {
+        let verdict = format!("{} {}", report.answer.verdict, standing(&report.findings));
+        text.wrapped(verdict.trim_start(), "");
+    }
+    for block in &report.answer.blocks {
+        text.out.push('\n');
+        text.block(block)?;
+    }
+    if let Some(figure) = &report.answer.figure {
+        text.hanging("figure: ", &figure.caption);
+    }
+    text.findings(&report.findings);
+    if !report.meta.is_empty() {
+        text.out.push('\n');
+    }
     let names = report.meta.iter().map(|(name, _)| clean(name));
     let names: Vec<String> = names.collect();
     let label = names.iter().map(|name| width_of(name)).max().unwrap_or(0);
     for (name, (_, value)) in names.iter().zip(&report.meta) {
         text.hanging(&format!("{}  ", pad(name, label)), value);
     }
-    text.findings(&report.findings);
     for section in &report.sections {
         text.out.push('\n');
         if !section.title.is_empty() {
@@ -147,30 +163,33 @@ impl Text {
         }
     }
 
+    /// One line for alike ones, and what is to be done where a decision is needed.
     fn findings(&mut self, findings: &[Finding]) {
-        let mut sorted: Vec<&Finding> = findings.iter().collect();
-        sorted.sort_by_key(|f| std::cmp::Reverse(f.severity()));
-        if !sorted.is_empty() {
+        let groups = groups(findings);
+        if !groups.is_empty() {
             self.out.push('\n');
         }
-        for finding in sorted {
-            let code = match finding.severity() {
+        for group in &groups {
+            let code = match group.severity() {
                 Severity::Decision => "1;31",
                 Severity::Warning => "1;33",
                 Severity::Note => "1;34",
             };
-            let name = finding.severity().to_string();
+            let name = group.severity().to_string();
             let start = self.out.len();
-            self.hanging(&format!("{name}: "), finding.what());
+            let line = format!("{} [{}]", group.line, group.code());
+            self.hanging(&format!("{name}: "), &line);
             // Coloured after wrapping: an escape has no width.
             let coloured = self.styled(&name, code);
             self.out.replace_range(start..start + name.len(), &coloured);
-            let evidence = minus_signs(finding.evidence_text());
-            for text in [evidence.as_str(), finding.advice_text()] {
-                if !text.is_empty() {
-                    self.wrapped(text, "    ");
-                }
+            let advice = group.members[0].advice_text();
+            if group.severity() == Severity::Decision && !advice.is_empty() {
+                self.wrapped(advice, "    ");
             }
+        }
+        let says = |f: &Finding| !f.evidence_text().is_empty() || !f.advice_text().is_empty();
+        if findings.iter().any(says) {
+            self.wrapped("Evidence and advice: on the page and in result.json.", "");
         }
     }
 

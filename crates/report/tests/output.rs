@@ -1,16 +1,37 @@
 //! What every output promises, whatever is put into the report.
 
 use proofmass_report::{
-    Axis, BarPlot, Cell, Column, Error, MatrixPlot, Plot, Report, Section, Series, SpherePlot,
-    Table, XyPlot, html, terminal,
+    Axis, BarPlot, Cell, Column, Error, KeyFigure, MatrixPlot, Place, Plot, Report, Section,
+    Series, SpherePlot, Table, XyPlot, html, terminal,
 };
 
 #[path = "../examples/gallery/content.rs"]
 mod gallery;
 
+/// A page without its script, which is no markup.
+fn without_script(page: &str) -> String {
+    let Some((before, rest)) = page.split_once("<script>") else {
+        return page.to_owned();
+    };
+    let (script, after) = rest.split_once("</script>").expect("its end");
+    for outside in [
+        "http:",
+        "https:",
+        "fetch",
+        "XMLHttpRequest",
+        "import",
+        "innerHTML",
+    ] {
+        let foreign = script.replace("http://www.w3.org/2000/svg", "");
+        assert!(!foreign.contains(outside), "the script has {outside}");
+    }
+    format!("{before}{after}")
+}
+
 /// Refuses markup whose tags do not balance, whose text carries a bare `<` or `&`, whose identifiers repeat or
 /// whose coordinates are no numbers.
 fn assert_well_formed(xml: &str) {
+    let xml = &without_script(xml);
     let mut open = Vec::new();
     let mut names = std::collections::HashSet::new();
     for piece in xml.split('<').skip(1) {
@@ -73,6 +94,7 @@ fn law_the_gallery_is_one_well_formed_page() {
     let page = html::render(&gallery::report().unwrap()).unwrap();
     let body = page.strip_prefix("<!DOCTYPE html>").unwrap();
     assert_well_formed(body);
+    let body = &without_script(body);
     // Every link has its target, and nothing is referred to outside but the name space of the drawings.
     for link in body.split("href=\"#").skip(1) {
         let id = link.split('"').next().unwrap_or("");
@@ -191,4 +213,70 @@ fn regress_terminal_table() {
         text,
         "T\n\nS\nCaption\n name │ value / m\n──────┼───────────\n a    │ −1.5\n b    │ 10.25(3)\n c    │\n"
     );
+}
+
+#[test]
+fn law_a_page_opens_with_the_answer_and_folds_the_rest() {
+    let plot = || {
+        XyPlot::new(Axis::linear("t", "s"), Axis::linear("a", "m/s²")).series(Series::line(
+            "first",
+            &[0.0, 1.0, 2.0],
+            &[0.0, 5.0, 1.0],
+        ))
+    };
+    let rows = (0..40).map(|k| vec![Cell::from(f64::from(k))]);
+    let long = rows.fold(
+        Table::new("Readings", [Column::number("v", "m/s")]),
+        |t, row| t.row(row),
+    );
+    let report = Report::new("Test")
+        .verdict("Kept: all of it lies within -3 dB.")
+        .answers([KeyFigure::new("peak", "1.20 ± 0.05", "m/s²").note("k = 2.00, 95 %")])
+        .section(
+            Section::new("Result")
+                .table(long.file("readings.csv"))
+                .summarised(),
+        )
+        .section(
+            Section::new("Curves")
+                .figure("The curve", plot())
+                .figure("Another", plot()),
+        )
+        .answer_first();
+    assert_eq!(report.clone().answer_first(), report);
+    let page = html::render(&report.clone().of(Place::Page)).unwrap();
+    assert_eq!(page, html::render(&report.clone().of(Place::Page)).unwrap());
+    assert_well_formed(page.strip_prefix("<!DOCTYPE html>").unwrap());
+    let at = |text: &str| {
+        page.find(text)
+            .unwrap_or_else(|| panic!("no {text}:\n{page}"))
+    };
+    let order = [
+        "1.20 ± 0.05",
+        "k = 2.00, 95 %",
+        "within −3 dB",
+        "<figure>",
+        "Result</h2>",
+        "<summary>Readings: 40 rows",
+        "Details</h2>",
+        "Curves</h3>",
+        "Another",
+        "<script>",
+    ];
+    for pair in order.windows(2) {
+        assert!(at(pair[0]) < at(pair[1]), "{pair:?}");
+    }
+    assert_eq!(page.matches("<script").count(), 1);
+    // What a pointer reads is what was drawn: the vertices and the axes are in the drawing.
+    assert!(page.contains("data-panels=\"[[") && page.contains("data-series=\"first\""));
+    let text = terminal::render(
+        &report.of(Place::Summary),
+        &terminal::Options {
+            width: 80,
+            colour: false,
+        },
+    )
+    .unwrap();
+    assert!(text.contains("1.20 ± 0.05 m/s²") && text.contains("16 more rows: readings.csv."));
+    assert!(!text.contains("Curves"), "{text}");
 }

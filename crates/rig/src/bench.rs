@@ -96,6 +96,7 @@ pub struct Run {
 
 /// Spurious motion as measured: relative to the excitation, at one inclination and frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SpuriousReading {
     /// Inclination in degrees.
     pub inclination_deg: f64,
@@ -109,6 +110,7 @@ pub struct SpuriousReading {
 
 /// A simulated campaign.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BenchCampaign {
     /// Runs, frequency by frequency in the order of the plan.
     pub runs: Vec<Run>,

@@ -61,6 +61,7 @@ impl Default for HandHeld {
 
 /// A stretch of the recording during which the sensor rested.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct Rest {
     /// First sample.
     pub start: usize,
@@ -72,6 +73,7 @@ pub struct Rest {
 
 /// A simulated recording with its truth.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct HandHeldRecording {
     /// Sampling rate, Hz.
     pub rate: f64,

@@ -32,6 +32,7 @@ use serde::Serialize;
 
 /// Everything about S at one frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FrequencyResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -59,6 +60,7 @@ pub struct FrequencyResult {
 
 /// One run in one result, for a plot on the sphere of directions.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RunResult {
     /// Name of the run.
     pub run: String,
@@ -78,6 +80,7 @@ pub struct RunResult {
 
 /// One mounting angle.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AngleResult {
     /// Key of the input.
     pub key: String,
@@ -93,6 +96,7 @@ pub struct AngleResult {
 
 /// The published method at one frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedResult {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -150,6 +154,7 @@ impl MethodResult {
 
 /// Difference of one term between two results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct TermDifference {
     /// Labels of the two corrections.
     pub between: [String; 2],

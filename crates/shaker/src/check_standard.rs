@@ -11,6 +11,7 @@ pub const FALSE_ALARM_RATE: f64 = 0.01;
 
 /// The check standard at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CheckPoint {
     /// Frequency in Hz.
     pub frequency: f64,

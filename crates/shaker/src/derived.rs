@@ -17,6 +17,7 @@ use serde::Serialize;
 
 /// One term of a matrix.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SensitivityTerm {
     /// Row and column as letters, such as `xy`.
     pub name: String,
@@ -354,6 +355,7 @@ pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
 
 /// Departure of a main sensitivity from the one on the datasheet.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DatasheetDeviation {
     /// Axis.
     pub axis: String,

@@ -76,6 +76,7 @@ pub enum Suspicion {
 
 /// A run that all others contradict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SuspectRun {
     /// Index of the row.
     pub row: usize,

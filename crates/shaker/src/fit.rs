@@ -27,6 +27,7 @@ use rayon::prelude::*;
 
 /// S at one frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FrequencyFit {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -67,6 +68,7 @@ pub struct RunResidual {
 
 /// One mounting angle as the data see it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AngleEstimate {
     /// Key of the input.
     pub key: String,

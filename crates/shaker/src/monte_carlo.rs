@@ -24,6 +24,7 @@ use std::ops::ControlFlow;
 
 /// One component of S in the comparison.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ComponentCheck {
     /// Component, such as `xx.re`.
     pub component: String,
@@ -41,6 +42,7 @@ pub struct ComponentCheck {
 
 /// Verdicts at one frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FrequencyCheck {
     /// Frequency in Hz.
     pub frequency: f64,

@@ -8,10 +8,11 @@ use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, Spurious, SpuriousTable};
 use faer::{Mat, Side};
 use num_complex::Complex64;
-use proofmass_core::{Error, dot};
+use proofmass_core::{Error, Matrix3, dot};
 
 /// How well a set of directions determines three regressors.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Conditioning {
     /// Number of configurations.
     pub count: usize,
@@ -119,12 +120,6 @@ fn gram(plan: &[Configuration]) -> [[f64; 3]; 3] {
     g
 }
 
-fn determinant(g: &[[f64; 3]; 3]) -> f64 {
-    g[0][0] * (g[1][1] * g[2][2] - g[1][2] * g[2][1])
-        - g[0][1] * (g[1][0] * g[2][2] - g[1][2] * g[2][0])
-        + g[0][2] * (g[1][0] * g[2][1] - g[1][1] * g[2][0])
-}
-
 /// Condition number, correlations and efficiencies of a plan.
 ///
 /// # Errors
@@ -166,6 +161,7 @@ pub fn conditioning(plan: &[Configuration]) -> Result<Conditioning, Error> {
 
 /// Predicted uncertainty of one term.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Predicted {
     /// Row and column as letters.
     pub term: String,
@@ -251,7 +247,7 @@ pub fn best(candidates: &[Configuration], count: usize) -> Result<Vec<usize>, Er
         let mut choice = Choice::new(&d, start * m / starts);
         while choice.chosen.len() < count && choice.add() {}
         while choice.exchange() {}
-        let value = determinant(&choice.g);
+        let value = Matrix3(choice.g).determinant();
         if value > champion.0 * (1.0 + 1e-9) {
             champion = (value, choice.chosen);
         }
@@ -325,7 +321,7 @@ impl<'a> Choice<'a> {
 
     /// Swaps the pair that raises the determinant most; `false` where none does.
     fn exchange(&mut self) -> bool {
-        let whole = determinant(&self.g);
+        let whole = Matrix3(self.g).determinant();
         if !(whole > 0.0) {
             return false;
         }
@@ -377,6 +373,7 @@ fn adjoint(g: &[[f64; 3]; 3], ridge: f64) -> [[f64; 3]; 3] {
 
 /// What fewer configurations cost.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlanCost {
     /// Conditioning of the best plan of this size.
     pub conditioning: Conditioning,
@@ -448,7 +445,7 @@ mod tests {
         assert_eq!(m, 10);
         let value = |s: &[usize]| {
             let plan: Vec<_> = s.iter().map(|&k| candidates[k]).collect();
-            determinant(&gram(&plan))
+            Matrix3(gram(&plan)).determinant()
         };
         let mut most: f64 = 0.0;
         for a in 0..m {
@@ -478,14 +475,14 @@ mod tests {
         assert_eq!(plan.len(), 24);
         // Eight times three orthogonal directions have efficiency one.
         assert!(conditioning(&plan).unwrap().d_efficiency > 1.0 - 1e-4);
-        let whole = determinant(&gram(&plan));
+        let whole = Matrix3(gram(&plan)).determinant();
         for &out in chosen.iter().step_by(5) {
             for into in (0..2000).step_by(7).filter(|k| !chosen.contains(k)) {
                 let other: Vec<_> = chosen
                     .iter()
                     .map(|&k| candidates[if k == out { into } else { k }])
                     .collect();
-                assert!(determinant(&gram(&other)) < whole * (1.0 + 1e-8));
+                assert!(Matrix3(gram(&other)).determinant() < whole * (1.0 + 1e-8));
             }
         }
     }

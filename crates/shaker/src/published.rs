@@ -72,11 +72,11 @@ pub struct AppliedLine {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Applied {
     /// Magnitude in m/s².
-    pub(crate) value: f64,
+    pub value: f64,
     /// Standard uncertainty in m/s².
-    pub(crate) standard_uncertainty: f64,
+    pub standard_uncertainty: f64,
     /// Effective degrees of freedom over all inputs.
-    pub(crate) dof: f64,
+    pub dof: f64,
     /// Budget in the order of the published spreadsheet.
     pub(crate) budget: Vec<AppliedLine>,
 }
@@ -183,6 +183,7 @@ pub struct MagnitudeRow {
 
 /// Matrices and expanded uncertainties (k = 2) as published.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PublishedFit {
     /// Exploitation matrix in (m/s²)/V.
     pub exploitation: [[f64; 3]; 3],

@@ -346,6 +346,7 @@ impl PhasorReading {
 
 /// What the samples of a run give, channel by channel.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Phasors {
     /// Complex peak amplitudes.
     pub amplitudes: Vec<Complex64>,
@@ -379,6 +380,7 @@ pub struct Phasors {
 
 /// Time stamps that are not even.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct UnevenStamps {
     /// Root mean square of their departure from the even grid, s.
     pub scatter: f64,

@@ -20,6 +20,7 @@ pub enum SampleClock {
 
 /// Error of a sensor's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ClockError {
     /// Samples it takes in a second over those it says, less one.
     pub relative: f64,
@@ -99,6 +100,7 @@ impl ClockError {
 
 /// One delay that explains the phases of all frequencies: arg S(f) = −2π f τ (+ π for an output of the other sign).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Latency {
     /// τ, s.
     pub delay: f64,
@@ -233,6 +235,11 @@ mod tests {
             assert!((latency.delay - tau).abs() < 1e-9, "{tau}: {latency:?}");
             assert!(findings.is_empty(), "{tau}: {findings:?}");
         }
+        // A filter turns the phase as the square of the frequency beside it.
+        let bent = [10.0, 16.0, 25.0, 40.0, 63.0, 100.0, 160.0]
+            .map(|f: f64| (f, -TAU * f * 1e-3 - 2e-6 * f * f * f.sqrt(), 1e-4));
+        let (_, findings) = Latency::of(&bent);
+        assert_eq!(findings[0].code(), "delay-and-more");
         // Multiples of one frequency leave a whole turn of it open.
         let (_, findings) = Latency::of(&[(20.0, 0.1, 1e-3)]);
         assert_eq!(findings[0].code(), "delay-ambiguous");

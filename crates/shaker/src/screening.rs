@@ -14,6 +14,7 @@ use proofmass_uncertainty::Finding;
 
 /// What the fits work on: runs in m/s² and V, and the whole budget.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Observations {
     /// Runs, without those that were left out.
     pub rows: Vec<PhasorRow>,

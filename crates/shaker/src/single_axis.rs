@@ -75,6 +75,7 @@ impl TransverseMotion {
 
 /// Sensitivity at one frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SingleAxis {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -394,6 +395,13 @@ mod tests {
             let (results, findings) =
                 compare(&[row(transverse)], None, "(m/s²)/(m/s²)", &budget).unwrap();
             assert!(findings.is_empty());
+            // Who says nothing of it at all is told so.
+            let silent = ComparisonBudget {
+                transverse: None,
+                ..budget
+            };
+            let (_, findings) = compare(&[row(None)], None, "(m/s²)/(m/s²)", &silent).unwrap();
+            assert_eq!(findings[0].code(), "transverse-motion-unknown");
             let q = results[0].estimate.get("modulus").unwrap();
             assert!((q.value - 1.02).abs() < 1e-15 && q.unit == "(m/s²)/(m/s²)");
             q.standard_uncertainty / q.value
@@ -448,6 +456,7 @@ mod tests {
         ];
         let (results, _) = compare(&rows, Some(&table), "V/(m/s²)", &budget).unwrap();
         let (_, findings) = combine(&rows, &results, &budget).unwrap();
+        assert_eq!(findings[0].code(), "scatter-exceeds-reading");
         assert!(findings[0].evidence_text().contains("run turned"));
     }
 }

@@ -38,6 +38,7 @@ impl Vibrometer {
 
 /// Directions on a circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CircularStatistics {
     /// Number of directions.
     pub count: usize,
@@ -91,6 +92,7 @@ pub fn circular(phases: &[f64]) -> Result<CircularStatistics, Error> {
 
 /// A mean ratio.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RatioEstimate {
     /// Mean of the complex ratios.
     pub mean: Complex64,
@@ -316,6 +318,7 @@ pub fn gather(
 
 /// What the repeats of one ratio say, for a reader who wants to see why they were averaged or refused.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RatioSummary {
     /// Inclination in radians.
     pub inclination: f64,
@@ -360,6 +363,7 @@ pub fn summaries(campaign: &[RatioRepeats]) -> Result<Vec<RatioSummary>, Error> 
 
 /// Two measurements of the same spurious motion.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Inclination in radians.
     pub inclination: f64,

@@ -104,6 +104,7 @@ pub struct AxialSensitivity {
 
 /// Transverse sensitivity at one frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TransverseSensitivity {
     /// Frequency in Hz.
     pub frequency: f64,

@@ -15,6 +15,12 @@
 //!    grow, from 63 stamps, until the differences of neighbouring levels have a standard deviation of a fourteenth of an interval. A slip
 //!    is half an interval and eight standard deviations, and the early edge (the tenth that is earliest) goes with it.
 //!
+//! Where the steps tell no grid, the stamps as points in time may: their spectrum stands out at 1/T (`comb.rs`) by exp(−2π²σ²) however
+//! many are lost, to σ = 0.35 T in 4000 stamps. T and its uncertainty are those of that line where rows are missing and stamps scatter
+//! by more than 0.07 T. Where it does not stand out, the stamps are those of a line only if their departures do not wander: means of
+//! blocks of 128 rows that differ more than those of 16 are what lost rows make, a random walk whose variance per row is
+//! the share that is lost (`Line::wander`). It is then part of u(T), [`Clock::untested`] says so.
+//!
 //! On a grid a stamp that is half an interval late is a slip when none of the next 2 k + 20 stamps comes back to the line, k being the
 //! intervals it is late: whoever catches up has come back by then. A stamp that is early lasts after three.
 //!
@@ -26,6 +32,7 @@
 //! **False alarms** none in 10⁷ stamps with Gaussian jitter of 5 % to 30 % (`law_jitter_is_no_loss`); by the normal distribution
 //! of levels 10⁻¹² per window at seven standard deviations.
 
+mod comb;
 mod line;
 mod settle;
 mod unit;
@@ -43,6 +50,8 @@ const FIRST: usize = 1 << 16;
 const PAUSE: u64 = 100;
 /// Stamps that are waited for to come back to a grid.
 const MOST: f64 = 4096.0;
+/// Interval in units of the last digit below which steps of whole units may be rounded ones.
+const COARSE: f64 = 3.5;
 /// Share and number of repeated stamps from which on they are the nature of the clock and not doubled rows.
 const REPEATS: (f64, u64) = (0.1, 10);
 
@@ -57,6 +66,7 @@ pub struct Slip {
 
 /// Two rates in one record.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RateChange {
     /// Row near which the rate changes, to a hundredth of the record.
     pub row: usize,
@@ -88,8 +98,11 @@ pub struct Clock {
     pub crossing: u64,
     /// Places where samples are missing.
     pub gaps: u64,
-    /// Samples missing there.
+    /// Samples missing there; more than in the slips where stamps scatter too much to tell between which rows.
     pub missing: u64,
+    /// Whether rows may be missing without a trace, because stamps wander as those of such a record do: the uncertainty of the
+    /// rate holds it.
+    pub untested: bool,
     /// Places where the stamps went back for good.
     pub set_back: u64,
     /// Steps between neighbouring samples.
@@ -188,6 +201,8 @@ pub struct ClockEstimator {
     slips: Vec<Slip>,
     last_slip: Option<usize>,
     gaps: u64,
+    /// Of these, with one sample missing.
+    single: u64,
     missing: u64,
     set_back: u64,
 }
@@ -272,7 +287,8 @@ impl ClockEstimator {
 
     /// Whether stamps repeat by the nature of the clock.
     pub fn repeats(&self) -> bool {
-        self.zeros >= REPEATS.1 && self.zeros as f64 >= REPEATS.0 * self.rows as f64
+        let grid = self.settled.as_ref().is_some_and(|s| s.mode.is_grid());
+        !grid && self.zeros >= REPEATS.1 && self.zeros as f64 >= REPEATS.0 * self.rows as f64
     }
 
     /// The clock over all rows so far; `None` where it does not advance.
@@ -285,7 +301,7 @@ impl ClockEstimator {
     pub fn clock(&self) -> Option<Clock> {
         let settled = self.settled.as_ref()?;
         let fit = self.line.fit()?;
-        let interval = settled.interval * (1.0 + fit.slope);
+        let mut interval = settled.interval * (1.0 + fit.slope);
         if !(interval > 0.0 && interval.is_finite()) {
             return None;
         }
@@ -294,7 +310,34 @@ impl ClockEstimator {
         // Rounding that is spread over the resolution has the standard deviation q/√12.
         let spread = fit.scatter * settled.interval >= 0.8 * q / 12_f64.sqrt();
         let rounded = if spread { 0.0 } else { q * q / (6.0 * n * n) };
-        let u = ((fit.slope_u * settled.interval).powi(2) + rounded).sqrt();
+        let mut u = ((fit.slope_u * settled.interval).powi(2) + rounded).sqrt();
+        let mut missing = self.missing;
+        let mut lost = 0.0;
+        match (settled.mode, settled.comb) {
+            // Rows of a grid under much scatter are numbered a few too late.
+            (Mode::Grid, Some(comb)) => (interval, u) = (comb.interval, comb.u * comb.interval),
+            // Steps of whole units are those of a grid, or of other samples rounded to them.
+            (Mode::Grid, None) => {
+                let whole = interval / q;
+                if whole < COARSE && (whole - whole.round()).abs() < 0.02 {
+                    lost = self.single as f64 / (n + missing as f64);
+                }
+            }
+            (Mode::Scatter { .. }, Some(comb)) => {
+                // Samples by which the numbers of the rows fall short of the grid behind them.
+                let short = (interval / comb.interval - 1.0) * (n + missing as f64);
+                if short > 1.0 {
+                    (interval, u) = (comb.interval, comb.u * comb.interval);
+                    missing = missing.saturating_add(short.round() as u64);
+                }
+            }
+            // Nothing tells a line of stamps that wander from one of which rows are missing.
+            (Mode::Scatter { .. }, None) => {
+                let share = self.line.wander();
+                lost = share / (1.0 - share).max(0.1);
+            }
+        }
+        u = u.hypot(interval * lost);
         Some(Clock {
             rate_hz: 1.0 / interval,
             rate_u_hz: u / (interval * interval),
@@ -305,7 +348,8 @@ impl ClockEstimator {
             repeats: self.repeats(),
             crossing: self.crossing,
             gaps: self.gaps,
-            missing: self.missing,
+            missing,
+            untested: lost > 0.0,
             set_back: self.set_back,
             steps: n as u64,
             change: self
@@ -369,6 +413,7 @@ impl ClockEstimator {
         self.last_slip = Some(row);
         if samples > 0 {
             self.gaps += 1;
+            self.single += u64::from(samples == 1);
             self.missing = self.missing.saturating_add(samples.unsigned_abs());
         } else {
             self.set_back += 1;
@@ -445,12 +490,17 @@ impl ClockEstimator {
             } else {
                 seen.first
             };
-            let samples = (side * nearest.round()) as i64;
-            let apart = samples.unsigned_abs() >= PAUSE || (nearest - nearest.round()).abs() > 0.25;
+            // Where the next rows lie between samples, whatever more is lost among them.
+            let beside = beside(self.queue.iter().take(15).map(|d| d - level));
+            let samples = (side * nearest - beside).round() as i64;
+            let apart = samples.unsigned_abs() >= PAUSE || beside.abs() > 0.25;
+            if samples == 0 && !apart {
+                self.accept();
+                continue;
+            }
             self.slip(self.line.rows, samples, apart);
             if apart {
-                let mut next: Vec<f64> = self.queue.iter().take(15).copied().collect();
-                self.level = (median(&mut next), 1.0);
+                self.level = (level + beside, 1.0);
             }
         }
     }
@@ -532,6 +582,15 @@ impl ClockEstimator {
         let excess = self.past.len().saturating_sub(window);
         self.past.drain(..excess);
     }
+}
+
+/// Mean departure from the nearest whole intervals, by the direction of the sum of the phases.
+fn beside(departures: impl Iterator<Item = f64>) -> f64 {
+    let (sin, cos) = departures.fold((0.0, 0.0), |(sin, cos), d| {
+        let (s, c) = (std::f64::consts::TAU * d).sin_cos();
+        (sin + s, cos + c)
+    });
+    sin.atan2(cos) / std::f64::consts::TAU
 }
 
 fn levels<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {

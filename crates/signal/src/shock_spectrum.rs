@@ -173,6 +173,7 @@ fn absolute([low, high]: [f64; 2]) -> f64 {
 
 /// Extremes at each natural frequency.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ResponseSpectrum {
     /// Natural frequencies in Hz, as asked for.
     pub frequency: Vec<f64>,

@@ -128,6 +128,7 @@ impl ChannelSine {
 
 /// What [`SineApproximation::fit`] found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SineFit {
     /// The frequency of the fit in Hz.
     pub frequency: f64,

@@ -28,6 +28,7 @@ use std::f64::consts::TAU;
 /// assert!((1e3 * v.velocity_rms - 11.254).abs() < 0.02);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Vibration {
     /// Root mean square of the acceleration, m/s².
     pub rms: f64,

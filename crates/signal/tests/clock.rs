@@ -224,6 +224,55 @@ fn law_rows_lost_under_jitter_are_found() {
     }
 }
 
+/// Rows lost at random under so much jitter that none can be numbered: the rate is that of the grid, and how many are missing is told.
+#[test]
+fn law_rows_lost_under_much_jitter_leave_the_rate() {
+    for (jitter, share) in [(0.1, 0.4), (0.2, 0.1), (0.2, 0.4), (0.3, 0.1), (0.3, 0.4)] {
+        for seed in 0..5 {
+            let mut random = random(seed);
+            let mut stamps = Vec::new();
+            for k in 0..6000 {
+                let e: f64 = StandardNormal.sample(&mut random);
+                if random.random::<f64>() >= share {
+                    stamps.push(0.01 * (f64::from(k) + jitter * e));
+                }
+            }
+            let (clock, _) = of(&stamps);
+            let (_, us) = errors(&clock, 100.0);
+            // Five standard uncertainties, each below 1e-5: once in 1.7 million.
+            assert!(us < 5.0, "{jitter} {share} {seed}: {us} {clock:?}");
+            assert!(clock.rate_u_hz < 1e-3, "{clock:?}");
+            let net = clock.missing as f64 - clock.set_back as f64;
+            let lost = 6000.0 - stamps.len() as f64;
+            // Rows that late ones push aside are told as slips that cancel.
+            assert!(
+                (net - lost).abs() < 0.1 * lost,
+                "{jitter} {share} {seed}: {lost} {clock:?}"
+            );
+        }
+    }
+}
+
+/// Jitter of a whole interval leaves no grid: what may have been lost is part of the uncertainty.
+#[test]
+fn law_rows_lost_without_a_trace_widen_the_uncertainty() {
+    for share in [0.0, 0.02, 0.1, 0.3] {
+        let mut random = random(11);
+        let mut stamps = Vec::new();
+        for k in 0..8000 {
+            let e: f64 = StandardNormal.sample(&mut random);
+            if random.random::<f64>() >= share {
+                stamps.push(0.01 * (f64::from(k) + e));
+            }
+        }
+        let (clock, _) = of(&stamps);
+        assert_eq!(clock.untested, share > 0.0, "{share}: {clock:?}");
+        assert!(errors(&clock, 100.0).1 < 3.0, "{share}: {clock:?}");
+        // 12^½/n^1.5 is the standard uncertainty of the line.
+        assert!(share > 0.0 || clock.rate_u_hz < 1e-3, "{clock:?}");
+    }
+}
+
 /// A host that is late by an exponential distribution, hands over in order, and rests now and then for ten intervals.
 fn host(seed: u64, n: i32, lateness: f64, pauses: f64) -> Vec<f64> {
     let mut random = random(seed);

@@ -46,6 +46,7 @@ impl fmt::Display for Direction {
 /// How well a set of directions covers the sphere.
 #[doc(alias("sphere coverage"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct DirectionCoverage {
     /// Principal directions without any attitude within 45°.
     pub missing: Vec<Direction>,

@@ -9,6 +9,7 @@ use proofmass_core::Error;
 ///
 /// Points m satisfy ‖P (m − b)‖ = 1 with P symmetric positive definite; P⁻¹ has the semi-axes as eigenvalues.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Ellipsoid {
     /// Centre, output units.
     pub centre: Triple,

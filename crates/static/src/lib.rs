@@ -8,6 +8,7 @@ mod bias_tracking;
 mod direction_coverage;
 mod ellipsoid;
 mod findings;
+mod hold;
 mod mean_noise;
 mod multi_position;
 mod pose;

@@ -13,7 +13,7 @@ use proofmass_core::Error;
 #[doc(alias("static interval", "stationary interval", "zero motion"))]
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Standstill {
-    /// Length of the window over which the variance is taken, s.
+    /// Length of the window over which the variance is taken, s; a sweep tries half and a quarter of it too.
     pub window: f64,
     /// Shortest standstill that counts, s; [`Self::MINIMUM_SAMPLES`] at least.
     pub minimum_duration: f64,
@@ -38,6 +38,24 @@ impl Standstill {
 
     /// Fewest samples on each side of the middle of a window: five in all, of three axes.
     const HALF_WINDOW: usize = 2;
+
+    /// Fewest samples of a window that is shorter than asked.
+    const SHORTENED: f64 = 12.0;
+
+    /// The search with its own window, with half of it and with a quarter, as far as enough samples are left in one.
+    ///
+    /// A run that a window of w finds is that much shorter than the rest: a shorter window needs the shortest standstill less w.
+    pub(crate) fn windows(&self, rate: f64) -> impl Iterator<Item = Self> {
+        let whole = *self;
+        let shorter = [0.5, 0.25].map(move |part| Self {
+            window: part * whole.window,
+            minimum_duration: (whole.minimum_duration - part * whole.window)
+                .max(part * whole.window),
+            ..whole
+        });
+        let enough = move |search: &Self| search.window * rate >= Self::SHORTENED;
+        std::iter::once(whole).chain(shorter.into_iter().filter(enough))
+    }
 }
 
 /// The windowed variance of a recording, computed once and cut at any threshold.
@@ -167,6 +185,12 @@ impl WindowedVariance {
         segments
     }
 
+    /// Whether a half-open range of samples stays below a threshold, and time does not jump in it.
+    pub(crate) fn stays_below(&self, start: usize, end: usize, threshold: f64) -> bool {
+        self.statistic[start..end].iter().all(|s| *s < threshold)
+            && !self.breaks.iter().any(|b| (start..=end).contains(b))
+    }
+
     /// The ladder of thresholds a sweep tries, each √2 of the one before.
     pub fn ladder() -> impl Iterator<Item = f64> {
         (0..22).map(|i| 1.5 * 2f64.powf(0.5 * f64::from(i)))
@@ -216,16 +240,17 @@ fn noise_floor(variance: &[f64], column: &[f64]) -> f64 {
     let mut sorted = variance.to_vec();
     let rank = sorted.len() / 10;
     let (_, &mut percentile, _) = sorted.select_nth_unstable_by(rank, f64::total_cmp);
-    if percentile > 0.0 {
-        return percentile;
-    }
-    // A resolution coarser than the noise leaves windows without any change: a twelfth of the squared step.
+    // A resolution coarser than the noise leaves windows with little or no change: a twelfth of the squared step.
     let step = column
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).abs())
         .filter(|change| *change > 0.0)
         .fold(f64::INFINITY, f64::min);
-    step * step / 12.0
+    percentile.max(if step.is_finite() {
+        step * step / 12.0
+    } else {
+        0.0
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The threshold of the standstill search, chosen by what the fit makes of it.
 
-use crate::{Ellipsoid, MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
+use crate::hold::Holds;
+use crate::{MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_core::Error;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -10,9 +11,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 pub struct Candidate {
     /// Largest windowed variance of a standstill, in multiples of the noise floor.
     pub threshold: f64,
-    /// Standstills found.
+    /// Standstills found, each hold of the sensor once.
     pub standstills: usize,
-    /// Standstills in the same attitude as the one before (within 3 % of g): fragments of it.
+    /// Pieces beyond one for each of them: how often the search cut a hold.
     pub fragments: usize,
     /// Samples in them.
     pub samples: usize,
@@ -29,19 +30,22 @@ pub struct Candidate {
 /// half-width of the parameters' intervals: t₀.₉₇₅(ν) · s · √(tr C/p), with s² the residual variance per degree
 /// of freedom and C the cofactor matrix. (The residual alone would favour thresholds that leave few
 /// standstills.) The residual itself scatters by 1/√(2ν), so thresholds within twice that of the smallest
-/// figure are alike. Of those the one that breaks fewest standstills into fragments is taken (fragments of one standstill
-/// share its errors and would pose as independent attitudes), and among equals the strictest: it lets the least
-/// motion in.
+/// figure are alike. Of those the one that cuts fewest standstills into pieces is taken, and among equals the strictest: it
+/// lets the least motion in. A rest that is hardly longer than the window is lost or loses most of its samples: half and a quarter of the
+/// window are tried too, and the longest is taken whose figure is within 15 % of the best. Pieces of one hold of the sensor are one standstill at every threshold, so that ν counts attitudes.
 ///
 /// **Source** after `[Tedaldi2014]` III-C, with the figure above in place of the residual norm.
 #[doc(alias("static detector"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct ThresholdSweep {
     /// The standstills of the chosen threshold.
     pub segments: Vec<Segment>,
     /// The chosen threshold, in multiples of the noise floor; `None` when the standstills were given.
     pub threshold: Option<f64>,
-    /// Everything that was tried; empty when the threshold or the standstills were given.
+    /// Length of the window, s; `None` when the standstills were given.
+    pub window: Option<f64>,
+    /// The thresholds that were tried with this window; empty when the threshold or the standstills were given.
     pub candidates: Vec<Candidate>,
     /// Standstills that were left out on request.
     pub excluded: Vec<String>,
@@ -62,7 +66,6 @@ impl ThresholdSweep {
         search: &Standstill,
         fit: &MultiPosition,
     ) -> Result<Self, Error> {
-        let windowed = WindowedVariance::new(samples, rate, breaks, search)?;
         if let Some(threshold) = search.threshold {
             if !(threshold.is_finite() && threshold > 0.0) {
                 return Err(Error::OutOfRange {
@@ -72,13 +75,45 @@ impl ThresholdSweep {
                     max: f64::MAX,
                 });
             }
+            let windowed = WindowedVariance::new(samples, rate, breaks, search)?;
             return Ok(Self {
-                segments: windowed.segments(threshold),
+                segments: windowed.holds(samples, threshold),
                 threshold: Some(threshold),
+                window: Some(search.window),
                 candidates: Vec::new(),
                 excluded: Vec::new(),
             });
         }
+        let mut found: Vec<(f64, Self)> = Vec::new();
+        let mut refused = None;
+        for search in search.windows(rate) {
+            match Self::with_window(samples, rate, breaks, &search, fit) {
+                Ok(sweep) => found.push(sweep),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        let best = found
+            .iter()
+            .map(|(figure, _)| *figure)
+            .fold(f64::INFINITY, f64::min);
+        match found
+            .into_iter()
+            .find(|(figure, _)| *figure <= ALIKE * best)
+        {
+            Some((_, sweep)) => Ok(sweep),
+            None => Err(refused.unwrap_or(NOTHING)),
+        }
+    }
+
+    /// The best threshold for one window, and its figure.
+    fn with_window(
+        samples: &Samples<'_>,
+        rate: f64,
+        breaks: &[usize],
+        search: &Standstill,
+        fit: &MultiPosition,
+    ) -> Result<(f64, Self), Error> {
+        let windowed = WindowedVariance::new(samples, rate, breaks, search)?;
         let thresholds: Vec<f64> = WindowedVariance::ladder().collect();
         let tried: Vec<(Candidate, Vec<Segment>, Option<Error>)> = thresholds
             .into_par_iter()
@@ -91,33 +126,42 @@ impl ThresholdSweep {
                 let freedom = c.standstills.saturating_sub(fit.parameters()).max(1) as f64;
                 figure * (1.0 + 2.0 / (2.0 * freedom).sqrt())
             });
-        let alike = tried
-            .iter()
-            .filter(|(c, ..)| matches!((c.figure, limit), (Some(f), Some(l)) if f <= l));
+        let alike = tried.iter().filter_map(|(c, segments, _)| {
+            let figure = c.figure.filter(|f| limit.is_some_and(|l| *f <= l))?;
+            Some((c, segments, figure))
+        });
         let best = alike.min_by(|a, b| {
             let by_fragments = a.0.fragments.cmp(&b.0.fragments);
-            by_fragments.then(a.0.threshold.total_cmp(&b.0.threshold))
+            let by_number = b.0.standstills.cmp(&a.0.standstills);
+            let by_threshold = a.0.threshold.total_cmp(&b.0.threshold);
+            by_fragments.then(by_number).then(by_threshold)
         });
-        match best {
-            Some((candidate, segments, _)) => Ok(Self {
-                segments: segments.clone(),
-                threshold: Some(candidate.threshold),
-                candidates: tried.iter().map(|(c, ..)| c.clone()).collect(),
-                excluded: Vec::new(),
-            }),
-            None => {
-                let most = tried.iter().max_by_key(|(c, ..)| c.standstills);
-                Err(most
-                    .and_then(|(.., error)| *error)
-                    .unwrap_or(Error::TooFew {
-                        name: "standstills",
-                        needed: 1,
-                        got: 0,
-                    }))
-            }
-        }
+        let Some((candidate, segments, figure)) = best else {
+            let most = tried.iter().max_by_key(|(c, ..)| c.standstills);
+            return Err(most.and_then(|(.., error)| *error).unwrap_or(NOTHING));
+        };
+        let sweep = Self {
+            segments: segments.clone(),
+            threshold: Some(candidate.threshold),
+            window: Some(search.window),
+            candidates: tried.iter().map(|(c, ..)| c.clone()).collect(),
+            excluded: Vec::new(),
+        };
+        // What the choice of the window is made by knows the design and not the residual: of windows that find other rests the one
+        // whose rests happen to scatter little would be taken else.
+        Ok((figure / candidate.residual.unwrap_or(1.0), sweep))
     }
 }
+
+/// No standstill at any threshold.
+const NOTHING: Error = Error::TooFew {
+    name: "standstills",
+    needed: 1,
+    got: 0,
+};
+
+/// Figures of two windows up to this ratio are alike: nearly the same samples are behind both.
+const ALIKE: f64 = 1.15;
 
 impl ThresholdSweep {
     /// Standstills that were given.
@@ -125,6 +169,7 @@ impl ThresholdSweep {
         Self {
             segments,
             threshold: None,
+            window: None,
             candidates: Vec::new(),
             excluded: Vec::new(),
         }
@@ -164,10 +209,10 @@ impl ThresholdSweep {
     }
 
     /// The most standstills that any threshold finds: what there is when no fit could be made.
-    pub fn most(windowed: &WindowedVariance) -> Vec<Segment> {
+    pub fn most(samples: &Samples<'_>, windowed: &WindowedVariance) -> Vec<Segment> {
         let mut most = Vec::new();
         for threshold in WindowedVariance::ladder() {
-            let found = windowed.segments(threshold);
+            let found = windowed.holds(samples, threshold);
             if found.len() > most.len() {
                 most = found;
             }
@@ -182,7 +227,7 @@ fn try_threshold(
     threshold: f64,
     fit: &MultiPosition,
 ) -> (Candidate, Vec<Segment>, Option<Error>) {
-    let segments = windowed.segments(threshold);
+    let Holds { segments, cuts } = Holds::of(samples, windowed, threshold);
     let poses: Vec<Pose> = segments
         .iter()
         .map(|segment| Pose {
@@ -193,7 +238,7 @@ fn try_threshold(
     let mut candidate = Candidate {
         threshold,
         standstills: segments.len(),
-        fragments: fragments(&poses),
+        fragments: cuts,
         samples: segments.iter().map(Segment::len).sum(),
         residual: None,
         figure: None,
@@ -220,18 +265,4 @@ fn try_threshold(
         Err(error) => Some(error),
     };
     (candidate, segments, error)
-}
-
-fn fragments(poses: &[Pose]) -> usize {
-    let means: Vec<_> = poses.iter().map(|p| p.mean).collect();
-    let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| 0.03 * sphere.radius());
-    means
-        .windows(2)
-        .filter(|pair| {
-            (0..3)
-                .map(|i| (pair[1][i] - pair[0][i]).powi(2))
-                .sum::<f64>()
-                < near * near
-        })
-        .count()
 }

@@ -89,6 +89,7 @@ impl Bench {
         let bias = [0; 3].map(|_| normal(device.bias));
         let thermal = ThermalTerms {
             reference: 25.0,
+            range: [-60.0, 125.0],
             bias: [0; 3].map(|_| [normal(device.drift), normal(device.drift / 200.0), 0.0]),
             scale: [0; 3].map(|_| [normal(device.scale_drift), 0.0, 0.0]),
         };
@@ -195,6 +196,7 @@ fn calibrate(bench: &mut Bench) -> (Compensation<f64>, Vec<bool>) {
     }
     let terms = ThermalTerms {
         reference: 25.0,
+        range: [-60.0, 125.0],
         bias: thermal.axes.each_ref().map(|a| a.bias),
         scale: thermal.axes.each_ref().map(|a| a.scale.unwrap()),
     };

@@ -83,6 +83,7 @@ pub fn adjust(
 }
 
 /// Where a damped step ended.
+#[non_exhaustive]
 pub struct Taken<L> {
     /// θ after the step.
     pub parameters: Vec<f64>,

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 /// Two results agree when |E_n| ≤ 1. What both share (the same reference standard) does not make them differ, so
 /// its covariance is taken out; leaving it in would make every comparison look better than it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct En {
     /// x₁ − x₂.
     pub difference: f64,

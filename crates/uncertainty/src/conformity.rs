@@ -1,24 +1,40 @@
 //! Does an item conform? Decisions with an uncertainty, their guard bands and their risks.
 
+mod measured;
+mod prior;
+
+pub use measured::Measured;
+
+use crate::Distribution;
 use crate::quantile::normal_quantile;
-use crate::{DegreesOfFreedom, Quantity};
-use proofmass_core::{Error, check};
+use prior::Cells;
+use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
-use statrs::function::beta::beta_reg;
-use statrs::function::erf::erfc;
 
 /// The values that a requirement permits: two limits, or one.
 ///
 /// ```
-/// use proofmass_uncertainty::{DegreesOfFreedom, Limits, DecisionRule, Quantity};
-/// let q = Quantity {
-///     name: "V".into(), unit: "V".into(), value: 4.96, standard_uncertainty: 0.02, dof: DegreesOfFreedom::INFINITE,
-/// };
-/// let limits = Limits::above(4.90)?;
-/// assert!((limits.probability(&q) - 0.99865).abs() < 1e-5); // Φ(3)
-/// // With a guard band of U = 2 u the acceptance limit is 4.94.
-/// let decision = limits.decide(&q, DecisionRule::GuardBand { factor: 1.0, probability: 0.9545 });
-/// assert!(decision.accepted && (decision.acceptance.lower.unwrap() - 4.94).abs() < 1e-5);
+/// use proofmass_uncertainty::{DegreesOfFreedom, DecisionRule, Distribution, Limits, Measured, Quantity};
+/// // A Zener diode may break down at −5.40 V at most; it was measured at −5.47 V with u = 0.05 V (7.4, example 1).
+/// let diode = Measured::of(&Quantity {
+///     name: "V".into(), unit: "V".into(), value: -5.47, standard_uncertainty: 0.05, dof: DegreesOfFreedom::INFINITE,
+/// });
+/// let limits = Limits::below(-5.40)?;
+/// assert!((limits.probability(&diode) - 0.92).abs() < 0.005);
+/// // With a guard band of U = 0.1 V it is accepted up to −5.50 V, and this one is not.
+/// let decision = limits.decide(&diode, 0.1, DecisionRule::GuardBand { factor: 1.0 }, None)?;
+/// assert!(!decision.accepted && decision.acceptance.upper == Some(-5.50));
+///
+/// // Ball bearings whose radial error motion is a gamma distribution may have 2 µm at most (9.5.4): measured with
+/// // u = 0.25 µm, 0.8 % of all are accepted wrongly, and 0.1 % with a guard band of 0.33 µm.
+/// let bearings = Distribution::Gamma { lower: 0.0, shape: 4.0, scale: 0.25 };
+/// let bearing = Measured::of(&Quantity {
+///     name: "e".into(), unit: "µm".into(), value: 1.0, standard_uncertainty: 0.25, dof: DegreesOfFreedom::INFINITE,
+/// });
+/// let limits = Limits::below(2.0)?;
+/// let simple = limits.global_risk(&limits, &bearings, &bearing)?;
+/// let guarded = limits.global_risk(&limits.narrowed(0.33), &bearings, &bearing)?;
+/// assert!((simple.consumer - 0.008).abs() < 0.0005 && (guarded.consumer - 0.001).abs() < 0.0005);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 ///
@@ -39,12 +55,10 @@ pub enum DecisionRule {
     /// The estimate lies within the limits. **Source** `[JCGM106] 8.2`.
     SimpleAcceptance,
     /// The estimate lies within limits that a guard band w = factor × U narrows (a negative factor widens them:
-    /// guarded rejection), with U at a coverage probability. **Source** `[JCGM106] 8.3`.
+    /// guarded rejection). **Source** `[JCGM106] 8.3`.
     GuardBand {
-        /// w/U.
+        /// r = w/U.
         factor: f64,
-        /// Coverage probability of U.
-        probability: f64,
     },
     /// The probability of conformity reaches a least value.
     LeastProbability(f64),
@@ -60,12 +74,17 @@ pub struct Conformity {
     /// Probability that the decision is wrong: the specific risk of the consumer where it is accepted, of the producer
     /// where it is rejected.
     pub risk: f64,
+    /// Guard band w; none where the rule is a probability.
+    pub guard_band: Option<f64>,
     /// Limits between which the estimate is accepted; those of the requirement where the rule is a probability.
     pub acceptance: Limits,
+    /// Risks over the whole production, where one is stated and the rule is a pair of limits.
+    pub global: Option<GlobalRisk>,
 }
 
 /// Risks over a whole production. **Source** `[JCGM106] 9.5`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct GlobalRisk {
     /// Probability that an item is accepted and does not conform.
     pub consumer: f64,
@@ -122,38 +141,81 @@ impl Limits {
         self.lower.is_none_or(|l| x >= l) && self.upper.is_none_or(|u| x <= u)
     }
 
-    /// Probability that the measurand lies within them: Student's t at the degrees of freedom of the quantity.
+    /// Probability that the measurand lies within them, where nothing but the measurement speaks of the item.
     ///
     /// **Source** `[JCGM106] 7`.
-    pub fn probability(&self, q: &Quantity) -> f64 {
-        let u = q.standard_uncertainty;
-        if !(u > 0.0) {
-            return f64::from(u8::from(self.contains(q.value)));
-        }
-        let outside = self
-            .lower
-            .map_or(0.0, |l| upper_tail((q.value - l) / u, q.dof))
-            + self
-                .upper
-                .map_or(0.0, |h| upper_tail((h - q.value) / u, q.dof));
-        (1.0 - outside).clamp(0.0, 1.0)
+    pub fn probability(&self, measured: &Measured) -> f64 {
+        measured.chance_within(self)
     }
 
-    /// Decides about one item.
-    pub fn decide(&self, q: &Quantity, rule: DecisionRule) -> Conformity {
-        let probability = self.probability(q);
-        let (accepted, acceptance) = match rule {
-            DecisionRule::SimpleAcceptance => (self.contains(q.value), *self),
-            DecisionRule::GuardBand {
-                factor,
-                probability,
-            } => {
-                let narrowed = self.narrowed(factor * q.expanded(probability));
-                (narrowed.contains(q.value), narrowed)
+    /// Probability that the measurand lies within them, where it also is one of a production with this distribution:
+    /// by Bayes' rule.
+    ///
+    /// **Accuracy** 1e-5 where u is a hundredth of the spread of the production or more.
+    /// **Source** `[JCGM106] 6, 7`.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a production that is not a continuous distribution, or among which the measured item
+    /// cannot be.
+    pub fn probability_among(
+        &self,
+        production: &Distribution,
+        measured: &Measured,
+    ) -> Result<f64, Error> {
+        let (mut within, mut all) = (0.0, 0.0);
+        for cell in Cells::of(production, self)?.iter() {
+            // What the measurement says of the cell, over its width, is the likelihood of the item there.
+            let share = measured.chance_between(cell.from, cell.to);
+            let weight = cell.mass * share / (cell.to - cell.from);
+            all += weight;
+            if self.contains(cell.middle) {
+                within += weight;
             }
-            DecisionRule::LeastProbability(least) => (probability >= least, *self),
+        }
+        if all > 0.0 && all.is_finite() {
+            Ok((within / all).clamp(0.0, 1.0))
+        } else {
+            Err(Error::OutOfRange {
+                name: "measured value among the production",
+                value: measured.value(),
+                min: production.quantile(1e-9),
+                max: production.quantile(1.0 - 1e-9),
+            })
+        }
+    }
+
+    /// Decides about one item; `expanded` is its U, and `production` the distribution that items have, where that is
+    /// known.
+    ///
+    /// # Errors
+    /// As [`Limits::probability_among`].
+    pub fn decide(
+        &self,
+        measured: &Measured,
+        expanded: f64,
+        rule: DecisionRule,
+        production: Option<&Distribution>,
+    ) -> Result<Conformity, Error> {
+        let probability = match production {
+            None => self.probability(measured),
+            Some(production) => self.probability_among(production, measured)?,
         };
-        Conformity {
+        let (accepted, guard_band) = match rule {
+            DecisionRule::SimpleAcceptance => (self.contains(measured.value()), Some(0.0)),
+            DecisionRule::GuardBand { factor } => {
+                let w = factor * expanded;
+                (self.narrowed(w).contains(measured.value()), Some(w))
+            }
+            DecisionRule::LeastProbability(least) => (probability >= least, None),
+        };
+        let acceptance = self.narrowed(guard_band.unwrap_or(0.0));
+        let global = match (production, guard_band) {
+            (Some(production), Some(_)) => {
+                Some(self.global_risk(&acceptance, production, measured)?)
+            }
+            _ => None,
+        };
+        Ok(Conformity {
             probability,
             accepted,
             risk: if accepted {
@@ -161,8 +223,10 @@ impl Limits {
             } else {
                 probability
             },
+            guard_band,
             acceptance,
-        }
+            global,
+        })
     }
 
     /// Limits with a guard band w.
@@ -176,76 +240,52 @@ impl Limits {
 
     /// Guard band that keeps the specific risk of the consumer at one limit below `risk` for normal distributions.
     ///
+    /// ```
+    /// // Speeding is certain to 99.9 % where a speedometer with u = 2 % shows 107 km/h and the limit is 100 km/h (8.3.3).
+    /// let w = proofmass_uncertainty::Limits::guard_band(2.14, 0.001);
+    /// assert!((w - 6.6).abs() < 0.05);
+    /// ```
+    ///
     /// **Source** `[JCGM106] 8.3.2`.
     pub fn guard_band(u: f64, risk: f64) -> f64 {
         u * normal_quantile(1.0 - risk)
     }
 
-    /// Risks over a production of items that are normal about `mean` with `sd`, measured with u, accepted within
-    /// `acceptance`.
+    /// Risks over a production with this distribution, each item measured with the error that `measured` has, accepted
+    /// within `acceptance`.
     ///
-    /// **Accuracy** 1e-8, by Simpson's rule with 4000 steps over ± 9 standard deviations.
+    /// **Accuracy** 1e-8 where u is a hundredth of the spread of the production or more.
+    /// **Source** `[JCGM106] 9.5`.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] unless both standard deviations are above zero.
+    /// [`Error::OutOfRange`] for a production that is not a continuous distribution.
     pub fn global_risk(
         &self,
         acceptance: &Self,
-        mean: f64,
-        sd: f64,
-        u: f64,
+        production: &Distribution,
+        measured: &Measured,
     ) -> Result<GlobalRisk, Error> {
-        for (name, value) in [
-            ("standard deviation of the items", sd),
-            ("standard uncertainty", u),
-        ] {
-            check::positive(name, value)?;
-        }
-        let accepted = |x: f64| {
-            let below = acceptance.lower.map_or(0.0, |l| normal_tail((x - l) / u));
-            let above = acceptance.upper.map_or(0.0, |h| normal_tail((h - x) / u));
-            (1.0 - below - above).clamp(0.0, 1.0)
-        };
-        let density = |z: f64| (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
-        // Over each stretch between the limits, so that no step falls within one.
-        let end = 9.0;
-        let mut cuts = vec![-end, end];
-        cuts.extend(
-            [self.lower, self.upper]
-                .iter()
-                .flatten()
-                .map(|l| ((l - mean) / sd).clamp(-end, end)),
-        );
-        cuts.sort_by(f64::total_cmp);
         let mut risk = GlobalRisk {
             consumer: 0.0,
             producer: 0.0,
         };
-        for pair in cuts.windows(2) {
-            let (from, to) = (pair[0], pair[1]);
-            let conforms = self.contains(mean + sd * 0.5 * (from + to));
-            let share = |z: f64| {
-                let p = accepted(mean + sd * z);
-                density(z) * if conforms { 1.0 - p } else { p }
-            };
-            let part = simpson(share, from, to);
-            if conforms {
-                risk.producer += part;
+        for cell in Cells::of(production, self)?.iter() {
+            let accepted = cell.integral(|item| {
+                // The estimate of an item is its value less the error of a draw: within A where the draw is within this.
+                let moved = |limit: f64| measured.value() + item - limit;
+                measured.chance_within(&Self {
+                    lower: acceptance.upper.map(moved),
+                    upper: acceptance.lower.map(moved),
+                })
+            });
+            if self.contains(cell.middle) {
+                risk.producer += cell.integral(|_| 1.0) - accepted;
             } else {
-                risk.consumer += part;
+                risk.consumer += accepted;
             }
         }
         Ok(risk)
     }
-}
-
-fn simpson(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    let n = 4000;
-    let h = (to - from) / f64::from(n);
-    let inner: f64 = (1..n)
-        .map(|i| if i % 2 == 1 { 4.0 } else { 2.0 } * f(from + h * f64::from(i)))
-        .sum();
-    h / 3.0 * (f(from) + inner + f(to))
 }
 
 fn finite(limit: f64) -> Result<(), Error> {
@@ -259,64 +299,5 @@ fn finite(limit: f64) -> Result<(), Error> {
     }
 }
 
-fn normal_tail(z: f64) -> f64 {
-    0.5 * erfc(z / std::f64::consts::SQRT_2)
-}
-
-/// P(T > t).
-fn upper_tail(t: f64, dof: DegreesOfFreedom) -> f64 {
-    let nu = dof.get();
-    if nu > 1e6 {
-        return normal_tail(t);
-    }
-    let two = beta_reg(0.5 * nu, 0.5, nu / (nu + t * t));
-    if t >= 0.0 { 0.5 * two } else { 1.0 - 0.5 * two }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn quantity(value: f64, u: f64, nu: f64) -> Quantity {
-        Quantity {
-            name: "y".into(),
-            unit: "1".into(),
-            value,
-            standard_uncertainty: u,
-            dof: DegreesOfFreedom::new(nu).unwrap(),
-        }
-    }
-
-    #[test]
-    fn law_probability_is_that_of_the_interval() {
-        // Limits at y ± U hold the measurand with the probability of U.
-        for nu in [2.0, 7.5, f64::INFINITY] {
-            let q = quantity(3.0, 0.2, nu);
-            let half = q.expanded(0.9);
-            let limits = Limits::between(3.0 - half, 3.0 + half).unwrap();
-            assert!((limits.probability(&q) - 0.9).abs() < 1e-10, "{nu}");
-            assert!((Limits::above(3.0).unwrap().probability(&q) - 0.5).abs() < 1e-12);
-        }
-        assert!(Limits::between(1.0, 1.0).is_err());
-    }
-
-    /// Without guard band and with a flat production the risks at one limit are alike; all shares sum to one.
-    #[test]
-    fn law_global_risks() {
-        let limits = Limits::between(-1.0, 1.0).unwrap();
-        let (sd, u) = (0.6, 0.2);
-        let risk = limits.global_risk(&limits, 0.0, sd, u).unwrap();
-        // Observed values are normal with √(sd² + u²): accepted = conforming − producer + consumer.
-        let inside = |s: f64| 1.0 - 2.0 * normal_tail(1.0 / s);
-        let accepted = inside(sd) - risk.producer + risk.consumer;
-        assert!((accepted - inside(sd.hypot(u))).abs() < 1e-9);
-        let guarded = limits.narrowed(Limits::guard_band(u, 0.05));
-        let tighter = limits.global_risk(&guarded, 0.0, sd, u).unwrap();
-        assert!(tighter.consumer < risk.consumer && tighter.producer > risk.producer);
-        // One limit at the mean: P(accepted, not conforming) = atan(u/sd)/(2π).
-        let half = Limits::above(0.0).unwrap();
-        let risk = half.global_risk(&half, 0.0, sd, u).unwrap();
-        let exact = (u / sd).atan() / std::f64::consts::TAU;
-        assert!((risk.consumer - exact).abs() < 1e-8 && (risk.producer - exact).abs() < 1e-8);
-    }
-}
+mod tests;

@@ -62,6 +62,8 @@ impl fmt::Display for DegreesOfFreedom {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_infinite() {
             f.write_str("∞")
+        } else if self.0 > 9999.0 {
+            f.write_str("> 9999")
         } else if self.0 < 100.0 {
             write!(f, "{:.1}", self.0)
         } else {

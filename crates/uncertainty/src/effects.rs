@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// What one cause does to one output. Inputs that are correlated, or drawn together, are one cause.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CauseEffect {
     /// The inputs that are this cause.
     pub inputs: Vec<String>,
@@ -25,6 +26,7 @@ pub struct CauseEffect {
 
 /// The causes of every output, as [`MonteCarlo::effects`] finds them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OutputEffects {
     /// Name of the output.
     pub name: String,

@@ -218,7 +218,7 @@ impl Effect {
             .collect()
     }
 
-    fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
+    pub(crate) fn propagate(&self, jacobian: &[f64], n: usize) -> Result<Self, Error> {
         Ok(match self {
             Self::Scalar {
                 value,
@@ -438,6 +438,10 @@ impl Estimate {
                 share: share(contribution * contribution),
             });
         }
+        let value = self.components[i].value;
+        lines
+            .iter_mut()
+            .for_each(|line| line.clear_rounding(value, variance.sqrt()));
         lines.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
         Some(lines)
     }
@@ -497,6 +501,7 @@ fn effective(u: f64, parts: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
 
 /// One line of a budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetLine {
     /// Stable name of the cause.
     pub key: String,
@@ -516,8 +521,26 @@ pub struct BudgetLine {
     pub share: f64,
 }
 
+impl BudgetLine {
+    /// Sets to zero a sensitivity that is what rounding left of zero: by it the whole input, or its uncertainty where that is
+    /// larger, changes the component by less than a double tells, and its contribution is nothing beside the whole.
+    pub(crate) fn clear_rounding(&mut self, value: f64, standard_uncertainty: f64) {
+        let least = 16.0 * f64::EPSILON * value.abs().max(standard_uncertainty);
+        let nothing = self.contribution <= 1e-9 * standard_uncertainty;
+        if let Some(input) = &mut self.input {
+            let whole = input.value.abs().max(input.standard_uncertainty);
+            if nothing && whole > 0.0 && (input.sensitivity * whole).abs() <= least {
+                input.sensitivity = 0.0;
+                self.contribution = 0.0;
+                self.share = 0.0;
+            }
+        }
+    }
+}
+
 /// The scalar input behind a budget line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BudgetInput {
     /// Estimate.
     pub value: f64,

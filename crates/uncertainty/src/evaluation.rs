@@ -1,29 +1,36 @@
 //! Everything a person expects of an uncertainty machine, from one model: three roads, each by itself, and one result.
 
 mod doubts;
+mod passed;
+mod requests;
 mod statement;
 
-pub use statement::{Statement, StatementMethod};
+pub use requests::{OutputConformity, Sweep, SweepPoint, Target, TargetInput};
+pub use statement::{Method, Statement, StatementMethod};
 
 use crate::model::Prepared;
 use crate::{
-    BudgetLine, CauseEffect, CorrelationEntry, Covariance, Equations, Estimate, Finding,
-    JointInputs, Linear, Model, MonteCarlo, OutputEntry, Progress, Quantity, Refusal, Region,
-    Sampled, SampledOutput, SecondOrder, Trials, UncertaintyModel, Validation, numerical_tolerance,
-    propagate, propagate_second_order,
+    BudgetLine, CauseEffect, CorrelationEntry, Covariance, DegreesOfFreedom, Equations, Estimate,
+    Finding, JointInputs, Linear, Model, MonteCarlo, OutputEntry, Progress, Quantity, Refusal,
+    Region, Sampled, SampledOutput, SecondOrder, TrialTable, Trials, UncertaintyModel, Validation,
+    Verdict, numerical_tolerance, propagate, propagate_second_order,
 };
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
+use statement::Roads;
 use std::ops::ControlFlow;
 
 /// What to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Evaluate {
+    /// By which road results are stated, where the model does not say or another is wanted. All roads are gone in any case.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<Method>,
     /// Coverage probability.
     pub probability: f64,
-    /// A coverage factor to state the linear result with, instead of the one that the probability and the degrees of
-    /// freedom give: 2, where a customer or a standard asks for it.
+    /// A coverage factor to state results with, instead of the one that the probability and the degrees of freedom give: 2,
+    /// where a customer or a standard asks for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coverage_factor: Option<f64>,
     /// Significant digits of u that are printed.
@@ -50,6 +57,7 @@ fn is_false(value: &bool) -> bool {
 impl Default for Evaluate {
     fn default() -> Self {
         Self {
+            method: None,
             probability: 0.95,
             coverage_factor: None,
             digits: 2,
@@ -73,6 +81,7 @@ const SECOND_ORDER: usize = 200;
 
 /// One output by the law of propagation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LinearOutput {
     /// Value, standard uncertainty and degrees of freedom.
     pub quantity: Quantity,
@@ -88,6 +97,7 @@ pub struct LinearOutput {
 
 /// Result for one output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OutputResult {
     /// Name.
     pub name: String,
@@ -95,7 +105,7 @@ pub struct OutputResult {
     pub unit: String,
     /// Formula, as in the model.
     pub expression: String,
-    /// The result: by the law of propagation where Monte Carlo does not contradict it.
+    /// The result, by the road that was asked for.
     pub stated: Statement,
     /// By the law of propagation; absent where the model has no value or derivative at the estimates.
     pub linear: Option<LinearOutput>,
@@ -119,6 +129,13 @@ pub struct ModelResult {
     pub outputs: Vec<OutputResult>,
     /// All outputs with their joint covariance, by the law of propagation.
     pub estimate: Option<Estimate>,
+    /// All outputs as they are stated, with their joint covariance and the causes behind them: what another calculation may
+    /// take. Absent where an output has no standard uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stated: Option<Estimate>,
+    /// Trials of the outputs, where one is not stated by the law of propagation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<TrialTable>,
     /// Trials made.
     pub trials: usize,
     /// Joint covariance by Monte Carlo, of the outputs that have a Monte Carlo result.
@@ -127,6 +144,15 @@ pub struct ModelResult {
     pub input_correlations: Vec<CorrelationEntry>,
     /// Joint coverage region by Monte Carlo.
     pub region: Option<Region>,
+    /// Whether outputs conform, where that was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conformity: Vec<OutputConformity>,
+    /// The outputs for several estimates of an input, where that was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sweeps: Vec<Sweep>,
+    /// Uncertainties of inputs for a wanted one of an output, where that was asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub targets: Vec<Target>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -139,19 +165,16 @@ impl ModelResult {
 }
 
 impl UncertaintyModel {
-    /// Budget, linear result, terms of second order, Monte Carlo check and verdict, in one call.
-    ///
-    /// No road can take the result of another away: where one fails a finding says so and the others stand.
-    /// `progress` is told how far the trials have come and may stop them.
-    ///
-    /// # Errors
-    /// [`Refusal`] for inputs or expressions that do not do, for a model that is finite neither at the estimates nor
-    /// in enough trials, or when cancelled.
-    pub fn evaluate(
+    /// The outputs, by three roads.
+    fn evaluate_outputs(
         &self,
         options: &Evaluate,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<ModelResult, Refusal> {
+        let options = &Evaluate {
+            method: Some(options.method.unwrap_or(self.method)),
+            ..*options
+        };
         let Prepared {
             joint,
             equations,
@@ -168,20 +191,27 @@ impl UncertaintyModel {
             .map(|o| {
                 let quantity = linear.as_ref().and_then(|l| l.get(&o.name));
                 let u = quantity.map_or(0.0, |q| q.standard_uncertainty);
-                numerical_tolerance(u, options.check_digits)
+                let z = crate::normal_quantile(0.5 * (1.0 + options.probability));
+                numerical_tolerance(u, options.check_digits).min(crate::ENDS * z * u)
             })
             .collect();
+        // What trials run: the same distributions with as few draws as they need.
+        let reduced = equations.reduced(&joint)?;
+        let (fewer, drawn) = match &reduced {
+            Some((equations, joint)) => (equations, joint),
+            None => (&equations, &joint),
+        };
         let trials = match options.trials {
             Trials::Adaptive { digits, max } => Trials::Adaptive {
                 digits,
-                max: equations.affordable(max, joint.draws_per_trial()),
+                max: fewer.affordable(max, drawn.draws_per_trial()),
             },
             fixed => fixed,
         };
         let sampled = MonteCarlo::new(options.seed)
             .probability(options.probability)
             .trials(trials)
-            .run_resolving(&equations, &joint, &tolerances, progress);
+            .run_resolving(fewer, drawn, &tolerances, progress);
         let sampled = match sampled {
             Ok(sampled) => Ok(sampled),
             Err(Refusal::Core(error @ Error::NotFinite { .. })) => Err(name_output(error.into())),
@@ -206,7 +236,10 @@ impl UncertaintyModel {
         findings.extend(linear.iter().flat_map(|l| l.findings().iter().cloned()));
         findings.extend(sampled.iter().flat_map(|s| s.findings.iter().cloned()));
         let validations = match (&linear, &sampled) {
-            (Some(linear), Some(sampled)) => sampled.validate(linear, options.check_digits),
+            (Some(linear), Some(sampled)) => {
+                let judged = sampled.validate(linear, options.check_digits);
+                of_few_degrees(judged, linear, fewer, drawn, sampled.trials, options)?
+            }
             _ => Vec::new(),
         };
         let mut outputs = Vec::new();
@@ -216,17 +249,21 @@ impl UncertaintyModel {
                 .and_then(|l| linear_output(l, &entry.name, options));
             let monte_carlo = sampled.as_ref().and_then(|s| s.get(&entry.name)).cloned();
             let validation = validations.iter().find(|v| v.name == entry.name).cloned();
-            let Some(stated) = Statement::decide(
-                entry,
-                linear.as_ref(),
-                monte_carlo.as_ref(),
-                validation.as_ref(),
-                sampled.as_ref().map_or(0, |s| s.trials),
-                options,
-            ) else {
+            let roads = Roads {
+                linear: linear.as_ref(),
+                sampled: monte_carlo.as_ref(),
+                validation: validation.as_ref(),
+                trials: sampled.as_ref().map_or(0, |s| s.trials),
+            };
+            let Some(stated) = roads.decide(entry, options) else {
                 return Err(Refusal::Output {
                     name: entry.name.clone(),
-                    what: "not a finite number at the estimates nor in enough trials",
+                    what: match options.method {
+                        Some(Method::Auto) | None => {
+                            "not a finite number at the estimates nor in enough trials"
+                        }
+                        _ => "without a result by the method that is asked for",
+                    },
                 });
             };
             findings.extend(
@@ -246,6 +283,13 @@ impl UncertaintyModel {
             });
         }
         self.effects(&joint, &equations, options, &mut outputs, progress)?;
+        let (stated, table) = passed::on(
+            &mut outputs,
+            linear.as_ref(),
+            (&equations, &joint),
+            (fewer, drawn),
+            options,
+        )?;
         let Sampled {
             trials,
             covariance,
@@ -260,6 +304,8 @@ impl UncertaintyModel {
             options: *options,
             outputs,
             estimate: linear.map(|l| l.estimate().clone()),
+            stated,
+            table,
             trials,
             monte_carlo_covariance: (covariance.dimension() > 0).then_some(covariance),
             input_correlations: joint
@@ -271,6 +317,9 @@ impl UncertaintyModel {
                 })
                 .collect(),
             region,
+            conformity: Vec::new(),
+            sweeps: Vec::new(),
+            targets: Vec::new(),
             findings,
         })
     }
@@ -316,6 +365,56 @@ impl UncertaintyModel {
             ControlFlow::Continue(()) => Ok(()),
         }
     }
+}
+
+/// Refuted linear results, looked at again with every standard uncertainty taken as known: where both roads agree then, only
+/// the few degrees of freedom keep them apart, which Monte Carlo gives to Student's t of each input and the law of propagation to
+/// that of the result.
+fn of_few_degrees(
+    mut judged: Vec<Validation>,
+    linear: &Linear,
+    equations: &Equations,
+    joint: &JointInputs,
+    trials: usize,
+    options: &Evaluate,
+) -> Result<Vec<Validation>, Refusal> {
+    let refuted = |v: &Validation| v.refutes();
+    let doubtful = joint.inputs.iter().any(|i| !i.dof.is_infinite());
+    let places: Vec<usize> = (0..equations.outputs().len())
+        .filter(|&k| {
+            let name = &equations.outputs()[k].0;
+            judged.iter().any(|v| refuted(v) && v.name == *name)
+        })
+        .collect();
+    if places.is_empty() || !doubtful {
+        return Ok(judged);
+    }
+    let sampled = MonteCarlo::new(options.seed)
+        .probability(options.probability)
+        .trials(Trials::Fixed(trials))
+        .run(&equations.only(&places), &joint.known());
+    let sampled = match sampled {
+        Ok(sampled) => sampled,
+        Err(Refusal::Core(_)) => return Ok(judged),
+        Err(other) => return Err(other),
+    };
+    let known: Vec<Quantity> = places
+        .iter()
+        .filter_map(|&k| linear.get(&equations.outputs()[k].0))
+        .map(|q| Quantity {
+            dof: DegreesOfFreedom::INFINITE,
+            ..q
+        })
+        .collect();
+    for again in sampled.validate_to(&known, options.check_digits, crate::ENDS) {
+        if again.verdict == Verdict::NotValidated {
+            continue;
+        }
+        for first in judged.iter_mut().filter(|v| v.name == again.name) {
+            first.few_degrees_of_freedom = true;
+        }
+    }
+    Ok(judged)
 }
 
 /// Says which output is not finite, by its name.

@@ -12,6 +12,14 @@ crate::findings! {
         evidence "{evidence}",
         advice "report the Monte Carlo interval";
 
+    /// Monte Carlo and the law of propagation differ because inputs have few degrees of freedom: with standard uncertainties taken as
+    /// known they agree. The linear result stands.
+    few_degrees_of_freedom_differ(name: &str, evidence: &str) =
+        "few-degrees-of-freedom-differ", [Note],
+        what "the interval of {name} by Monte Carlo differs from y ± U for few degrees of freedom, not for a curved model",
+        evidence "{evidence}",
+        advice "JCGM 101 draws Student's t for each input, JCGM 100 takes t at ν_eff; --method monte-carlo states the former";
+
     /// A unit label is not known to the program.
     unknown_unit(labels: &str) =
         "unknown-unit", [Note],
@@ -51,6 +59,20 @@ crate::findings! {
         what "causes that earlier results name alike, with the same u, were taken as the same: they correlate the results",
         evidence "{causes}",
         advice "list those that are not the same under `independent` of one of the results";
+
+    /// An earlier result has findings that need a decision: what is computed from it does as well.
+    earlier_result_in_doubt(file: &str, doubts: &str) =
+        "earlier-result-in-doubt", [Decision],
+        what "the earlier result {file} needs a decision before it is used",
+        evidence "{doubts}",
+        advice "settle it there and evaluate both again";
+
+    /// Two earlier results that are stated by their trials have a cause in common: rows of two tables cannot be drawn together.
+    shared_causes_of_trials(causes: &str) =
+        "shared-causes-of-trials", [Decision],
+        what "two earlier results that are stated by Monte Carlo share causes, which are drawn independently here",
+        evidence "{causes}",
+        advice "compute both results in one model; or list the causes under `independent` where they are not the same";
 
     /// Repeated observations have one value.
     no_scatter(input: &str, observations: usize, value: f64) =

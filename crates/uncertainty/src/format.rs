@@ -83,17 +83,18 @@ pub enum ShowDof {
 ///
 /// **Source** `[GUM] 7.2.2, 7.2.4, 7.2.6`; rounding `[ISO80000-1] B.3`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Format {
     /// Significant digits of the uncertainty, 1 to 15.
-    pub digits: usize,
+    pub(crate) digits: usize,
     /// Concise or expanded.
-    pub notation: Notation,
+    pub(crate) notation: Notation,
     /// Unicode or ASCII.
-    pub alphabet: Alphabet,
+    pub(crate) alphabet: Alphabet,
     /// Point or comma.
-    pub decimal: DecimalMark,
+    pub(crate) decimal: DecimalMark,
     /// Degrees of freedom beside k.
-    pub dof: ShowDof,
+    pub(crate) dof: ShowDof,
 }
 
 impl Default for Format {
@@ -181,6 +182,14 @@ impl Format {
         }
     }
 
+    /// An uncertainty by itself, with its digits and its power of ten.
+    fn alone(&self, u: f64) -> String {
+        match Rounded::new(u, u, self.digits) {
+            Some(r) => format!("{}{}", self.mark(r.value), self.power(r.exponent)),
+            None => u.to_string(),
+        }
+    }
+
     fn render(&self, quantity: &Quantity) -> String {
         let unit = self.unit(&quantity.unit);
         let u = quantity.standard_uncertainty;
@@ -196,7 +205,10 @@ impl Format {
                     self.mark(rounded.last_digits()),
                     self.power(rounded.exponent)
                 ),
-                None => format!("{}({u}){unit}", quantity.value),
+                None => {
+                    let value = self.mark(shortest(quantity.value));
+                    format!("{value}{unit} (u = {}{unit})", self.alone(u))
+                }
             },
             Notation::Expanded { probability } => {
                 let k = quantity.coverage_factor(probability);
@@ -214,7 +226,11 @@ impl Format {
                         r.uncertainty,
                         self.power(r.exponent)
                     ),
-                    None => format!("{} {plus_minus} {}", quantity.value, k * u),
+                    None => format!(
+                        "{} {plus_minus} {}",
+                        shortest(quantity.value),
+                        self.alone(k * u)
+                    ),
                 };
                 let dof = match (self.dof, self.alphabet) {
                     (ShowDof::No, _) => String::new(),
@@ -245,6 +261,7 @@ impl Format {
 /// assert_eq!((r.value.as_str(), r.uncertainty.as_str(), r.exponent), ("1.235", "0.013", 5));
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Rounded {
     /// The value, decimal point, without the power of ten.
     pub value: String,
@@ -257,7 +274,8 @@ pub struct Rounded {
 impl Rounded {
     /// Rounds a value to the place that `digits` significant digits of its uncertainty give.
     ///
-    /// `None` when the value is not finite or the uncertainty not finite and positive.
+    /// `None` when the value is not finite, the uncertainty not finite and positive, or so small that the value would need
+    /// more digits than a double has: 1 with an uncertainty of 10⁻¹⁷.
     pub fn new(value: f64, uncertainty: f64, digits: usize) -> Option<Self> {
         if !(value.is_finite() && uncertainty.is_finite() && uncertainty > 0.0) {
             return None;
@@ -271,6 +289,9 @@ impl Rounded {
             u_digits = u.rounded(place);
         }
         let v_digits = v.rounded(place);
+        if v_digits.len() > DOUBLE {
+            return None;
+        }
         let top = place + (u_digits.len().max(v_digits.len()) as i32) - 1;
         let exponent = if place <= 0 && top >= -4 { 0 } else { top };
         let decimals = (exponent - place) as usize;
@@ -295,6 +316,9 @@ impl Rounded {
         }
     }
 }
+
+/// Digits that name any double; more say nothing.
+const DOUBLE: usize = 17;
 
 /// Shortest decimal digits that name a double: d₀d₁… × 10^exponent, the last digit at 10^exponent.
 struct Decimal {
@@ -510,6 +534,10 @@ mod tests {
             (0.051, 1.0, "0.1(1.0)"),
             (1e300, 1e298, "1.000(10)×10³⁰⁰"),
             (5e-324, 5e-324, "5.0(5.0)×10⁻³²⁴"),
+            // More digits than a double has would be made up.
+            (9.80665, 1e-17, "9.80665 (u = 1.0×10⁻¹⁷)"),
+            (0.0, 1e-17, "0.0(1.0)×10⁻¹⁷"),
+            (1.0, 1.2e-15, "1.0000000000000000(12)"),
         ] {
             assert_eq!(quantity(value, u, "1").to_string(), expected, "{value} {u}");
         }

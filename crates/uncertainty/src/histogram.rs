@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Counts of equal bins, for drawing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Histogram {
     /// Lower edge of the first bin.
     pub start: f64,

@@ -114,25 +114,69 @@ pub(crate) struct Root {
     scale: Vec<f64>,
 }
 
+/// A root at the estimates, from which others are followed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Branch {
+    /// Inputs there.
+    pub x: Vec<f64>,
+    /// The root.
+    pub y: Vec<f64>,
+    /// Sizes that a change of the unknowns is measured by, where the root itself is near zero.
+    pub scale: Vec<f64>,
+    /// Sign of the determinant of ∂h/∂y.
+    pub sign: f64,
+}
+
+impl Branch {
+    /// Of a root that was found.
+    pub fn of<M: Implicit>(model: &M, y: &[f64], x: &[f64], scale: &[f64]) -> Result<Self, Error> {
+        let (_, slope) = slopes(model, y.len(), x)(y)?;
+        Ok(Self {
+            x: x.to_vec(),
+            y: y.to_vec(),
+            scale: scale.iter().map(|s| s.abs()).collect(),
+            sign: scaled(&slope, y.len()).sign,
+        })
+    }
+}
+
 const ITERATIONS: usize = 50;
+/// Points at which a root is sought on its way, and the shortest way between two as a part of the whole.
+const ATTEMPTS: usize = 200;
+const SHORTEST: f64 = 1e-6;
+
+/// Values and derivatives, row by row.
+type ValuesAndSlopes = (Vec<f64>, Vec<f64>);
+
+/// The equations and their derivatives by the unknowns, at inputs x.
+fn slopes<'a, M: Implicit>(
+    model: &'a M,
+    m: usize,
+    x: &[f64],
+) -> impl Fn(&[f64]) -> Result<ValuesAndSlopes, Error> + 'a {
+    // Two derivatives travel at a quarter of the cost of eight.
+    let (narrow, wide) = if m <= 2 {
+        (
+            x.iter().map(|&x| Dual::from(x)).collect::<Vec<_>>(),
+            Vec::new(),
+        )
+    } else {
+        (Vec::new(), constants(x))
+    };
+    move |y| {
+        if m <= 2 {
+            jacobian_of::<2>(y, m, |y, out| model.residual(y, &narrow, out))
+        } else {
+            jacobian_of::<8>(y, m, |y, out| model.residual(y, &wide, out))
+        }
+    }
+}
 
 impl Root {
     /// Newton's iteration; whether its last step was small enough is for the caller to judge.
     pub fn find<M: Implicit>(model: &M, start: &[f64], x: &[f64]) -> Result<Self, Error> {
         let m = start.len();
-        // Two derivatives travel at a quarter of the cost of eight.
-        let (narrow, wide) = if m <= 2 {
-            (x.iter().map(|&x| Dual::from(x)).collect(), Vec::new())
-        } else {
-            (Vec::new(), constants(x))
-        };
-        let slope_at = |y: &[f64]| {
-            if m <= 2 {
-                jacobian_of::<2>(y, m, |y, out| model.residual(y, &narrow, out))
-            } else {
-                jacobian_of::<8>(y, m, |y, out| model.residual(y, &wide, out))
-            }
-        };
+        let slope_at = slopes(model, m, x);
         let mut y = start.to_vec();
         let mut scale: Vec<f64> = y.iter().map(|y| y.abs()).collect();
         let mut step = vec![f64::INFINITY; m];
@@ -163,6 +207,101 @@ impl Root {
         })
     }
 
+    /// The root at x that the one at the estimates becomes when the inputs go there on a straight line.
+    ///
+    /// Newton's iteration from a root known at one point of the line is trusted at the next where its steps shrink as they do
+    /// close to a root (each at most a quarter of the one before) and ∂h/∂y keeps the sign of its determinant, which changes at
+    /// a fold; else the next point is taken nearer. **Errors** [`Error::NotConverged`] where the root ends on the way.
+    /// **Source** `[Deuflhard2004] 5.1`.
+    pub fn follow<M: Implicit>(model: &M, from: &Branch, x: &[f64]) -> Result<Self, Error> {
+        let mut y = from.y.clone();
+        let weight: Vec<f64> = y
+            .iter()
+            .zip(&from.scale)
+            .map(|(y, s)| y.abs().max(*s))
+            .collect();
+        let (mut done, mut part): (f64, f64) = (0.0, 1.0);
+        for _ in 0..ATTEMPTS {
+            let next = (done + part).min(1.0);
+            let at: Vec<f64> = match next < 1.0 {
+                true => from
+                    .x
+                    .iter()
+                    .zip(x)
+                    .map(|(a, b)| a + next * (b - a))
+                    .collect(),
+                false => x.to_vec(),
+            };
+            match Self::near(model, &y, &at, weight.clone(), from.sign) {
+                Some(root) if next >= 1.0 => return Ok(root),
+                Some(root) => {
+                    y = root.y;
+                    done = next;
+                    part *= 2.0;
+                }
+                None => part *= 0.5,
+            }
+            if part < SHORTEST {
+                break;
+            }
+        }
+        Err(Error::NotConverged {
+            name: "continuation of the solution",
+            iterations: ATTEMPTS,
+            step: part,
+        })
+    }
+
+    /// Newton's iteration where it begins close to a root and ends there.
+    fn near<M: Implicit>(
+        model: &M,
+        start: &[f64],
+        x: &[f64],
+        mut weight: Vec<f64>,
+        sign: f64,
+    ) -> Option<Self> {
+        let m = start.len();
+        let slope_at = slopes(model, m, x);
+        let mut y = start.to_vec();
+        let mut scale: Vec<f64> = y.iter().map(|y| y.abs()).collect();
+        let mut previous = f64::INFINITY;
+        for count in 0..ITERATIONS {
+            let (value, slope) = slope_at(&y).ok()?;
+            let slope = scaled(&slope, m);
+            if slope.sign != sign {
+                return None;
+            }
+            let step = slope.solve(&value).ok()?;
+            let mut size: f64 = 0.0;
+            let largest = weight.iter().fold(0.0, |l: f64, w| l.max(*w));
+            for k in 0..m {
+                y[k] -= step[k];
+                scale[k] = scale[k].max(y[k].abs()).max(step[k].abs());
+                if count == 0 {
+                    weight[k] = weight[k].max(step[k].abs());
+                }
+                let w = weight[k].max(1e-9 * largest);
+                if w > 0.0 {
+                    size = size.max(step[k].abs() / w);
+                }
+            }
+            // Rounding noise no longer shrinks.
+            if size < 1e-15 || (size < 1e-8 && size >= 0.25 * previous) {
+                return Some(Self {
+                    slope,
+                    y,
+                    step,
+                    scale,
+                });
+            }
+            if !(size <= 0.25 * previous) {
+                return None;
+            }
+            previous = size;
+        }
+        None
+    }
+
     /// Whether every step ended small against the values met.
     pub fn settled(&self) -> bool {
         let mut steps = self.step.iter().zip(&self.scale);
@@ -184,6 +323,8 @@ pub(crate) struct Scaled {
     row: Vec<f64>,
     column: Vec<f64>,
     condition: f64,
+    /// Sign of the determinant; 0 where there is no inverse.
+    sign: f64,
 }
 
 fn scaled(slope: &[f64], m: usize) -> Scaled {
@@ -203,18 +344,19 @@ fn scaled(slope: &[f64], m: usize) -> Scaled {
     let matrix: Vec<f64> = (0..m * m)
         .map(|k| row[k / m] * slope[k] * column[k % m])
         .collect();
-    let (inverse, condition) = match inverted(&matrix, m) {
-        Some(inverse) => {
+    let (inverse, condition, sign) = match inverted(&matrix, m) {
+        Some((inverse, sign)) => {
             let condition = norm(&matrix, m) * norm(&inverse, m);
-            (inverse, condition)
+            (inverse, condition, sign)
         }
-        None => (matrix, f64::INFINITY),
+        None => (matrix, f64::INFINITY, 0.0),
     };
     Scaled {
         inverse,
         row,
         column,
         condition,
+        sign,
     }
 }
 
@@ -226,14 +368,15 @@ fn norm(matrix: &[f64], m: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// By Gauss and Jordan with pivots from all that is left; `None` where none is left.
-fn inverted(matrix: &[f64], m: usize) -> Option<Vec<f64>> {
+/// Inverse and sign of the determinant, by Gauss and Jordan with pivots from all that is left; `None` where none is left.
+fn inverted(matrix: &[f64], m: usize) -> Option<(Vec<f64>, f64)> {
     let mut a = matrix.to_vec();
     let mut inverse = vec![0.0; m * m];
     (0..m).for_each(|i| inverse[i * m + i] = 1.0);
     // Column that each row eliminates.
     let mut of_row = vec![usize::MAX; m];
     let mut used = vec![false; m];
+    let mut sign = 1.0;
     for _ in 0..m {
         let (mut best, mut r, mut c) = (0.0, 0, 0);
         for i in (0..m).filter(|&i| of_row[i] == usize::MAX) {
@@ -248,6 +391,7 @@ fn inverted(matrix: &[f64], m: usize) -> Option<Vec<f64>> {
         }
         (of_row[r], used[c]) = (c, true);
         let pivot = a[r * m + c];
+        sign *= pivot.signum();
         for k in 0..m {
             a[r * m + k] /= pivot;
             inverse[r * m + k] /= pivot;
@@ -267,7 +411,15 @@ fn inverted(matrix: &[f64], m: usize) -> Option<Vec<f64>> {
     for (i, &c) in of_row.iter().enumerate() {
         ordered[c * m..(c + 1) * m].copy_from_slice(&inverse[i * m..(i + 1) * m]);
     }
-    Some(ordered)
+    // Each pair of rows whose columns stand the other way round turns the sign.
+    for i in 0..m {
+        for k in 0..i {
+            if of_row[k] > of_row[i] {
+                sign = -sign;
+            }
+        }
+    }
+    Some((ordered, sign))
 }
 
 impl Scaled {

@@ -155,7 +155,7 @@ pub use agreement::En;
 pub use between_scatter::{
     BetweenScatter, CommonErrors, Linearised, MeanOfRepeats, NoiseDof, Repeats, WithCommonErrors,
 };
-pub use conformity::{Conformity, DecisionRule, GlobalRisk, Limits};
+pub use conformity::{Conformity, DecisionRule, GlobalRisk, Limits, Measured};
 pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
 pub use effective_dof::welch_satterthwaite;
@@ -217,11 +217,12 @@ mod trials {
     pub use crate::effects::{CauseEffect, OutputEffects};
     pub use crate::histogram::Histogram;
     pub use crate::monte_carlo::{
-        Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
+        Drawn, Interval, MonteCarlo, Progress, Sampled, SampledOutput, Trial, Trials,
     };
     pub use crate::reference_value::{Deviation, MedianDeviation, MedianValue, WeightedMean};
     pub use crate::region::Region;
-    pub use crate::validation::{Validation, Verdict, numerical_tolerance};
+    pub use crate::trial_table::{TrialColumn, TrialTable};
+    pub use crate::validation::{ENDS, Validation, Verdict, numerical_tolerance};
 }
 #[cfg(feature = "monte-carlo")]
 mod effects;
@@ -235,6 +236,8 @@ mod reference_value;
 mod region;
 #[cfg(feature = "monte-carlo")]
 mod sampler;
+#[cfg(feature = "monte-carlo")]
+mod trial_table;
 #[cfg(feature = "monte-carlo")]
 mod validation;
 #[cfg(feature = "monte-carlo")]
@@ -250,12 +253,14 @@ mod evaluation;
 mod model;
 #[cfg(feature = "model")]
 pub use evaluation::{
-    Evaluate, LinearOutput, ModelResult, OutputResult, Statement, StatementMethod,
+    Evaluate, LinearOutput, Method, ModelResult, OutputConformity, OutputResult, Statement,
+    StatementMethod, Sweep, SweepPoint, Target, TargetInput,
 };
 #[cfg(feature = "model")]
 pub use model::{
-    Accuracy, BudgetEntries, CorrelationEntry, EarlierEntry, Equations, FitEntry, FitScatter,
-    FitWeights, InputEntry, IntermediateEntry, OutputEntry, SolveEntry, UncertaintyModel, UnitRule,
+    Accuracy, BudgetEntries, ColumnContent, ConformityEntry, CorrelationEntry, EarlierEntry,
+    Equations, FitEntry, FitScatter, FitWeights, InputEntry, IntermediateEntry, OutputEntry,
+    SolveEntry, SweepEntry, TargetEntry, UncertaintyModel, UnitRule,
 };
 
 /// The example of the README, so that it stays true.

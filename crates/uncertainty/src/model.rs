@@ -1,23 +1,28 @@
 //! A measurement model and a budget as plain data: inputs, what is known of them, and the equations.
 
 mod compile;
+mod curve;
 mod earlier;
 mod entries;
 mod equations;
 mod fit;
 mod input_entry;
 mod prepared;
+mod reduced;
+mod requests;
 mod solve;
 mod units;
+mod varied;
 
 pub use earlier::EarlierEntry;
 pub use entries::{FitEntry, FitScatter, FitWeights, IntermediateEntry, OutputEntry, SolveEntry};
 pub use equations::Equations;
-pub use input_entry::{Accuracy, InputEntry};
+pub use input_entry::{Accuracy, ColumnContent, InputEntry};
 pub(crate) use prepared::Prepared;
+pub use requests::{ConformityEntry, SweepEntry, TargetEntry};
 pub use units::UnitRule;
 
-use crate::{Distribution, Inputs, JointReadings, Refusal};
+use crate::{Distribution, Inputs, JointReadings, Method, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// The inputs of a campaign: `budget.toml`, as data.
@@ -107,6 +112,9 @@ pub struct UncertaintyModel {
     /// Title for the report.
     #[serde(default)]
     pub title: String,
+    /// By which road results are stated.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub method: Method,
     /// How readings made together are stated.
     #[serde(default, skip_serializing_if = "is_default")]
     pub(crate) joint_readings: JointReadings,
@@ -138,6 +146,15 @@ pub struct UncertaintyModel {
     /// `[[output]]`, each may use the ones above it.
     #[serde(rename = "output")]
     pub output: Vec<OutputEntry>,
+    /// `[[conformity]]`: whether outputs are within limits.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub conformity: Vec<ConformityEntry>,
+    /// `[[sweep]]`: the outputs for several estimates of an input.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sweep: Vec<SweepEntry>,
+    /// `[[target]]`: which u of each input would bring an output to a U.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub target: Vec<TargetEntry>,
 }
 
 impl UncertaintyModel {

@@ -1,6 +1,7 @@
 //! Propagation of distributions by Monte Carlo.
 
 mod circle;
+mod drawn;
 mod order;
 mod sampled;
 mod stability;
@@ -8,6 +9,7 @@ mod summary;
 mod valid;
 
 pub(crate) use circle::{circles, nearest_turn};
+pub use drawn::Drawn;
 pub use sampled::{Interval, Sampled, SampledOutput};
 
 use crate::findings;
@@ -220,8 +222,7 @@ impl MonteCarlo {
         let outputs = model.names();
         let m = outputs.len();
         let sampler = Sampler::new(inputs)?;
-        // `[S1]` 7.9.4: a block must hold enough trials outside the interval to have quantiles at all.
-        let block = BLOCK.max((100.0 / (1.0 - p)).ceil().min(1e7) as usize);
+        let block = self.block_size();
         // The values of every output are kept for their quantiles.
         let kept = Self::MOST_VALUES / m.max(1);
         let most = match self.trials {
@@ -303,6 +304,44 @@ impl MonteCarlo {
                 .push(findings::normal_copula(&sampler.copula.join(", ")));
         }
         Ok(result)
+    }
+
+    /// Makes the trials of a calculation with this seed and probability again, a block at a time: one column per output.
+    /// They are the same whenever it stops.
+    ///
+    /// # Errors
+    /// [`Refusal::Cancelled`] where `each` breaks off; as [`MonteCarlo::run_with`] for probability and inputs.
+    pub fn draws<M: Trial + Sync>(
+        &self,
+        model: &M,
+        inputs: &JointInputs,
+        trials: usize,
+        each: &mut dyn FnMut(&[Vec<f64>]) -> ControlFlow<()>,
+    ) -> Result<(), Refusal> {
+        check::probability(self.probability)?;
+        let sampler = Sampler::new(inputs)?;
+        let size = self.block_size();
+        let circles = circles(model, inputs);
+        // A fixed number needs no figures of each block.
+        let plain = self.trials(Trials::Fixed(trials));
+        let portion = Portion {
+            trials: size,
+            shared: true,
+        };
+        for number in 0..trials.div_ceil(size) {
+            let mut block = plain.block(model, &sampler, inputs, &circles, portion, number);
+            let left = trials - number * size;
+            block.columns.iter_mut().for_each(|c| c.truncate(left));
+            if each(&block.columns).is_break() {
+                return Err(Refusal::Cancelled);
+            }
+        }
+        Ok(())
+    }
+
+    /// Trials of a block. **Source** `[S1] 7.9.4`: it must hold enough outside the interval to have quantiles at all.
+    fn block_size(&self) -> usize {
+        BLOCK.max((100.0 / (1.0 - self.probability)).ceil().min(1e7) as usize)
     }
 
     fn block<M: Trial + Sync>(

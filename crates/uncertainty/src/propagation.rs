@@ -234,7 +234,7 @@ pub fn linear(
             inputs,
             &shares,
             &jacobian[k * n..(k + 1) * n],
-            variance,
+            (result.estimate.components()[k].value, variance),
         ));
         let name = &result.estimate.components()[k].name;
         let nu = result.dof[k].get();
@@ -312,7 +312,13 @@ fn effective_dof(inputs: &JointInputs, shares: &[Share], variance: f64) -> Degre
     DegreesOfFreedom::new(1.0 / spread).unwrap_or(DegreesOfFreedom::INFINITE)
 }
 
-fn budget(inputs: &JointInputs, shares: &[Share], c: &[f64], variance: f64) -> Vec<BudgetLine> {
+/// The budget of an output with this value and variance.
+fn budget(
+    inputs: &JointInputs,
+    shares: &[Share],
+    c: &[f64],
+    (value, variance): (f64, f64),
+) -> Vec<BudgetLine> {
     let mut lines: Vec<BudgetLine> = inputs
         .inputs
         .iter()
@@ -348,6 +354,9 @@ fn budget(inputs: &JointInputs, shares: &[Share], c: &[f64], variance: f64) -> V
             }
         })
         .collect();
+    lines
+        .iter_mut()
+        .for_each(|line| line.clear_rounding(value, variance.sqrt()));
     lines.sort_by(|a, b| b.contribution.total_cmp(&a.contribution));
     lines
 }

@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// **Assumes** results that have nothing in common. **Source** procedure A of `[Cox02]`, for vectors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct WeightedMean {
     /// x_ref.
     pub value: Vec<f64>,
@@ -35,6 +36,7 @@ pub struct WeightedMean {
 
 /// Degree of equivalence of one result: its deviation from the reference value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Deviation {
     /// d_i.
     pub value: Vec<f64>,
@@ -123,6 +125,7 @@ impl WeightedMean {
 ///
 /// **Source** procedure B of `[Cox02]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MedianValue {
     /// Mean of the trials' medians.
     pub value: Vec<f64>,
@@ -134,6 +137,7 @@ pub struct MedianValue {
 
 /// Deviation of one component of one result from the median.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MedianDeviation {
     /// Deviation.
     pub value: f64,

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Joint coverage regions of all outputs. **Source** `[S2] 7.7`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Region {
     /// k_p of the hyper-ellipsoid (y − ȳ)ᵀ U⁻¹ (y − ȳ) ≤ k_p².
     pub ellipsoid_factor: f64,

@@ -1,7 +1,8 @@
 //! An implicit model as an ordinary one, so that Monte Carlo and everything else can run it.
 
-use crate::implicit::Root;
+use crate::implicit::{Branch, Root};
 use crate::{Dual, Implicit, LeastSquares, Model, Number};
+use proofmass_core::Error;
 
 /// A model h(y, x) = 0 that is solved for y at every evaluation.
 ///
@@ -31,12 +32,38 @@ use crate::{Dual, Implicit, LeastSquares, Model, Number};
 pub struct Solved<M> {
     model: M,
     start: Vec<f64>,
+    branch: Option<Branch>,
 }
 
 impl<M: Implicit> Solved<M> {
     /// A model and the y its solution starts from, best the solution at the estimates.
     pub fn new(model: M, start: Vec<f64>) -> Self {
-        Self { model, start }
+        Self {
+            model,
+            start,
+            branch: None,
+        }
+    }
+
+    /// The same equations, with the solution followed from the one at these inputs along a straight line: it stays on its branch,
+    /// and where the branch ends before the inputs are reached the outputs are not numbers. `scale` holds sizes of the unknowns,
+    /// which matter where a solution is zero.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] where the equations have no derivative there.
+    pub fn continued(mut self, inputs: &[f64], scale: &[f64]) -> Result<Self, Error> {
+        self.branch = Some(Branch::of(&self.model, &self.start, inputs, scale)?);
+        Ok(self)
+    }
+
+    /// As [`Solved::continued`], by a branch that is known.
+    #[cfg(feature = "model")]
+    pub(crate) fn on(model: M, start: Vec<f64>, branch: Option<Branch>) -> Self {
+        Self {
+            model,
+            start,
+            branch,
+        }
     }
 }
 
@@ -48,7 +75,14 @@ impl<M: Implicit> Model for Solved<M> {
     fn evaluate<T: Number>(&self, x: &[T], y: &mut [T]) {
         y.fill(T::from(f64::NAN));
         let plain: Vec<f64> = x.iter().map(|x| x.value()).collect();
-        let Ok(root) = Root::find(&self.model, &self.start, &plain) else {
+        if plain.iter().any(|x| !x.is_finite()) {
+            return;
+        }
+        let root = match &self.branch {
+            Some(branch) => Root::follow(&self.model, branch, &plain),
+            None => Root::find(&self.model, &self.start, &plain),
+        };
+        let Ok(root) = root else {
             return;
         };
         let m = self.start.len();

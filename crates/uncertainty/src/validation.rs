@@ -3,6 +3,10 @@
 use crate::{Linear, Quantity, Sampled};
 use serde::{Deserialize, Serialize};
 
+/// Part of the half-width by which the ends may differ at most. Half a unit of one digit is anything from 3 to 25 % of it, as
+/// u begins with a 9 or a 1.
+pub const ENDS: f64 = 0.05;
+
 /// Whether the law of propagation may be used for this output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -32,24 +36,50 @@ pub struct Validation {
     pub relative: f64,
     /// Verdict.
     pub verdict: Verdict,
+    /// Whether the intervals differ for few degrees of freedom alone: with the standard uncertainties taken as known both roads
+    /// agree. The model is linear enough; Monte Carlo draws Student's t where the law of propagation has ν_eff.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub few_degrees_of_freedom: bool,
+}
+
+impl Validation {
+    /// Whether the linear result may stand.
+    pub fn holds(&self) -> bool {
+        self.verdict == Verdict::Validated || self.few_degrees_of_freedom
+    }
+
+    /// Whether Monte Carlo refutes the linearity of the model.
+    pub fn refutes(&self) -> bool {
+        self.verdict == Verdict::NotValidated && !self.few_degrees_of_freedom
+    }
 }
 
 impl Sampled {
     /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
-    /// digit of u that counts? Twice the scatter of the ends must not matter to the answer. An output without a Monte
-    /// Carlo result is absent. **Source** `[S1] 8.1`, `[S2] 8`.
+    /// digit of u that counts, and to [`ENDS`] of the half-width? Twice the scatter of the ends must not matter to the
+    /// answer. An output without a Monte Carlo result is absent. **Source** `[S1] 8.1`, `[S2] 8`.
     pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
         let quantities: Vec<Quantity> = self
             .outputs
             .iter()
             .filter_map(|sampled| linear.get(&sampled.name))
             .collect();
-        self.validate_quantities(&quantities, digits)
+        self.validate_to(&quantities, digits, ENDS)
     }
 
-    /// As [`Sampled::validate`], for quantities y ± U however they were found; those without an output of their name
+    /// As [`Sampled::validate`] by the digits alone, for quantities y ± U however they were found; those without an output of their name
     /// are passed over.
     pub fn validate_quantities(&self, quantities: &[Quantity], digits: u32) -> Vec<Validation> {
+        self.validate_to(quantities, digits, f64::INFINITY)
+    }
+
+    /// Ends within half a unit of the last digit and within a part of the half-width.
+    pub(crate) fn validate_to(
+        &self,
+        quantities: &[Quantity],
+        digits: u32,
+        ends: f64,
+    ) -> Vec<Validation> {
         self.outputs
             .iter()
             .filter_map(|sampled| {
@@ -62,6 +92,10 @@ impl Sampled {
                 } else {
                     numerical_tolerance(spread, digits)
                 };
+                let tolerance = match width > 0.0 {
+                    true => tolerance.min(ends * width),
+                    false => tolerance,
+                };
                 let expanded = q.expanded(self.probability);
                 let lower = (q.value - expanded - sampled.symmetric.lower).abs();
                 let upper = (q.value + expanded - sampled.symmetric.upper).abs();
@@ -72,6 +106,7 @@ impl Sampled {
                     lower,
                     upper,
                     scatter: sampled.symmetric_scatter,
+                    few_degrees_of_freedom: false,
                     relative: if width > 0.0 { largest / width } else { 0.0 },
                     verdict: if largest + doubt <= tolerance {
                         Verdict::Validated

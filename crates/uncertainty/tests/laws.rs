@@ -566,7 +566,7 @@ fn law_adaptive_stops_when_stable() {
         max: 20_000,
     });
     let findings = short.run(&EndGauge, &joint).unwrap().findings;
-    assert_eq!(findings[0].code(), "monte-carlo-not-stable");
+    assert_eq!(findings[0].code(), "too-few-trials");
 }
 
 #[test]
@@ -730,4 +730,38 @@ fn law_draws_of_every_distribution_follow_its_quantiles() {
             );
         }
     }
+}
+
+/// −3.5·10⁻¹⁹ is what rounding left of zero: by it the whole input moves the result by less than a double tells. A small sensitivity that
+/// contributes is none of that.
+#[test]
+fn known_rounding_noise_of_a_sensitivity_is_zero_in_budgets() {
+    let cause = |key: &str, value: f64, u: f64, sensitivity: f64| Influence {
+        key: key.into(),
+        description: key.into(),
+        evaluation: Evaluation::B,
+        distribution: "normal".into(),
+        dof: DegreesOfFreedom::INFINITE,
+        effect: Effect::Scalar {
+            value,
+            unit: "V".into(),
+            standard_uncertainty: u,
+            sensitivity: vec![sensitivity],
+        },
+    };
+    let causes = vec![
+        cause("noise", 5.0, 0.01, -3.5e-19),
+        cause("signal", 5.0, 0.01, 1.0),
+        // A large input with a small coefficient.
+        cause("large", 1e12, 1e9, 1e-12),
+    ];
+    let estimate = Estimate::new(vec![Component::new("y", "V", 6.0)], causes).unwrap();
+    let budget = estimate.budget("y").unwrap();
+    let line = |key: &str| budget.iter().find(|l| l.key == key).unwrap();
+    let sensitivity = |key: &str| line(key).input.as_ref().unwrap().sensitivity;
+    assert_eq!(sensitivity("noise"), 0.0);
+    assert_eq!(line("noise").contribution, 0.0);
+    assert_eq!(sensitivity("signal"), 1.0);
+    assert_eq!(sensitivity("large"), 1e-12);
+    assert_eq!(line("large").contribution, 1e-3);
 }

@@ -29,6 +29,7 @@ pub const SENSOR: Compensation<f32> = Compensation::constant(
     ),
     Some(ThermalTerms {
         reference: 25.0,
+        range: [-40.0, 85.0],
         bias: [
             [0.41, -1.1e-3, 2e-6],
             [-0.22, 3e-4, 0.0],

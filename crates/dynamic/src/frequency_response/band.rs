@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 /// M and τ minimise ∫ ‖K e^{j2πfτ} − M‖² d ln f: M is the mean over the band of the real part, each octave weighing
 /// alike, after the delay. The compensated acceleration M⁻¹ õ is that of τ earlier.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BandMatrix {
     /// M, outputs × axes, row by row, in the unit of K.
     pub matrix: Vec<f64>,

@@ -13,6 +13,7 @@ use std::f64::consts::{PI, TAU};
 
 /// One element at one frequency, as both calibrations have it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ComparedPoint {
     /// Hz.
     pub frequency: f64,
@@ -38,6 +39,7 @@ pub struct ComparedPoint {
 
 /// All differences together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ComparedWhole {
     /// dᵀ C⁻¹ d over all frequencies and elements.
     pub chi_square: f64,
@@ -59,6 +61,7 @@ pub struct ComparedWhole {
 ///
 /// **Source** E_n `[ISO13528] 9.7`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ResponseComparison {
     /// Frequency by frequency, element by element.
     pub points: Vec<ComparedPoint>,

@@ -13,6 +13,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// the band with 95 % probability; by Parseval's theorem this bounds the root mean square of the error of any signal
 /// within the band, not its largest instantaneous value.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CompensationError {
     /// Lowest and highest frequency for which it holds, Hz.
     pub band: [f64; 2],

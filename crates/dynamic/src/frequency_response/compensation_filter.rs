@@ -53,6 +53,7 @@ impl Default for FilterDesign {
 /// Its spectrum approximates (KᴴK + λ²)⁻¹ Kᴴ, delayed by half its length, with λ a tenth of the root mean square
 /// of the uncertainties of the elements: where K sinks below that, nothing is amplified further.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CompensationFilter {
     /// Sampling rate it was made for, Hz.
     pub rate: f64,

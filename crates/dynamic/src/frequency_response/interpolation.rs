@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 
 /// K at one frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Interpolated {
     /// Frequency in Hz.
     pub frequency: f64,

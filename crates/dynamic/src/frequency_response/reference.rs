@@ -10,6 +10,7 @@ use serde::Serialize;
 
 /// One element of one laboratory, against a reference value.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Equivalence {
     /// Its value.
     pub value: Complex64,
@@ -33,6 +34,7 @@ pub struct Equivalence {
 
 /// One element at one frequency, as all laboratories have it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReferenceElement {
     /// Hz.
     pub frequency: f64,
@@ -62,6 +64,7 @@ pub struct ReferenceElement {
 /// **Assumes** laboratories that have nothing in common. **Accuracy** at most 1 % of agreeing laboratories raise `calibrations-differ`
 /// (`known_laboratories_that_agree_and_one_that_does_not`). **Source** `[Cox02]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReferenceComparison {
     /// Frequency by frequency, element by element.
     pub points: Vec<ReferenceElement>,
@@ -81,6 +84,7 @@ pub struct ReferenceComparison {
 
 /// How far one laboratory is from the mean of the others.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Apart {
     /// Its place among the laboratories.
     pub laboratory: usize,

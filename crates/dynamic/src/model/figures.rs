@@ -9,6 +9,7 @@ use serde::Serialize;
 
 /// How far up the modulus stays within a departure from its reference value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Bandwidth {
     /// Relative departure: −0.292893 for −3 dB, ±0.05, ±0.1.
     pub departure: f64,
@@ -20,6 +21,7 @@ pub struct Bandwidth {
 
 /// A damping ratio and where it is from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DampingReading {
     /// `half-power width`, `peak`, `phase at resonance`, `fit`.
     pub method: String,
@@ -31,6 +33,7 @@ pub struct DampingReading {
 
 /// What is read from the points without a model.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ResponseFigures {
     /// Frequency to which departures refer, Hz.
     pub reference_frequency: f64,

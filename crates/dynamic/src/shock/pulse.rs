@@ -52,6 +52,7 @@ pub struct Pulse {
 
 /// Why there is no pulse: the numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NoPulse {
     /// Largest excursion from the median.
     pub largest: f64,
@@ -478,6 +479,7 @@ impl Default for Tolerance {
 
 /// Whether a pulse keeps its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ToleranceResult {
     /// What was asked.
     pub tolerance: Tolerance,

@@ -24,6 +24,7 @@ pub struct ShockReference {
 
 /// Sensitivity at one frequency of the pulse's spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SpectrumLine {
     /// Hz.
     pub frequency: f64,
@@ -58,6 +59,7 @@ impl SpectrumLine {
 ///
 /// **Source** `[ISO16063-13]`, `[ISO16063-22]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ShockCalibration {
     /// Where the pulse is in the reference.
     pub reference_pulse: Pulse,

@@ -107,6 +107,7 @@ pub struct SpectrumRequest {
 
 /// How oscillators answer a shock.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PulseSpectra {
     /// Natural frequencies, Hz.
     pub frequency: Vec<f64>,

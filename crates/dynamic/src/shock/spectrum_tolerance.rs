@@ -44,6 +44,7 @@ impl Default for SpectrumTolerance {
 
 /// Whether a spectrum keeps its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SpectrumToleranceResult {
     /// What was asked.
     pub tolerance: SpectrumTolerance,

@@ -4,6 +4,7 @@ use crate::reference_table::ReferenceTable;
 use proofmass_core::Error;
 
 /// A constant sensitivity over the band of a pulse, with what it leaves out.
+#[non_exhaustive]
 pub struct FlatStandard {
     /// V/(m/s²).
     pub sensitivity: f64,

@@ -30,6 +30,7 @@ impl ThermalBlock {
     pub fn terms(&self) -> ThermalTerms<f64> {
         ThermalTerms {
             reference: self.reference,
+            range: self.range,
             bias: self.bias,
             scale: self.scale,
         }

@@ -75,6 +75,20 @@ pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
     c
 }
 
+/// The macro with which a temperature beyond the calibration is taken as the nearer end of it.
+pub(super) fn hold_switch(name: &str) -> String {
+    format!("{}_HOLD_TEMPERATURE", name.to_ascii_uppercase())
+}
+
+/// What is done with a temperature outside two literals; one that is no number is outside.
+pub(super) fn outside(name: &str, low: &str, high: &str) -> String {
+    format!(
+        "#ifdef {}\n    if (temperature < {low})\n        temperature = {low};\n    else if (temperature > {high})\n        temperature = {high};\n#endif\n    \
+         if (!(temperature >= {low} && temperature <= {high}))\n        return 0;\n",
+        hold_switch(name)
+    )
+}
+
 fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> String) {
     let name = &plan.name;
     let (result, temperature) = if plan.needs_temperature() {
@@ -83,17 +97,24 @@ fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> Stri
         ("void", String::new())
     };
     let comment = if plan.needs_temperature() {
-        "/* Acceleration in m/s^2. Returns 1, or 0 where the temperature lies beyond the calibration. */"
+        format!(
+            "/* Acceleration in m/s^2. Returns 1, or 0 where the temperature lies beyond the calibration: acceleration is then left as it was.\n   \
+             With {} defined before the header is included, such a temperature is taken as the nearer end of the calibration. */",
+            hold_switch(name)
+        )
     } else {
-        "/* Acceleration in m/s^2. */"
+        "/* Acceleration in m/s^2. */".to_owned()
     };
     let _ = writeln!(
         c,
         "\n{comment}\nstatic inline {result} {name}_apply(const {real} output[3], {temperature}{real} acceleration[3])\n{{"
     );
     let _ = writeln!(c, "    {real} v[3];\n    int i;");
-    if plan.needs_temperature() {
-        let _ = writeln!(c, "    const {real} d = temperature - {name}_t0;");
+    if let Some(block) = &plan.file.temperature {
+        let (low, high) = (n(block.range[0]), n(block.range[1]));
+        let _ = writeln!(c, "    {real} d;");
+        c.push_str(&outside(name, &low, &high));
+        let _ = writeln!(c, "    d = temperature - {name}_t0;");
     }
     let _ = writeln!(c, "    for (i = 0; i < 3; i++) {{");
     let _ = writeln!(c, "        v[i] = output[i] - {name}_bias[i];");
@@ -122,13 +143,8 @@ fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> Stri
         "    }}\n    for (i = 0; i < 3; i++) {{\n        const {real} *r = {name}_k_inverse[i];\n        \
          acceleration[i] = r[0] * v[0] + r[1] * v[1] + r[2] * v[2];\n    }}"
     );
-    if let Some(block) = &plan.file.temperature {
-        let _ = writeln!(
-            c,
-            "    return temperature >= {} && temperature <= {};",
-            n(block.range[0]),
-            n(block.range[1])
-        );
+    if plan.needs_temperature() {
+        let _ = writeln!(c, "    return 1;");
     }
     let _ = writeln!(c, "}}\n");
 }

@@ -108,13 +108,17 @@ pub(super) fn text(plan: &Plan<'_>, range: FixedRange) -> Result<String> {
     };
     let _ = writeln!(
         c,
-        "\n/* Returns 1, or 0 without a result where an output{} lies outside its range. */\n\
+        "\n/* Returns 1, or 0 where an output{} lies outside its range: acceleration is then left as it was. */\n\
          static inline int {name}_apply(const int32_t output[3], {temperature}int32_t acceleration[3])\n{{\n    \
          int64_t v[3];\n    int i;\n    for (i = 0; i < 3; i++) {{\n        \
          if (output[i] < INT32_C({low}) || output[i] > INT32_C({high}))\n            return 0;\n        \
          v[i] = output[i] * (INT64_C(1) << {bits}) - {name}_bias[i];\n    }}",
         if fixed.thermal.is_some() {
-            format!(" or the temperature (in 1/{} degC)", 1 << TEMPERATURE_BITS)
+            format!(
+                " or, unless {} is defined, the temperature (in 1/{} degC)",
+                super::c::hold_switch(name),
+                1 << TEMPERATURE_BITS
+            )
         } else {
             String::new()
         },
@@ -125,11 +129,16 @@ pub(super) fn text(plan: &Plan<'_>, range: FixedRange) -> Result<String> {
     if let Some(thermal) = &fixed.thermal {
         let _ = writeln!(
             c,
-            "    if (temperature < {} || temperature > {})\n        return 0;\n    \
-             const int64_t z = ((int64_t)temperature - {}) * (INT64_C(1) << {});\n    \
+            "{}    const int64_t z = ((int64_t)temperature - {}) * (INT64_C(1) << {});\n    \
              for (i = 0; i < 3; i++) {{\n        v[i] -= {name}_power_sum({name}_bias_t[i], z);\n        \
              v[i] = v[i] * (INT64_C(1) << 30) / ((INT64_C(1) << 30) + {name}_power_sum({name}_scale_t[i], z));\n    }}",
-            thermal.range[0], thermal.range[1], thermal.reference, thermal.shift
+            super::c::outside(
+                name,
+                &thermal.range[0].to_string(),
+                &thermal.range[1].to_string()
+            ),
+            thermal.reference,
+            thermal.shift
         );
     }
     if fixed.curvature.is_some() {

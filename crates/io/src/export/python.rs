@@ -44,18 +44,27 @@ pub(super) fn text(plan: &Plan<'_>) -> String {
         );
     }
     let temperature = if plan.needs_temperature() {
-        ", temperature"
+        ", temperature, hold=False"
+    } else {
+        ""
+    };
+    let outside = if plan.needs_temperature() {
+        "    low, high = TEMPERATURE_RANGE\n    \
+         if hold:\n        temperature = min(max(temperature, low), high)\n    \
+         if not low <= temperature <= high:\n        \
+         raise ValueError(f\"{temperature} degC is beyond the calibration, {low} to {high} degC\")\n"
     } else {
         ""
     };
     let _ = writeln!(
         text,
-        "\n\ndef apply(x, y, z{temperature}):\n    \"\"\"Acceleration x, y, z in m/s^2 from the outputs{}.\"\"\"\n    v = []\n    \
+        "\n\ndef apply(x, y, z{temperature}):\n    \"\"\"Acceleration x, y, z in m/s^2 from the outputs{}\"\"\"\n{outside}    v = []\n    \
          for axis, output in enumerate((x, y, z)):\n        value = output - BIAS[axis]",
         if plan.needs_temperature() {
-            " and the temperature in degC"
+            " and the temperature in degC.\n\n    \
+             A temperature beyond TEMPERATURE_RANGE is a ValueError, or taken as the nearer end of it with hold=True.\n    "
         } else {
-            ""
+            "."
         }
     );
     if plan.needs_temperature() {

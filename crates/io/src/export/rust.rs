@@ -30,8 +30,10 @@ pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
         let thermal = plan.model.thermal().map_or("None".to_owned(), |t| {
             uses.push("ThermalTerms");
             format!(
-                "Some(ThermalTerms {{\n    reference: {},\n    bias: {},\n    scale: {},\n}})",
+                "Some(ThermalTerms {{\n    reference: {},\n    range: [{}, {}],\n    bias: {},\n    scale: {},\n}})",
                 n(t.reference),
+                n(t.range[0]),
+                n(t.range[1]),
                 rows(&t.bias),
                 rows(&t.scale)
             )

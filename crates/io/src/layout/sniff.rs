@@ -68,12 +68,16 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
             // Numbers alone make a row of the wrong width, which the reader refuses by its line.
             if headings.is_empty() && (numbers == 0 || numbers < filled) {
                 // A header may be wider than the rows (a trailing `Comment` column without entries).
-                if numbers == 0
+                let wider = numbers == 0
                     && fields.len() > columns
                     && fields.len() <= columns + 2
                     && options.header != Some(false)
-                    && columns > 1
-                {
+                    && columns > 1;
+                let nameless = |f: &&[u8]| {
+                    let name = f.trim_ascii();
+                    name.is_empty() || name.eq_ignore_ascii_case(b"comment")
+                };
+                if wider && fields[columns..].iter().all(nameless) {
                     headings.push(line);
                 } else {
                     preamble.push(line);
@@ -106,6 +110,10 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
             "a recording is text with one row per sample; check that the export was finished",
         ));
     };
+
+    if headings.is_empty() && options.header != Some(false) {
+        refuse_other_width(&content, first_data, separator, decimal, columns)?;
+    }
 
     let names = |line: &Line| -> Vec<String> {
         split(line.text, separator)
@@ -143,6 +151,9 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     let taken = usize::from(!headings.is_empty()) + usize::from(unit_line.is_some());
     preamble.extend(&headings[..headings.len() - taken]);
     preamble.sort_by_key(|l| l.number);
+    let rows = lines.iter().filter(|l| l.number >= first_data.number);
+    let rows = rows.map(|l| l.text);
+    let head = crate::column_head::of(rows, separator, decimal, &comment, columns);
     let passed_over = preamble
         .iter()
         .map(|l| (l.number, crate::field::shown(l.text.trim_ascii())))
@@ -159,7 +170,42 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         dated,
         first_data_line: first_data.number,
         data_offset: first_data.offset as u64,
+        head,
     })
+}
+
+/// Refuses a line of names just above the data that are not as many as the columns: nobody knows which name is missing or too
+/// much. Of names between blanks one may be of two words.
+fn refuse_other_width(
+    content: &[&Line],
+    first_data: &Line,
+    separator: Separator,
+    decimal: DecimalMark,
+    columns: usize,
+) -> Result<()> {
+    let above = content.iter().rfind(|l| l.number < first_data.number);
+    let Some(line) = above.filter(|_| separator != Separator::Whitespace && columns > 1) else {
+        return Ok(());
+    };
+    let names = split(line.text, separator);
+    let near = match names.len() {
+        n if n > columns => n <= columns + 2 && names[columns..].iter().any(|f| !f.is_empty()),
+        n => n + 1 == columns && n >= 3,
+    };
+    if !near || names.iter().any(|f| is_number(f, decimal)) {
+        return Ok(());
+    }
+    Err(Error::new(
+        ErrorKind::Row,
+        format!(
+            "{} headings stand above {columns} columns",
+            names.len()
+        ),
+    )
+    .line(line.number)
+    .with_hint(
+        "which heading belongs to which column cannot be told: give every column one heading, or make the line a comment with #",
+    ))
 }
 
 fn control(head: &[u8]) -> Option<usize> {

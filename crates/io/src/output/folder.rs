@@ -65,9 +65,9 @@ impl OutputFolder {
     /// Begins a folder that will stand at `path`.
     ///
     /// A folder that is not there or empty is taken; so is one with earlier results, whose unchanged files will be
-    /// replaced. One without a manifest, or with changed files, only with `overwrite`: files that the new result
-    /// writes are then replaced, and everything else stays. One that holds a campaign never, unless it was simulated
-    /// and not changed since.
+    /// replaced. One without a manifest, with changed files or with results of another kind only with `overwrite`: files that
+    /// the new result writes are then replaced, and everything else stays. One that holds a campaign never, unless it was
+    /// simulated and not changed since.
     ///
     /// # Errors
     /// The place is taken, or the folder above it cannot be written.
@@ -119,6 +119,13 @@ impl OutputFolder {
     /// Signs the list of files with a key.
     pub fn sign_with(&mut self, key: SigningKey) {
         self.signer = Some(key);
+    }
+
+    /// Key that signed the results which these will replace, where these will not be signed by it.
+    pub fn unsigns(&self) -> Option<String> {
+        let old = Manifest::read(&self.place.path).ok()??.signature?.key;
+        let new = self.signer.as_ref().map(|key| key.public().to_string());
+        (new.as_ref() != Some(&old)).then_some(old)
     }
 
     /// What killed runs had left at this place and was removed.
@@ -291,8 +298,13 @@ impl OutputFolder {
                 );
             }
         }
-        let old = standing.manifest.iter().flat_map(|m| &m.files);
+        // Results of another kind are not replaced by these: only what has the same name is.
+        let goes = |old: &Manifest, name: &str| {
+            old.kind == new.kind || new.files.iter().any(|f| f.name == name)
+        };
+        let old = standing.manifest.iter();
         Ok(old
+            .flat_map(|m| m.files.iter().filter(|f| goes(m, &f.name)))
             .filter(|f| standing.own.contains(&f.name) && !is_input(&f.name))
             .cloned()
             .collect())

@@ -97,12 +97,7 @@ impl Manifest {
         let wrong = |what: String| Error::new(ErrorKind::Format, what);
         let manifest: Self = serde_json::from_slice(bytes)
             .map_err(|e| wrong(format!("is not a manifest of proofmass: {e}")).because(e))?;
-        if manifest.schema.name != MANIFEST_SCHEMA || manifest.schema.version != MANIFEST_VERSION {
-            return Err(wrong(format!(
-                "is {} version {}; this program reads {MANIFEST_SCHEMA} version {MANIFEST_VERSION}",
-                manifest.schema.name, manifest.schema.version
-            )));
-        }
+        manifest.schema.require(MANIFEST_SCHEMA, MANIFEST_VERSION)?;
         match manifest.files.iter().find(|f| !is_plain(&f.name)) {
             Some(file) => Err(wrong(format!(
                 "names {:?}, which is no file of this folder",

@@ -76,6 +76,7 @@ pub(super) fn findings(
             low,
             high,
             "m/s²",
+            "the model is extrapolated there",
             &format!("of {} samples", figures.written),
         ));
     }
@@ -89,6 +90,7 @@ pub(super) fn findings(
                 block.range[0],
                 block.range[1],
                 "°C",
+                "they are compensated as at the nearer end of that range",
                 &format!("{low:.1} to {high:.1} °C in {} samples", figures.read),
             )
             .at(Severity::Warning),

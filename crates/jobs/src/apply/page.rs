@@ -5,7 +5,18 @@ use crate::page::measures::measures;
 use proofmass_report::{Block, Cell, KeyFigure, Report, Section};
 
 pub(super) fn add(page: Report, apply: &ApplyOutcome) -> Report {
-    let page = page.section(result(apply).summarised());
+    let rows = format!("{} rows were compensated", apply.rows());
+    let page = page
+        .verdict(match apply.error() {
+            Some(e) => format!(
+                "{rows}; from {} Hz to {} Hz the error is at most {:.3} % of the acceleration.",
+                e.band[0],
+                e.band[1],
+                100.0 * e.stated
+            ),
+            None => format!("{rows}."),
+        })
+        .section(result(apply).summarised());
     let Some(band) = apply.band() else {
         return page;
     };

@@ -3,16 +3,13 @@
 use super::outcome::{BiasOutcome, BiasRest};
 use crate::page::{AXES, MG};
 use proofmass_core::velocity::BiasModel;
-use proofmass_report::number::plain;
+use proofmass_report::number::{plain, two_digits};
 use proofmass_report::{
     Axis, Cell, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, concise,
     scientific,
 };
 use proofmass_static::{AxisTrack, BiasEstimate, BiasTrack};
 use proofmass_uncertainty::Quantity;
-
-/// Points of a curve with a band.
-const POINTS: usize = 1200;
 
 pub(super) fn add(page: Report, outcome: &BiasOutcome) -> Report {
     let track = outcome.track();
@@ -36,8 +33,8 @@ pub(super) fn add(page: Report, outcome: &BiasOutcome) -> Report {
         .iter()
         .zip(AXES)
         .fold(plot, |plot, (axis, name)| {
-            let (t, z) = thinned(&at, &axis.normalised);
-            plot.series(Series::markers(name, &t, &z))
+            let n = at.len().min(axis.normalised.len());
+            plot.series(Series::markers(name, &at[..n], &axis.normalised[..n]))
         });
     page.subtitle(format!(
         "{} rests, {} means, {:.1} s",
@@ -45,6 +42,7 @@ pub(super) fn add(page: Report, outcome: &BiasOutcome) -> Report {
         updates.len(),
         to - from
     ))
+    .verdict(verdict(track))
     .section(result(outcome).summarised())
     .section(section)
     .section(Section::new("Innovations").figure(
@@ -57,6 +55,25 @@ pub(super) fn add(page: Report, outcome: &BiasOutcome) -> Report {
         over_time(track),
         innovations(track, &updates),
     ]))
+}
+
+/// How far the bias went over the recording.
+fn verdict(track: &BiasTrack) -> String {
+    let range = |axis: &AxisTrack| {
+        let values = axis.smoothed.iter().map(|e| e.bias);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
+            (a.min(v), b.max(v))
+        });
+        MG * (high - low)
+    };
+    let ranges = track.axes.iter().map(range).zip(AXES);
+    match ranges.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((most, axis)) if most.is_finite() => format!(
+            "The bias moved by {} mg at most over the recording, on {axis}.",
+            two_digits(most)
+        ),
+        _ => String::new(),
+    }
 }
 
 fn result(outcome: &BiasOutcome) -> Section {
@@ -227,29 +244,20 @@ fn consistency(track: &BiasTrack) -> Table {
     )
 }
 
-/// Every so many points, the last one among them.
-fn thinned(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let n = x.len().min(y.len());
-    let step = n.div_ceil(POINTS).max(1);
-    let kept = (0..n).filter(|i| i % step == 0 || i + 1 == n);
-    kept.map(|i| (x[i], y[i])).unzip()
-}
-
 fn curve(track: &BiasTrack, axis: &AxisTrack) -> XyPlot {
     let part = |estimates: &[BiasEstimate], k: f64| -> Vec<f64> {
-        let values = estimates.iter().map(|e| (e.bias + k * e.u) * MG);
-        thinned(&track.time, &values.collect::<Vec<f64>>()).1
+        estimates.iter().map(|e| (e.bias + k * e.u) * MG).collect()
     };
-    let (time, _) = thinned(&track.time, &track.time);
     // Before its first update the filter knows nothing: that is no part of the picture.
     let first = track.rest.iter().position(Option::is_some).unwrap_or(0);
-    let (on_line_time, _) = thinned(&track.time[first..], &track.time[first..]);
-    let on_line: Vec<f64> = axis.filtered[first..].iter().map(|e| e.bias * MG).collect();
-    let (_, on_line) = thinned(&track.time[first..], &on_line);
     XyPlot::new(Axis::linear("time", "s"), Axis::linear("bias", "mg"))
         .series(
-            Series::line("smoothed", &time, &part(&axis.smoothed, 0.0))
+            Series::line("smoothed", &track.time, &part(&axis.smoothed, 0.0))
                 .band(&part(&axis.smoothed, -2.0), &part(&axis.smoothed, 2.0)),
         )
-        .series(Series::line("on line", &on_line_time, &on_line))
+        .series(Series::line(
+            "on line",
+            &track.time[first..],
+            &part(&axis.filtered[first..], 0.0),
+        ))
 }

@@ -3,7 +3,7 @@
 use super::{Campaign, CampaignFile, RowsAre};
 use crate::store::{Folder, Store};
 use proofmass_io::{
-    ColumnRef, Error, ErrorKind, Layout, LayoutOptions, Result, Source, TimeUnit, Unit,
+    ClockUnit, ColumnRef, Error, ErrorKind, Layout, LayoutOptions, Result, Source, TimeUnit, Unit,
     split_heading,
 };
 use std::fmt::Write;
@@ -33,6 +33,8 @@ pub struct Draft {
     pub latitude_deg: Option<f64>,
     /// Height above the sea, m; unknown: 300 m with a standard uncertainty of 300 m.
     pub height_m: Option<f64>,
+    /// Stretch of the recording that is read, s.
+    pub between: Option<[f64; 2]>,
     /// Model of the fit.
     pub model: Option<String>,
     /// Whether it is days of a logger, calibrated from its still moments.
@@ -49,23 +51,13 @@ impl Draft {
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let columns = match &self.columns {
             Some(columns) => columns.clone(),
-            None => axes(&layout).ok_or_else(|| {
-                Error::new(
-                    ErrorKind::Column,
-                    "the columns of x, y and z cannot be told",
-                )
-                .at(recording)
-                .with_hint(format!(
-                    "name them, by heading or number; the file has {} columns{}",
-                    layout.columns,
-                    layout
-                        .header
-                        .as_ref()
-                        .map_or(String::new(), |h| format!(": {}", h.join(", ")))
-                ))
-            })?,
+            None => axes(&layout).map_err(|several| no_axes(&layout, several).at(recording))?,
         };
-        let first = layout.find(&ColumnRef::from_word(&columns[0]))?;
+        let signals = columns
+            .iter()
+            .map(|column| layout.find(&ColumnRef::from_word(column)))
+            .collect::<Result<Vec<_>>>()?;
+        let first = signals[0];
         let time = match &self.time {
             Some(time) => Some(time.clone()),
             None if self.rate_hz.is_some() => None,
@@ -112,30 +104,39 @@ impl Draft {
         match (&time, self.rate_hz) {
             (Some(time), _) => {
                 line(format!("time = {}", column(time)));
+                let likely = || {
+                    let index = layout.find(&ColumnRef::from_word(time)).ok()?;
+                    let open = ClockUnit::of(&layout, index, None, self.rate_hz, false).err()?;
+                    open.hint().and_then(likely_time_unit)
+                };
                 if let Some(unit) = self.time_unit {
-                    let word = match unit {
-                        TimeUnit::Millisecond => "ms",
-                        TimeUnit::Microsecond => "us",
-                        TimeUnit::Nanosecond => "ns",
-                        TimeUnit::Index => "index",
-                        _ => "s",
-                    };
-                    line(format!("time_unit = {word:?}"));
+                    line(format!("time_unit = \"{unit}\""));
+                } else if let Some(unit) = likely() {
+                    line(format!(
+                        "# time_unit = \"{unit}\"             # likely, by the size of the steps; or s, ms, us, ns, min, h, d, index"
+                    ));
+                }
+                if let (Some(TimeUnit::Index), Some(rate)) = (self.time_unit, self.rate_hz) {
+                    line(format!("sampling_rate_Hz = {rate}"));
                 }
             }
             (None, Some(rate)) => line(format!("sampling_rate_Hz = {rate}")),
             (None, None) if self.rows == RowsAre::Readings => {}
             (None, None) => line(
-                "sampling_rate_Hz = 100 # no time column was found: say how many samples a second"
+                "# sampling_rate_Hz = …         # no time column was found: say how many samples a second"
                     .into(),
             ),
+        }
+        if let Some([from, to]) = self.between {
+            line(format!("between_s = [{from:?}, {to:?}]"));
         }
         match (self.unit, layout.unit(first)) {
             (Some(unit), _) => line(format!("unit = \"{}\"", unit.ascii())),
             (None, Some(unit)) => line(format!("# unit: {unit}, by the heading")),
-            (None, None) => {
-                line("unit = \"count\" # or \"m/s²\", \"g\", \"mg\": what the outputs are".into())
-            }
+            (None, None) => line(format!(
+                "# unit = \"{}\"               # likely, by the size of the outputs; or \"m/s²\", \"g\", \"mg\", \"count\", \"V\"",
+                layout.likely_unit(&signals).unwrap_or(Unit::Count)
+            )),
         }
         match &self.temperature {
             Some(temperature) => line(format!("temperature = {}", column(temperature))),
@@ -183,21 +184,98 @@ impl Draft {
         Ok(text)
     }
 
-    /// Samples have a time; a rate is not made up.
-    fn check_time(&self, recording: &Path) -> Result<()> {
-        if self.rate_hz.is_some() || self.time.is_some() || self.rows == RowsAre::Readings {
+    /// Everything that neither the recording nor the draft says, in one refusal with the command to type.
+    fn check(&self, recording: &Path) -> Result<()> {
+        let mut source = Source::open(recording)?;
+        let layout = Layout::of(&mut source, &LayoutOptions::default())?;
+        let mut missing: Vec<(String, String)> = Vec::new();
+        if !self.free_living && self.gravity.is_none() && self.latitude_deg.is_none() {
+            missing.push((
+                "where it was made".to_owned(),
+                "--latitude DEGREES --height METRES".to_owned(),
+            ));
+        }
+        let columns = match &self.columns {
+            Some(columns) => Some(columns.clone()),
+            None => match axes(&layout) {
+                Ok(columns) => Some(columns),
+                Err(several) => {
+                    let error = no_axes(&layout, several);
+                    missing.push((error.to_string(), "--columns X,Y,Z".to_owned()));
+                    None
+                }
+            },
+        };
+        if let Some(columns) = columns {
+            let signals = columns
+                .iter()
+                .map(|column| layout.find(&ColumnRef::from_word(column)))
+                .collect::<Result<Vec<_>>>()
+                .map_err(|e| e.at(recording))?;
+            // Days of a logger are in g, as loggers write.
+            let known = signals.iter().all(|&i| layout.unit(i).is_some());
+            if self.unit.is_none() && !known && !self.free_living {
+                let likely = layout.likely_unit(&signals);
+                let option = likely.map_or("UNIT".to_owned(), |unit| unit.ascii().to_owned());
+                missing.push((
+                    layout.ask_unit(&signals).to_string(),
+                    format!("--unit {option}"),
+                ));
+            }
+        }
+        let readings = self.rows == RowsAre::Readings;
+        let time = match &self.time {
+            Some(time) => Some(
+                layout
+                    .find(&ColumnRef::from_word(time))
+                    .map_err(|e| e.at(recording))?,
+            ),
+            None if self.rate_hz.is_some() => None,
+            None => layout.time_column(),
+        };
+        match time {
+            None if self.rate_hz.is_none() && !readings => missing.push((
+                "no time column is found, and the sampling rate is not known".to_owned(),
+                "--rate HZ".to_owned(),
+            )),
+            Some(index) => {
+                if let Err(error) =
+                    ClockUnit::of(&layout, index, self.time_unit, self.rate_hz, false)
+                {
+                    let option = match error.hint().and_then(likely_time_unit) {
+                        Some(unit) => format!("--time-unit {unit}"),
+                        None => return Err(error.at(recording)),
+                    };
+                    missing.push((error.to_string(), option));
+                }
+            }
+            None => {}
+        }
+        if missing.is_empty() {
             return Ok(());
         }
-        let layout = Layout::of(&mut Source::open(recording)?, &LayoutOptions::default())?;
-        match layout.time_column() {
-            Some(_) => Ok(()),
-            None => Err(Error::new(
-                ErrorKind::Column,
-                "no time column is found, and the sampling rate is not known",
-            )
+        let (what, options): (Vec<_>, Vec<_>) = missing.into_iter().unzip();
+        let what = match what.as_slice() {
+            [one] if one == "where it was made" => {
+                "a recording alone does not say where it was made".to_owned()
+            }
+            [one] => one.clone(),
+            all => format!("a recording alone does not say all: {}", all.join("; ")),
+        };
+        let words = match options.iter().any(|o| o == "--rate HZ") {
+            true => {
+                " (or --time COLUMN in place of --rate; --rows readings where every row is a mean or a single reading in an attitude of its own)"
+            }
+            false => "",
+        };
+        Err(Error::new(ErrorKind::Configuration, what)
             .at(recording)
-            .with_hint("add --rate HZ or --time COLUMN; or --rows readings, where every row is a mean or a single reading in an attitude of its own")),
-        }
+            .with_hint(format!(
+                "type: proofmass calibrate {} {}{words}; or write a campaign: proofmass init {}",
+                recording.display(),
+                options.join(" "),
+                recording.display()
+            )))
     }
 
     /// Table `[gravity]`.
@@ -219,8 +297,10 @@ impl Draft {
                 }
             }
             (None, None) => {
-                line("latitude_deg = 45 # yours, and the height above the sea; or value and standard_uncertainty".into());
-                line("height_m = 100".into());
+                line("# latitude_deg = …             # where it was recorded, degrees north, and the height above the sea".into());
+                line("# height_m = …".into());
+                line("# value = …                    # or local gravity, m/s²".into());
+                line("# standard_uncertainty = …".into());
             }
         }
     }
@@ -230,7 +310,7 @@ impl Draft {
     /// # Errors
     /// As [`Draft::text`] and [`Campaign::open`].
     pub fn campaign(&self, recording: &Path) -> Result<Campaign> {
-        self.check_time(recording)?;
+        self.check(recording)?;
         let folder = recording.parent().unwrap_or(Path::new(""));
         let store = Drafted {
             text: self.text(recording)?,
@@ -271,13 +351,37 @@ impl Store for Drafted {
     }
 }
 
-/// Three neighbouring headings that differ in x, y, z alone, those that speak of acceleration first; without headings the
-/// first three columns, or the three after a time.
-fn axes(layout: &Layout) -> Option<[String; 3]> {
+/// The unit that a question for the unit of the times calls likely.
+fn likely_time_unit(hint: &str) -> Option<String> {
+    let after = hint.split("--time-unit ").nth(1)?;
+    after.split_whitespace().next().map(str::to_owned)
+}
+
+/// The columns of x, y and z have to be named.
+fn no_axes(layout: &Layout, several: bool) -> Error {
+    let what = match (several, &layout.header) {
+        (true, Some(_)) => "more than one sensor may be meant by x, y and z",
+        (true, None) => "without headings it is not known which columns x, y and z are",
+        (false, _) => "the columns of x, y and z cannot be told",
+    };
+    Error::new(ErrorKind::Column, what).with_hint(format!(
+        "name them with --columns X,Y,Z, by heading or number; the file has {} columns{}",
+        layout.columns,
+        layout
+            .header
+            .as_ref()
+            .map_or(String::new(), |h| format!(": {}", h.join(", ")))
+    ))
+}
+
+/// Three neighbouring headings that differ in x, y, z alone, an acceleration before others, and no gyroscope or magnetometer;
+/// without headings the three columns there are, beside a time. `Err` tells whether several sensors may be meant.
+fn axes(layout: &Layout) -> std::result::Result<[String; 3], bool> {
     let Some(header) = &layout.header else {
-        let first = usize::from(layout.time_column() == Some(0) || layout.columns == 4);
-        return (layout.columns >= first + 3)
-            .then(|| std::array::from_fn(|i| (first + i + 1).to_string()));
+        return match layout.columns {
+            3 => Ok(std::array::from_fn(|i| (i + 1).to_string())),
+            columns => Err(columns > 3),
+        };
     };
     let names: Vec<String> = header
         .iter()
@@ -297,15 +401,37 @@ fn axes(layout: &Layout) -> Option<[String; 3]> {
         if let Some(stems) = stems
             && stems[0] == stems[1]
             && stems[1] == stems[2]
+            && !is_other_sensor(&stems[0], layout.unit(i))
         {
-            let rate = ["gyr", "omega", "w", "mag", "rot"];
-            let other = rate.iter().any(|word| stems[0].starts_with(word));
-            found.push((
-                other || !(stems[0].is_empty() || stems[0].starts_with('a')),
-                i,
-            ));
+            let acceleration = layout.unit(i).is_some_and(Unit::is_acceleration)
+                || words(&stems[0]).any(|w| w.starts_with("acc") || w == "a");
+            found.push((!acceleration, i));
         }
     }
-    let (_, i) = found.into_iter().min()?;
-    Some(std::array::from_fn(|k| header[i + k].clone()))
+    let first = found.iter().map(|f| f.0).min().ok_or(false)?;
+    let mut alike = found.iter().filter(|f| f.0 == first);
+    match (alike.next(), alike.next()) {
+        (Some(&(_, i)), None) => Ok(std::array::from_fn(|k| header[i + k].clone())),
+        _ => Err(true),
+    }
+}
+
+/// Words of a heading: `imu.gyro.` are two.
+fn words(heading: &str) -> impl Iterator<Item = &str> {
+    heading
+        .split(|c: char| !c.is_alphabetic())
+        .filter(|word| !word.is_empty())
+}
+
+/// Whether the headings are those of a gyroscope, a magnetometer or something else that is no accelerometer.
+fn is_other_sensor(stem: &str, unit: Option<Unit>) -> bool {
+    const OTHERS: [&str; 14] = [
+        "gyr", "omega", "mag", "rot", "angular", "ang", "rate", "quat", "euler", "vel", "pos",
+        "field", "compass", "b_",
+    ];
+    let other = unit.is_some_and(|u| !u.is_acceleration() && !u.is_raw());
+    other
+        || words(stem).any(|word| {
+            matches!(word, "w" | "g" | "m" | "q") || OTHERS.iter().any(|o| word.starts_with(o))
+        })
 }

@@ -68,11 +68,13 @@ pub struct StreamTable {
     pub(crate) columns: Axes,
     /// Time column, by name or number.
     pub(crate) time: Option<ColumnRef>,
-    /// `s`, `ms`, `us`, `ns` or `index`.
+    /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
     pub(crate) time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
+    /// The segment that is read, from one time on and before another, s.
+    pub(crate) between_s: Option<[f64; 2]>,
     /// Temperature column, by name or number.
     pub(crate) temperature: Option<ColumnRef>,
     /// Unit of the three axes: g unless told.

@@ -100,11 +100,13 @@ pub struct RecordingTable {
     pub(crate) columns: Axes,
     /// Time column, by name or number.
     pub(crate) time: Option<ColumnRef>,
-    /// `s`, `ms`, `us`, `ns` or `index`.
+    /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
     pub(crate) time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
+    /// The segment that is read, from one time on and before another, s.
+    pub(crate) between_s: Option<[f64; 2]>,
     /// Temperature column, by name or number.
     pub(crate) temperature: Option<ColumnRef>,
     /// Unit of the three axes.
@@ -259,7 +261,7 @@ impl MethodModel {
     }
 
     /// Whether the fit needs attitudes to be given.
-    pub fn needs_attitudes(self) -> bool {
+    pub(crate) fn needs_attitudes(self) -> bool {
         matches!(self, Self::Full | Self::SixPosition | Self::Ferraris)
     }
 }
@@ -483,7 +485,7 @@ impl MultiPositionCampaign {
     }
 
     /// How each recording is to be read.
-    pub fn recording_options(&self) -> RecordingOptions {
+    pub(crate) fn recording_options(&self) -> RecordingOptions {
         let t = &self.recording;
         RecordingOptions {
             layout: LayoutOptions {
@@ -501,10 +503,10 @@ impl MultiPositionCampaign {
             time: t.time.clone(),
             time_unit: t.time_unit,
             // A table of readings has no time: its rows are numbered.
-            sampling_rate_hz: t
-                .sampling_rate_hz
-                .or((t.rows == RowsAre::Readings && t.time.is_none()).then_some(1.0)),
+            sampling_rate_hz: t.sampling_rate_hz,
+            table: t.rows == RowsAre::Readings && t.time.is_none(),
             temperature: t.temperature.clone(),
+            between: t.between_s,
             unit: t.unit,
             ..RecordingOptions::default()
         }
@@ -519,14 +521,6 @@ impl MultiPositionCampaign {
         self.names()
             .map(|name| Recording::from_source(self.source.source(name)?, &options))
             .collect()
-    }
-
-    /// The table of given segments, where there is one.
-    pub fn segments_file(&self) -> Option<PathBuf> {
-        self.standstill
-            .segments
-            .as_ref()
-            .map(|name| self.source.resolve(name))
     }
 
     /// Reads the given segments against a recording; `None` where standstills are to be found.

@@ -251,7 +251,7 @@ impl ShakerSingleCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column; volts of a reference without a certificate, accelerations with one.
-    pub fn read_runs(&self) -> Result<RunTable<SingleAxisSeat>> {
+    pub(crate) fn read_runs(&self) -> Result<RunTable<SingleAxisSeat>> {
         let names = self.channels();
         let channels: Vec<(&str, &[PhasorQuantity])> = names
             .iter()
@@ -275,20 +275,9 @@ impl ShakerSingleCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         let names = of_the_bench(&self.channels(), self.output_recording.as_ref());
         waveform_options(&self.source, self.recording.as_ref(), &names)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        let table = self.reference.as_ref();
-        table
-            .map(|t| Certificate::read(&self.source, t))
-            .transpose()
     }
 
     /// Reads the calibration of the check standard, whose channel has this output.

@@ -2,9 +2,10 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, Certificate, CertificateTable, Mounting, OutputRecording, PhasorQuantity,
-    RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+    BudgetSource, CertificateTable, Mounting, OutputRecording, PhasorQuantity, RunTable, RunsTable,
+    ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
+use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
@@ -305,9 +306,7 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub fn read_runs(&self) -> Result<RunTable<Mounting>> {
-        const REFERENCE: &[PhasorQuantity] =
-            &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
+    pub(crate) fn read_runs(&self) -> Result<RunTable<Mounting>> {
         const OUTPUT: &[PhasorQuantity] = &[PhasorQuantity::Voltage];
         let Some(runs) = &self.runs else {
             return Err(self
@@ -319,29 +318,15 @@ impl ShakerTriaxialCampaign {
             &self.source,
             runs,
             &[
-                ("reference", REFERENCE),
+                ("reference", REFERENCES),
                 ("x", OUTPUT),
                 ("y", OUTPUT),
                 ("z", OUTPUT),
             ],
         )?;
         self.angles_are_degrees(&table)?;
-        let acceleration = table.quantities.first() == Some(&PhasorQuantity::Acceleration);
-        match (&self.reference, acceleration) {
-            (Some(_), true) => Err(self
-                .source
-                .refuse(
-                    "reference",
-                    "file",
-                    "the runs carry accelerations already, and a certificate would be applied twice",
-                )
-                .with_hint("take [reference] out, or give the reference in volts (reference_V)")),
-            (None, false) => Err(self
-                .source
-                .refuse("reference", "file", "the runs carry volts of the reference, and no certificate is named")
-                .with_hint("add [reference] with file = \"reference.csv\", or give accelerations (reference_m/s2)")),
-            _ => Ok(table),
-        }
+        reference_fits(&self.source, &table, self.reference.is_some())?;
+        Ok(table)
     }
 
     /// Radians that stand under a heading in degrees are a plan within six degrees.
@@ -381,27 +366,16 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         let names = of_the_bench(&Self::CHANNELS, self.output_recording.as_ref());
         waveform_options(&self.source, self.recording.as_ref(), &names)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        self.reference
-            .as_ref()
-            .map(|table| Certificate::read(&self.source, table))
-            .transpose()
     }
 
     /// Reads the tables of spurious motion.
     ///
     /// # Errors
     /// As the tables say, with line and column.
-    pub fn read_corrections(&self) -> Result<Vec<SpuriousFile>> {
+    pub(crate) fn read_corrections(&self) -> Result<Vec<SpuriousFile>> {
         self.corrections
             .iter()
             .map(|c| match &c.file {
@@ -429,7 +403,7 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub fn read_plan(&self) -> Result<Option<(Vec<Configuration>, Option<Input>)>> {
+    pub(crate) fn read_plan(&self) -> Result<Option<(Vec<Configuration>, Option<Input>)>> {
         match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
             Some((Some(file), _)) => {
                 let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;

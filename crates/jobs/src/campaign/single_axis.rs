@@ -254,7 +254,7 @@ impl SingleAxisCampaign {
     }
 
     /// Whether every line of the file is a reading with its angle or position.
-    pub fn is_table(&self) -> bool {
+    pub(crate) fn is_table(&self) -> bool {
         self.recording.angle.is_some() || self.recording.position.is_some()
     }
 
@@ -277,9 +277,8 @@ impl SingleAxisCampaign {
             time: t.time.clone(),
             time_unit: t.time_unit,
             // Readings have an order, not a clock.
-            sampling_rate_hz: t
-                .sampling_rate_hz
-                .or((self.is_table() && t.time.is_none()).then_some(1.0)),
+            sampling_rate_hz: t.sampling_rate_hz,
+            table: self.is_table() && t.time.is_none(),
             ..RecordingOptions::default()
         };
         t.file

@@ -2,9 +2,10 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    Certificate, CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
-    SpuriousFile, SpuriousSeat, read_runs,
+    CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording, SpuriousFile,
+    SpuriousSeat, read_runs,
 };
+use super::shaker_single::{REFERENCES, reference_fits};
 use super::shaker_triaxial::waveform_options;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
@@ -97,42 +98,23 @@ impl SpuriousMotionCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column; volts without certificate or vibrometer.
-    pub fn read_runs(&self) -> Result<RunTable<SpuriousSeat>> {
-        const REFERENCE: &[PhasorQuantity] =
-            &[PhasorQuantity::Voltage, PhasorQuantity::Acceleration];
+    pub(crate) fn read_runs(&self) -> Result<RunTable<SpuriousSeat>> {
         const VELOCITY: &[PhasorQuantity] = &[PhasorQuantity::Voltage, PhasorQuantity::Velocity];
         let table = read_runs(
             &self.source,
             &self.runs,
-            &[("reference", REFERENCE), ("velocity", VELOCITY)],
+            &[("reference", REFERENCES), ("velocity", VELOCITY)],
         )?;
-        let volts = |k: usize| {
-            table
-                .quantities
-                .get(k)
-                .is_none_or(|q| *q == PhasorQuantity::Voltage)
-        };
-        if volts(0) != self.reference.is_some() {
-            return Err(self
-                .source
-                .refuse(
-                    "reference",
-                    "file",
-                    if volts(0) {
-                        "the runs carry volts of the reference, and no certificate is named"
-                    } else {
-                        "the runs carry accelerations already, and a certificate would be applied twice"
-                    },
-                )
-                .with_hint("reference_V goes with [reference], reference_m/s2 without"));
-        }
-        if volts(1) != self.vibrometer.is_some() {
+        reference_fits(&self.source, &table, self.reference.is_some())?;
+        let velocity = table.quantities.get(1);
+        let volts = velocity.is_none_or(|q| *q == PhasorQuantity::Voltage);
+        if volts != self.vibrometer.is_some() {
             return Err(self
                 .source
                 .refuse(
                     "vibrometer",
                     "sensitivity_V_per_m_s",
-                    if volts(1) {
+                    if volts {
                         "the runs carry volts of the vibrometer, and its sensitivity is not stated"
                     } else {
                         "the runs carry velocities already, and the sensitivity would be applied twice"
@@ -147,7 +129,7 @@ impl SpuriousMotionCampaign {
     ///
     /// # Errors
     /// As the tables say, with line and column.
-    pub fn read_models(&self) -> Result<Vec<SpuriousFile>> {
+    pub(crate) fn read_models(&self) -> Result<Vec<SpuriousFile>> {
         self.models
             .iter()
             .map(|m| SpuriousFile::read(self.source.source(&m.file)?, &m.label))
@@ -158,18 +140,7 @@ impl SpuriousMotionCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        self.reference
-            .as_ref()
-            .map(|table| Certificate::read(&self.source, table))
-            .transpose()
     }
 }

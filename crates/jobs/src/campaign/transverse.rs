@@ -132,7 +132,7 @@ impl TransverseCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column; volts of a reference without a certificate, accelerations with one.
-    pub fn read_runs(&self) -> Result<RunTable<TransverseSeat>> {
+    pub(crate) fn read_runs(&self) -> Result<RunTable<TransverseSeat>> {
         let channels: [(&str, &[PhasorQuantity]); 2] =
             [("reference", REFERENCES), ("output", OUTPUTS)];
         let table = read_runs(&self.source, &self.runs, &channels)?;
@@ -144,19 +144,8 @@ impl TransverseCampaign {
     ///
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
-    pub fn waveform_options(&self) -> Result<WaveformOptions> {
+    pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
-    }
-
-    /// Reads the certificate of the reference.
-    ///
-    /// # Errors
-    /// As the table says, with line and column.
-    pub fn read_reference(&self) -> Result<Option<Certificate>> {
-        let table = self.reference.as_ref();
-        table
-            .map(|t| Certificate::read(&self.source, t))
-            .transpose()
     }
 
     /// Reads the calibration along the axis, in the unit of the output.

@@ -16,14 +16,19 @@ const MOST: usize = 60;
 /// Two calibrations.
 pub(super) fn pair(page: Report, pair: &ResponseComparison, names: &[String]) -> Report {
     let [a, b] = names else { return page };
-    page.section(pair_result(pair, [a, b]))
+    page.verdict(verdict(pair, [a, b]))
+        .section(pair_result(pair, [a, b]))
         .section(differences(pair))
         .section(points(pair, [a, b]))
 }
 
 /// Three calibrations or more.
 pub(super) fn several(page: Report, several: &ReferenceComparison, names: &[String]) -> Report {
-    page.section(reference_result(several, names))
+    page.verdict(format!(
+        "At {:.0} % of the frequencies the laboratories agree with their weighted mean (chance of 5 % or more).",
+        100.0 * several.consistent
+    ))
+    .section(reference_result(several, names))
         .section(deviations(several, names))
         .section(values(several))
         .section(laboratories(several, names))
@@ -50,15 +55,41 @@ fn listed(title: &str, table: Table) -> Section {
     }
 }
 
+/// Point by point and as a whole.
+fn verdict(pair: &ResponseComparison, [a, b]: [&str; 2]) -> String {
+    let beyond = beyond(pair);
+    let points = match beyond {
+        0 => format!(
+            "{a} and {b} agree at all {} points (|E_n| ≤ 1)",
+            pair.points.len()
+        ),
+        n => format!(
+            "{a} and {b} differ at {n} of {} points (|E_n| > 1)",
+            pair.points.len()
+        ),
+    };
+    let whole = pair
+        .whole
+        .as_ref()
+        .map_or("", |w| match w.chi_square > w.limit {
+            true => "; as a whole they differ by more than chance allows",
+            false => "; as a whole the differences are within chance",
+        });
+    format!("{points}{whole}.")
+}
+
+/// Points whose differences exceed their expanded uncertainty.
+fn beyond(pair: &ResponseComparison) -> usize {
+    let far = |p: &&ComparedPoint| p.modulus_en.abs() > 1.0 || p.phase_en.abs() > 1.0;
+    pair.points.iter().filter(far).count()
+}
+
 fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
     let points = &pair.points;
     let largest = |of: fn(&ComparedPoint) -> f64| -> f64 {
         points.iter().map(|p| of(p).abs()).fold(0.0, f64::max)
     };
-    let beyond = points
-        .iter()
-        .filter(|p| p.modulus_en.abs() > 1.0 || p.phase_en.abs() > 1.0)
-        .count();
+    let beyond = beyond(pair);
     let mut figures = vec![
         KeyFigure::new(
             "largest |E_n|, modulus",

@@ -1,8 +1,11 @@
 //! The page of an input that was found behind an output.
 
 use super::DeconvolutionOutcome;
+use proofmass_io::StatedQuantity;
 use proofmass_report::number::{concise, plain};
-use proofmass_report::{Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot};
+use proofmass_report::{
+    Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, scientific,
+};
 use proofmass_signal::Trace;
 
 /// Number of a sample, its value and standard uncertainty.
@@ -50,7 +53,12 @@ pub(super) fn add(page: Report, outcome: &DeconvolutionOutcome) -> Report {
             (1.96 * **u).into()
         }),
     ];
-    page.section(
+    page.verdict(format!(
+        "The input reaches {}; the plain reading, output over static sensitivity, says {} {unit}.",
+        crate::page::answer::with_unit(&StatedQuantity::new(&peak, 0.95)),
+        scientific(plain_peak, 4)
+    ))
+    .section(
         Section::new("Result")
             .key_figures(figures)
             .table(Table::of(

@@ -7,9 +7,9 @@ findings! {
     pub CATALOGUE;
 
     /// Samples of a recording exceed the accelerations, or the temperatures, of the calibration.
-    beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, samples: &str) =
+    beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, treatment: &str, samples: &str) =
         "beyond-calibrated-range", [Note, Warning],
-        what "{beyond} samples lie beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; the model is extrapolated there",
+        what "{beyond} samples lie beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; {treatment}",
         evidence "{samples}",
         advice "calibrate over a larger range, or refuse such samples";
 

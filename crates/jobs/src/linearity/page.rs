@@ -16,7 +16,11 @@ pub(super) fn add(page: Report, linearity: &LevelLinearity) -> Report {
     for q in &mut quantities {
         q.name = q.name.replace('_', " ");
     }
-    page.section(
+    page.verdict(format!(
+        "Up to the highest level the output departs from a straight line by {} % at most.",
+        two_digits(100.0 * linearity.non_linearity)
+    ))
+    .section(
         Section::new("Result")
             .key_figures([figure])
             .table(parameters("Output = S a (1 + κ a)", &quantities))

@@ -37,6 +37,7 @@ pub(super) fn add(page: Report, outcome: &ModesOutcome) -> Report {
     let quantities = outcome.stated();
     let mut page = page
         .subtitle("Natural frequencies and mode shapes by finite elements")
+        .verdict(outcome.verdict())
         .section(outcome.frequencies(&quantities).summarised());
     let mut files = Vec::new();
     if !outcome.free {
@@ -76,6 +77,21 @@ type Mode<'a> = (
 );
 
 impl ModesOutcome {
+    fn verdict(&self) -> String {
+        let first = self
+            .modes
+            .first()
+            .map_or(String::new(), |m| hertz(m.frequency));
+        match self.modes.iter().find(|m| m.weight() >= self.weight) {
+            _ if self.free => format!("The free body swings first at {first}."),
+            Some(m) => format!(
+                "The first mode lies at {first}, the first that matters at {}.",
+                hertz(m.frequency)
+            ),
+            None => format!("The first mode lies at {first}; none of those calculated matters."),
+        }
+    }
+
     fn frequencies(&self, quantities: &[StatedQuantity]) -> Section {
         let figure = |label: &str, m: usize| {
             quantities.get(m).map(|q| {

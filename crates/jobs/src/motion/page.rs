@@ -2,33 +2,41 @@
 
 use super::{MotionOutcome, MotionSpectrum};
 use crate::page::measures::measures;
-use proofmass_report::number::{concise, plain};
-use proofmass_report::{Axis, Cell, Field, Report, Section, Series, Table, XyPlot};
+use proofmass_core::STANDARD_GRAVITY;
+use proofmass_report::number::{concise, plain, two_digits};
+use proofmass_report::{Axis, Cell, Field, Report, Section, Series, Table, XyPlot, scientific};
 use proofmass_uncertainty::Quantity;
 
 pub(super) fn add(page: Report, motion: &MotionOutcome) -> Report {
     let spectrum = motion.spectrum();
     let damping = plain(100.0 * motion.request.damping);
-    page.section(Section::new("Result").table(figures(motion)).summarised())
-        .section(Section::new("Time history").figure(
-            "Acceleration as corrected, and its integrals from rest",
-            history(motion),
-        ))
-        .section(Section::new("Response spectrum").figure(
-            format!(
-                "Greatest response within the record of oscillators with a damping ratio of {damping} %"
-            ),
-            plot(spectrum),
-        ))
-        .section(Section::filed([table(spectrum)]))
+    let peak = motion.figures().peak_acceleration.abs();
+    let duration = motion.figures().duration_5_95;
+    page.verdict(format!(
+        "The acceleration reaches {} g; 5 % to 95 % of the motion take {} s.",
+        two_digits(peak / STANDARD_GRAVITY),
+        two_digits(duration)
+    ))
+    .section(Section::new("Result").table(figures(motion)).summarised())
+    .section(Section::new("Time history").figure(
+        "Acceleration as corrected, and its integrals from rest",
+        history(motion),
+    ))
+    .section(Section::new("Response spectrum").figure(
+        format!(
+            "Greatest response within the record of oscillators with a damping ratio of {damping} %"
+        ),
+        plot(spectrum),
+    ))
+    .section(Section::filed([table(spectrum)]))
 }
 
 fn figures(motion: &MotionOutcome) -> Table {
     let quantity = |q: Quantity| {
-        // Without an uncertainty of the acceleration none of its figures has one: six digits then, and no claim.
+        // Without an uncertainty of the acceleration none of its figures has one: four digits then, and no claim.
         let value = match q.standard_uncertainty > 0.0 {
             true => concise(q.value, q.standard_uncertainty),
-            false => format!("{:.5e}", q.value),
+            false => scientific(q.value, 4),
         };
         (q.name.replace('_', " "), Cell::number(value), q.unit)
     };

@@ -90,8 +90,8 @@ fn data_at_fault(
         Some(given) => given.to_vec(),
         None => WindowedVariance::new(&samples, data.rate, data.breaks, &job.search)
             .map(|windowed| match job.search.threshold {
-                Some(threshold) => windowed.segments(threshold),
-                None => ThresholdSweep::most(&windowed),
+                Some(threshold) => windowed.holds(&samples, threshold),
+                None => ThresholdSweep::most(&samples, &windowed),
             })
             .unwrap_or_default(),
     };

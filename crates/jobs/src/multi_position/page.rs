@@ -5,14 +5,14 @@ mod practice;
 
 use super::outcome::MultiPositionOutcome;
 use crate::campaign::MethodModel;
-use crate::page::AXES;
 use crate::page::measures::lines;
 use crate::page::parameters::stated_parameters;
+use crate::page::{AXES, MG};
 use proofmass_io::StatedQuantity;
 use proofmass_report::number::{concise, freedom, rounded, two_digits};
 use proofmass_report::plot::Style;
 use proofmass_report::{
-    Axis, BarPlot, Cell, Field, KeyFigure, MatrixPlot, Report, Rounding, Section, Series,
+    Axis, BarPlot, Block, Cell, Field, KeyFigure, MatrixPlot, Report, Rounding, Section, Series,
     SpherePlot, Table, XyPlot,
 };
 use proofmass_static::{MultiPositionFit, PoseResidual, ThresholdSweep};
@@ -28,6 +28,7 @@ pub(super) fn add(page: Report, outcome: &MultiPositionOutcome) -> Report {
             counted(fit),
             concise(gravity.value(), gravity.standard_uncertainty()),
         ))
+        .verdict(verdict(fit))
         .section(
             Section::new("Result")
                 .key_figures(key_figures(fit))
@@ -46,9 +47,59 @@ pub(super) fn add(page: Report, outcome: &MultiPositionOutcome) -> Report {
             None => section,
         });
     }
+    if let Some(typed) = typed(fit) {
+        page = page.copied(Block::Code(typed));
+    }
     page.section(standstills(outcome))
         .section(method(fit))
         .section(Section::filed(files(outcome)))
+}
+
+/// What is left of ‖a‖ − g, and whether noise explains it.
+fn verdict(fit: &MultiPositionFit) -> String {
+    let left = fit.residual_rms();
+    let left = format!("{} mg RMS", two_digits(left * MG));
+    let (noun, birge) = (noun(fit), fit.birge_ratio().zip(fit.scatter()));
+    match birge {
+        Some((birge, scatter)) if birge <= scatter.birge_range[1] => {
+            format!("The model fits the {noun}s within their noise: ‖a‖ is g within {left}.")
+        }
+        Some(_) => format!(
+            "The model fits the {noun}s within {left} of g, more than their noise; the intervals contain it."
+        ),
+        None => format!("The model fits the {noun}s within {left} of g."),
+    }
+}
+
+/// K⁻¹ and b as they are typed into firmware; the bias to a hundredth of its U.
+fn typed(fit: &MultiPositionFit) -> Option<String> {
+    let inverse = fit.model().k().inverse().ok()?.0;
+    let bias = fit.model().bias();
+    let smallest = inverse.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
+    let places = (6.0 - smallest.log10().floor()).clamp(0.0, 15.0) as usize;
+    let of_bias = |i: usize| {
+        let u = fit
+            .quantities()
+            .get(i)
+            .map_or(0.0, |q| q.expanded(fit.probability()));
+        let places = if u > 0.0 {
+            (2.0 - u.log10().floor()).clamp(0.0, 12.0) as usize
+        } else {
+            6
+        };
+        format!("{:.places$}", bias[i])
+    };
+    let row = |r: &[f64; 3]| {
+        let numbers: Vec<String> = r.iter().map(|v| format!("{v:.places$}")).collect();
+        format!("{{{}}}", numbers.join(", "))
+    };
+    let rows: Vec<String> = inverse.iter().map(row).collect();
+    Some(format!(
+        "a = K⁻¹ (ã − b), ã in {}, a in m/s²\nK⁻¹ = {{{}}}\nb   = {{{}}}",
+        fit.output_unit(),
+        rows.join(",\n       "),
+        [0, 1, 2].map(of_bias).join(", ")
+    ))
 }
 
 fn parameters(outcome: &MultiPositionOutcome) -> Table {
@@ -209,8 +260,9 @@ fn standstills(outcome: &MultiPositionOutcome) -> Section {
             format!("Standstills were found with the given threshold of {threshold:.1} times the noise floor.")
         }
         Some(threshold) => format!(
-            "Standstills were found by the variance in a sliding window. Of {} thresholds the fit was as good as \
-             the best at {threshold:.1} times the noise floor, the strictest that breaks fewest standstills.",
+            "Standstills were found by the variance in a sliding window of {} s. Of {} thresholds the fit was as good as \
+             the best at {threshold:.1} times the noise floor, the strictest that cuts fewest standstills.",
+            sweep.window.unwrap_or_default(),
             sweep.candidates.len()
         ),
         None if fit.effective_readings().is_some() => TUMBLE.to_owned(),

@@ -5,6 +5,7 @@ use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
+use proofmass_io::ReadGravity;
 use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
 use proofmass_static::{Direction, Segment, Standstill};
 use proofmass_uncertainty::Finding;
@@ -151,12 +152,28 @@ impl MultiPositionCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, data: &MultiPositionRecordings, date: Option<String>) -> Record {
+        let mut inputs = data.inputs.clone();
+        if let Ok(local) = gravity(&self.gravity) {
+            let read = ReadGravity {
+                value: local.value(),
+                standard_uncertainty: local.standard_uncertainty(),
+                by: match (self.gravity.latitude_deg, self.gravity.height_m) {
+                    (Some(latitude), Some(height)) => {
+                        format!("by latitude {latitude}° and height {height} m")
+                    }
+                    _ => "as stated".to_owned(),
+                },
+            };
+            for reading in inputs.iter_mut().filter_map(|i| i.reading.as_mut()) {
+                reading.gravity = Some(read.clone());
+            }
+        }
         Record {
             title: self.title.clone(),
             device: self.device.clone(),
             ambient: self.ambient.clone(),
             date,
-            inputs: data.inputs.clone(),
+            inputs,
             ..Record::default()
         }
     }
@@ -171,11 +188,9 @@ impl MultiPositionRecordings {
             return Err(Trouble::request("the campaign names no recording"));
         };
         let Some(file_unit) = first.columns[0].unit else {
-            return Err(Trouble::request(format!(
-                "{}: the unit of the outputs is not known",
-                first.path.display()
-            ))
-            .with_hint("write it in the headings (acc_x_m/s2), or add `unit = \"count\"`, `\"m/s²\"` or `\"g\"` to [recording]"));
+            let columns = &first.reading().columns;
+            let signals: Vec<usize> = columns.iter().map(|c| c.number - 1).collect();
+            return Err(first.layout.ask_unit(&signals).at(&first.path).into());
         };
         let (unit, factor) = file_unit.si();
         let names: Vec<String> = recordings

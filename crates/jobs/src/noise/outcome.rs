@@ -248,6 +248,7 @@ impl Outcome for NoiseOutcome {
             &self.analysis,
             &self.traces,
             self.temperature.as_ref(),
+            &self.quantities,
         )
     }
 

@@ -5,16 +5,21 @@ mod tables;
 
 use crate::page::stability::stability as with_intervals;
 use figures::{over_time, spectrum, stability, time};
+use proofmass_io::StatedQuantity;
 use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term};
-use proofmass_report::{Axis, Report, Section, Series, XyPlot, scientific};
+use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot, scientific};
 use proofmass_signal::Trace;
 use tables::{coefficients, deviations, disturbances, robust, units};
+
+/// Coefficients that open the page.
+const ANSWERS: usize = 9;
 
 pub(super) fn add(
     page: Report,
     analysis: &Analysis,
     traces: &[Trace],
     thermometer: Option<&Trace>,
+    stated: &[StatedQuantity],
 ) -> Report {
     let channel = analysis.channels.first();
     let samples = channel.map_or(analysis.rows.1 - analysis.rows.0, |c| c.samples);
@@ -24,11 +29,14 @@ pub(super) fn add(
     if let Some(table) = robust(analysis) {
         section = section.table(table);
     }
-    let page = page.subtitle(format!(
-        "{samples} samples at {} Hz, {} s",
-        scientific(analysis.sample_rate, 6),
-        scientific(samples as f64 / analysis.sample_rate, 5),
-    ));
+    let page = page
+        .verdict(verdict(analysis))
+        .answers(answer(analysis, stated))
+        .subtitle(format!(
+            "{samples} samples at {} Hz, {} s",
+            scientific(analysis.sample_rate, 6),
+            scientific(samples as f64 / analysis.sample_rate, 5),
+        ));
     let channels = analysis.channels.iter().enumerate();
     let sections = [
         Some(section),
@@ -41,6 +49,61 @@ pub(super) fn add(
     .flatten()
     .chain(channels.map(|(i, channel)| channel_section(channel, traces.get(i))));
     sections.fold(page, Report::section)
+}
+
+/// Which coefficients are told from zero, by channel.
+fn verdict(analysis: &Analysis) -> String {
+    let mut found: Vec<(&str, Vec<&str>)> = Vec::new();
+    for channel in &analysis.channels {
+        for c in channel.whittle.iter().flat_map(|f| &f.coefficients) {
+            if c.verdict.value().is_none() || c.verdict.standard_uncertainty().is_none() {
+                continue;
+            }
+            match found
+                .iter_mut()
+                .find(|(symbol, _)| *symbol == c.term.symbol())
+            {
+                Some((_, channels)) if channels.contains(&channel.name.as_str()) => {}
+                Some((_, channels)) => channels.push(&channel.name),
+                None => found.push((c.term.symbol(), vec![&channel.name])),
+            }
+        }
+    }
+    let all = analysis.channels.len();
+    let told: Vec<String> = found
+        .iter()
+        .map(|(symbol, channels)| match channels.len() {
+            n if n == all && all > 1 => format!("{symbol} in all {all} channels"),
+            n if n <= 3 => format!("{symbol} of {}", channels.join(", ")),
+            n => format!("{symbol} in {n} of {all} channels"),
+        })
+        .collect();
+    match told.is_empty() {
+        true => "No coefficient is told from zero; each has an upper limit.".to_owned(),
+        false => format!(
+            "Identified: {}; the others have an upper limit.",
+            told.join("; ")
+        ),
+    }
+}
+
+/// The white noise of every channel, else what else is known of them.
+fn answer(analysis: &Analysis, stated: &[StatedQuantity]) -> Vec<KeyFigure> {
+    let symbols = [
+        Term::White.symbol(),
+        Term::Flicker.symbol(),
+        Term::RandomWalk.symbol(),
+    ];
+    let mut figures = Vec::new();
+    for symbol in symbols {
+        for channel in &analysis.channels {
+            let name = format!("{}.{symbol}", channel.name);
+            let quantity = stated.iter().find(|q| q.name == name);
+            figures.extend(quantity.map(crate::page::answer::stated));
+        }
+    }
+    figures.truncate(ANSWERS);
+    figures
 }
 
 /// The curves of all channels of one unit in one figure.

@@ -3,10 +3,11 @@
 use super::stream::{FileBlocks, NoiseStream};
 use super::{NoiseData, NoiseSamples};
 use crate::block_clock::BlockClock;
+use crate::recording::stretch;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    Absent, ColumnRef, Gap, Input, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
-    Source, TimeSource, TimeUnit, Unit,
+    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, Recording, RecordingOptions,
+    RowReader, Source, TimeSource, TimeUnit, Unit,
 };
 use proofmass_noise::{ChannelName, NoiseChannel, Sensor};
 use proofmass_uncertainty::Finding;
@@ -32,12 +33,18 @@ pub struct NoiseReading {
     /// Time column by name or number
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<ColumnRef>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
-    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT", requires = "time"))]
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with --rate)
+    #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz [default: that of the line through the time stamps]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
+    /// Read the rows from one time on and before another, in seconds
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
+    )]
+    pub between: Option<Vec<f64>>,
     /// The columns hold integrals of the signal: velocities (m/s) of an accelerometer, angles of a gyroscope
     ///
     /// They are differenced. The unit that is stated is that of the rate.
@@ -123,6 +130,7 @@ impl NoiseReading {
                     .unit
                     .filter(|_| self.scale.is_none() && !self.phase && kelvin.is_none()),
                 late_stamps: true,
+                between: stretch(self.between.as_deref())?,
                 ..RecordingOptions::default()
             },
             &absent,
@@ -202,6 +210,7 @@ impl NoiseReading {
             .iter()
             .map(|c| layout.find(c))
             .collect::<Result<Vec<_>, _>>()?;
+        let mut findings = layout.findings();
         let mut factors = Vec::new();
         let mut names = Vec::new();
         for &index in &selected {
@@ -210,23 +219,22 @@ impl NoiseReading {
             factors.push(factor);
             names.push(channel_name(&column, unit));
         }
+        let signals = selected.len();
         let clock = match (self.rate, self.time_index(&layout)?) {
             (Some(rate), time) if time.is_none() || self.time.is_none() => BlockClock::steady(rate),
             (rate, Some(index)) => {
                 selected.push(index);
-                let unit = self
-                    .time_unit
-                    .or_else(|| layout.unit(index).and_then(TimeUnit::of))
-                    .unwrap_or(TimeUnit::Second);
-                let known = self.time_unit.is_some() || layout.unit(index).is_some();
-                BlockClock::stamped(unit.per_second(rate).unwrap_or(1.0), rate, known)
+                let unit = ClockUnit::of(&layout, index, self.time_unit, rate, false)
+                    .map_err(|e| Trouble::from(e.at(source.name())))?;
+                findings.extend(unit.finding.clone());
+                BlockClock::stamped(unit.per_second, rate)
             }
             (_, None) => return Err(no_clock(name)),
         };
-        let findings = layout.findings();
+        let window = clock.window(stretch(self.between.as_deref())?, signals);
         Ok(NoiseStream {
             blocks: FileBlocks {
-                reader: RowReader::new(source, layout, &selected)?,
+                reader: RowReader::new(source, layout, &selected)?.between(window),
                 factors,
                 clock,
                 phase: self.phase,
@@ -252,7 +260,13 @@ impl NoiseReading {
             .map(|c| layout.find(c))
             .transpose()?;
         let is_signal = |i: &usize| {
-            let other = |u: Unit| u.is_time() || matches!(u, Unit::DegreeCelsius | Unit::Kelvin);
+            let other = |u: Unit| {
+                u.is_time()
+                    || matches!(
+                        u,
+                        Unit::DegreeCelsius | Unit::DegreeFahrenheit | Unit::Kelvin
+                    )
+            };
             layout.numeric[*i]
                 && Some(*i) != time
                 && Some(*i) != temperature
@@ -287,6 +301,7 @@ impl NoiseReading {
         }
         match layout.unit(index) {
             Some(Unit::DegreeCelsius | Unit::Kelvin) => Ok(Some(1.0)),
+            Some(Unit::DegreeFahrenheit) => Ok(Some(5.0 / 9.0)),
             Some(unit) => Err(Trouble::request(format!(
                 "column {heading:?} is in {unit} by its heading: no temperature"
             ))
@@ -375,7 +390,7 @@ fn channel_name(name: &str, unit: Option<Unit>) -> ChannelName {
 fn no_clock(name: String) -> Trouble {
     Trouble::request("neither a time column nor a sampling rate is known")
         .detail(name)
-        .with_hint("add --rate or --time")
+        .with_hint("add --time COLUMN or --rate HZ")
 }
 
 /// Differences of neighbours, missing where either is, or where samples between them are.

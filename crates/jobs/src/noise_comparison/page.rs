@@ -8,7 +8,7 @@ use proofmass_noise::{
 };
 use proofmass_report::Rounding::{Decimals, Significant};
 use proofmass_report::{
-    Axis, Block, Cell, Field, HistogramPlot, Report, Section, Table, XyPlot, scientific,
+    Axis, Block, Cell, Field, HistogramPlot, KeyFigure, Report, Section, Table, XyPlot, scientific,
 };
 
 /// Rows of a table that is not folded away.
@@ -19,6 +19,7 @@ const NAMED: usize = 8;
 
 pub(super) fn add(mut page: Report, outcome: &NoiseComparisonOutcome) -> Report {
     let (channels, limits) = (&outcome.comparison.channels, &outcome.comparison.limits);
+    page = page.verdict(outcome.verdict()).answers(outcome.answer());
     if !limits.is_empty() {
         let section = Section::new("Limits").table(outcome.conformity());
         page = page.section(section.summarised());
@@ -93,6 +94,71 @@ impl NoiseComparisonOutcome {
     fn percent(&self) -> String {
         let percent = scientific(100.0 * self.probability, 3);
         percent.trim_end_matches(".0").to_owned()
+    }
+
+    /// Units within and beyond the limits, all limits together.
+    fn counts(&self) -> [usize; 3] {
+        let limits = self.comparison.limits.iter().map(CheckedLimit::counts);
+        limits.fold([0; 3], |sum, c| [0, 1, 2].map(|k| sum[k] + c[k]))
+    }
+
+    /// Comparisons of units, and those that chance alone hardly makes.
+    fn differing(&self) -> (usize, usize) {
+        let terms = self.comparison.channels.iter().flat_map(|c| &c.terms);
+        let chances: Vec<f64> = terms
+            .filter_map(|t| Some(t.equal.as_ref()?.chance))
+            .collect();
+        let rate = self.comparison.false_alarm_rate;
+        (chances.len(), chances.iter().filter(|c| **c < rate).count())
+    }
+
+    fn verdict(&self) -> String {
+        let mut says = Vec::new();
+        if !self.comparison.limits.is_empty() {
+            says.push(match self.counts() {
+                [pass, 0, 0] => format!("Passed: all {pass} coefficients lie within their limits"),
+                [pass, 0, n] => format!(
+                    "Undecided: {n} of {} coefficients have their limit inside the interval",
+                    pass + n
+                ),
+                [pass, fail, n] => format!(
+                    "Failed: {fail} of {} coefficients lie beyond their limits",
+                    pass + fail + n
+                ),
+            });
+        }
+        match self.differing() {
+            (0, _) => {}
+            (all, 0) => says.push(format!(
+                "the units agree in all {all} coefficients that can be compared"
+            )),
+            (all, n) => says.push(format!(
+                "the units differ by more than chance in {n} of {all} coefficients"
+            )),
+        }
+        let text = says.join("; ");
+        match text.chars().next() {
+            None => String::new(),
+            Some(first) => format!("{}{}.", first.to_uppercase(), &text[first.len_utf8()..]),
+        }
+    }
+
+    fn answer(&self) -> Vec<KeyFigure> {
+        let mut figures = vec![KeyFigure::new("units", self.names.len().to_string(), "")];
+        if !self.comparison.limits.is_empty() {
+            let words = ["pass", "fail", "undecided"].into_iter().zip(self.counts());
+            figures.extend(words.map(|(word, n)| {
+                KeyFigure::new(word, n.to_string(), "").note("coefficients against limits")
+            }));
+        }
+        let (all, differing) = self.differing();
+        if all > 0 {
+            figures.push(
+                KeyFigure::new("coefficients that differ", differing.to_string(), "")
+                    .note(format!("of {all}, by more than chance")),
+            );
+        }
+        figures
     }
 
     /// One row to a limit: how many pass.

@@ -15,6 +15,7 @@ pub(crate) fn parameters(caption: &str, quantities: &[Quantity]) -> Table {
         .page("value", ""),
         Field::shown("U (95 %)", "", |q: &Quantity| q.expanded(0.95).into())
             .rounded(Rounding::TwoDigits),
+        Field::shown("k", "", |q: &Quantity| q.coverage_factor(0.95).into()).decimals(2),
         Field::shown("unit", "", |q: &Quantity| q.unit.as_str().into()),
     ];
     Table::of(caption, fields, quantities)

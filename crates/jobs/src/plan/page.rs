@@ -25,6 +25,12 @@ pub(super) fn add(page: Report, plan: &PlanOutcome) -> Report {
             "What a plan of {} configurations will achieve",
             plan.conditioning.count
         ))
+        .verdict(format!(
+            "{} configurations will reach U = {:.2} % for the main terms and {:.2} % for the cross terms (k = 2).",
+            plan.conditioning.count,
+            200.0 * largest(&plan.predicted, true),
+            200.0 * largest(&plan.predicted, false)
+        ))
         .section(prediction(plan).summarised());
     let costs = match plan.costs.is_empty() {
         true => Section::filed([cost_table(&plan.costs)]),

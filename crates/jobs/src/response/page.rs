@@ -7,12 +7,13 @@ use proofmass_dynamic::measured::ResponsePower;
 use proofmass_dynamic::model::{Bandwidth, DampingReading, ModelFit, ResponseFigures};
 use proofmass_dynamic::modes::Resonance;
 use proofmass_report::Rounding::Plain;
-use proofmass_report::number::{plain, two_digits};
+use proofmass_report::number::{concise, plain, two_digits};
 use proofmass_report::plot::Style;
 use proofmass_report::{Axis, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_signal::Trace;
 use proofmass_uncertainty::student_quantile;
 
-/// Lines that a figure shows; beyond, every n-th.
+/// Points that a curve in the complex plane shows.
 const SHOWN: usize = 1500;
 /// Points up to which they are drawn one by one.
 const FEW: usize = 100;
@@ -21,6 +22,7 @@ const DENSE: usize = 600;
 
 pub(super) fn add(page: Report, outcome: &ResponseOutcome) -> Report {
     let mut page = page
+        .verdict(outcome.verdict())
         .section(outcome.result())
         .section(outcome.bode())
         .section(outcome.nyquist());
@@ -47,6 +49,28 @@ pub(super) fn add(page: Report, outcome: &ResponseOutcome) -> Report {
 }
 
 impl ResponseOutcome {
+    /// Whether the model describes the response, or where its first resonance lies.
+    fn verdict(&self) -> String {
+        if let Some(fit) = &self.fit {
+            let (word, sign) = match fit.chi_square <= fit.limit {
+                true => ("describes", "within"),
+                false => ("does not describe", "above"),
+            };
+            return format!(
+                "The model {word} the response: χ² = {:.1}, {sign} the limit of {:.1} (one in a thousand by chance).",
+                fit.chi_square, fit.limit
+            );
+        }
+        match self.modes.first() {
+            Some(mode) => format!(
+                "The first resonance lies at {} Hz with {} % damping.",
+                concise(mode.frequency, mode.frequency_uncertainty),
+                two_digits(100.0 * mode.damping)
+            ),
+            None => "No resonance was found in the band.".to_owned(),
+        }
+    }
+
     fn result(&self) -> Section {
         let r = &self.response;
         let lines = if self.single() { "points" } else { "lines" };
@@ -116,11 +140,9 @@ impl ResponseOutcome {
 
     fn densities(&self, power: &ResponsePower) -> Section {
         let f = &power.frequency;
-        let step = f.len().div_ceil(SHOWN).max(1);
         let positive = |v: &[f64]| -> (Vec<f64>, Vec<f64>) {
             f.iter()
                 .zip(v)
-                .step_by(step)
                 .filter(|(f, v)| **f > 0.0 && **v > 0.0)
                 .unzip()
         };
@@ -138,11 +160,8 @@ impl ResponseOutcome {
     }
 
     fn kept(&self) -> Vec<usize> {
-        let n = self.response.lines();
-        (0..n)
-            .step_by(n.div_ceil(SHOWN).max(1))
-            .filter(|k| self.response.value[*k].norm() > 0.0)
-            .collect()
+        let drawn = |k: &usize| self.response.value[*k].norm() > 0.0;
+        (0..self.response.lines()).filter(drawn).collect()
     }
 
     fn bode(&self) -> Section {
@@ -237,7 +256,15 @@ impl ResponseOutcome {
     }
 
     fn nyquist(&self) -> Section {
+        // Of each run of lines the ends and the extremes of the modulus: a resonance is a loop with its top.
         let kept = self.kept();
+        let modulus: Vec<f64> = kept
+            .iter()
+            .map(|k| self.response.value[*k].norm())
+            .collect();
+        let number: Vec<f64> = kept.iter().map(|k| *k as f64).collect();
+        let thinned = Trace::new(&number, &modulus, SHOWN / 4).x;
+        let kept: Vec<usize> = thinned.into_iter().map(|k| k as usize).collect();
         let part = |pick: fn(&num_complex::Complex64) -> f64| -> Vec<f64> {
             kept.iter()
                 .map(|k| pick(&self.response.value[*k]))

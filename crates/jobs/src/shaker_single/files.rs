@@ -1,7 +1,8 @@
 //! From the files of a campaign to the job and its runs.
 
 use super::{ShakerSingleFiles, ShakerSingleJob, ShakerSingleRun};
-use crate::campaign::ShakerSingleCampaign;
+use crate::bench_runs::BenchFiles;
+use crate::campaign::{Certificate, ShakerSingleCampaign};
 use crate::device_output::DeviceOutput;
 use crate::observed::{SensorFiles, observe};
 use crate::record::Record;
@@ -19,7 +20,7 @@ impl ShakerSingleCampaign {
     /// A file that cannot be read, a recording without a sine, or `watch` wanted it to stop.
     pub fn load(&self, watch: &dyn Watch) -> Result<ShakerSingleFiles> {
         let mut table = self.read_runs()?;
-        let certificate = self.read_reference()?;
+        let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         // Of several devices and a check standard this result is about one.
         let names = self.channels();
         let sensor = SensorFiles::of(&self.source, self.output_recording.as_ref(), &names)?;
@@ -92,9 +93,6 @@ impl ShakerSingleCampaign {
             job.reference = Some(certificate.table);
             job.reference_description = certificate.description;
         }
-        findings.extend(observed.findings);
-        let recordings = observed.inputs.len() - 1;
-        inputs.extend(observed.inputs);
         job.output = output_of(own)?;
         job.sample_clock = clock;
         if let Some(k) = check {
@@ -127,14 +125,8 @@ impl ShakerSingleCampaign {
         }
         job.excluded = table.excluded(&self.runs.exclude);
         job.coverage_factor = self.method.coverage_factor;
-        Ok(ShakerSingleFiles {
-            job,
-            runs,
-            findings,
-            name,
-            inputs,
-            recordings,
-        })
+        let said = (findings, inputs);
+        Ok(BenchFiles::new((job, runs), &table.path, said, observed))
     }
 
     /// What the result is filed with.

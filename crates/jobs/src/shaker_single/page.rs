@@ -1,13 +1,14 @@
 //! The report of a single-axis comparison with a reference.
 
 use super::ShakerSingleOutcome;
+use crate::page::answer::plus_minus;
 use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
 use crate::page::coverage::stated_at;
 use crate::page::polar::{Polar, polar};
 use crate::page::shares::shares;
 use crate::sensor_clock::SensorClock;
 use proofmass_report::Rounding::Decimals;
-use proofmass_report::number::{minus, plain, rounded};
+use proofmass_report::number::{minus, plain, two_digits};
 use proofmass_report::{Axis, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_shaker::check_standard::CheckPoint;
 use proofmass_shaker::derived::Expanded;
@@ -27,6 +28,8 @@ pub(super) fn add(mut page: Report, outcome: &ShakerSingleOutcome) -> Report {
             "Single-axis calibration by comparison with a reference: {} runs",
             outcome.results.len()
         ))
+        .verdict(verdict(outcome))
+        .answers(answer(outcome))
         .section(result(outcome))
         .section(Section::filed([
             sensitivity(outcome, [run], repeats).file("repeats.csv")
@@ -114,26 +117,59 @@ fn check_table(points: &[CheckPoint]) -> Table {
     Table::of("", fields, points).file("check_standard.csv")
 }
 
-fn result(outcome: &ShakerSingleOutcome) -> Section {
+/// How well the sensitivity is known, and whether the bench is as it was.
+fn verdict(outcome: &ShakerSingleOutcome) -> String {
+    let moduli = outcome
+        .results
+        .iter()
+        .filter_map(|r| quantity(outcome, r, "modulus", 1.0));
+    let shares = moduli.map(|(m, u, _)| 100.0 * (u / m).abs());
+    let (least, most) = shares.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+    let known = match least.is_finite() {
+        true => format!(
+            "The sensitivity is known to U = {} % to {} % (at {})",
+            two_digits(least),
+            two_digits(most),
+            at(outcome)
+        ),
+        false => "No sensitivity was found".to_owned(),
+    };
+    let beyond = |p: &&CheckPoint| p.e_n().iter().any(|e| e.is_some_and(|e| e.abs() > 1.0));
+    let bench = match outcome.check_standard.iter().filter(beyond).count() {
+        _ if outcome.check_standard.is_empty() => String::new(),
+        0 => "; the check standard agrees with its known values".to_owned(),
+        n => format!(
+            "; the check standard departs at {n} of {} frequencies",
+            outcome.check_standard.len()
+        ),
+    };
+    format!("{known}{bench}.")
+}
+
+/// The sensitivity at the frequency that is usually stated.
+fn answer(outcome: &ShakerSingleOutcome) -> Option<KeyFigure> {
     let (unit, factor) = unit(&outcome.results);
-    let mut section = Section::new("Result");
-    let rows = outcome.results.iter().filter_map(|r| row(outcome, "", r));
     let nearest = outcome.results.iter().min_by(|a, b| {
         let far = |r: &SingleAxis| (r.frequency / 160.0).ln().abs();
         far(a).total_cmp(&far(b))
     });
-    if let Some((r, (m, u, _))) =
-        nearest.and_then(|r| Some((r, quantity(outcome, r, "modulus", factor)?)))
-    {
-        let (value, expanded) = rounded(m, u);
-        section = section.key_figures([KeyFigure::new(
-            format!("sensitivity at {} Hz", plain(r.frequency)),
-            format!("{} ± {expanded}", minus(&value)),
-            unit,
-        )
-        .note(format!("U = {:.2} %", 100.0 * u / m))]);
-    }
-    section
+    let r = nearest?;
+    let (m, u, q) = quantity(outcome, r, "modulus", factor)?;
+    let figure = KeyFigure::new(
+        format!("sensitivity at {} Hz", plain(r.frequency)),
+        plus_minus(m, u),
+        unit,
+    );
+    Some(figure.note(format!(
+        "± {:.2} %, k = {:.2}",
+        100.0 * u / m,
+        q.coverage_factor
+    )))
+}
+
+fn result(outcome: &ShakerSingleOutcome) -> Section {
+    let rows = outcome.results.iter().filter_map(|r| row(outcome, "", r));
+    Section::new("Result")
         .table(sensitivity(outcome, [], rows).file("sensitivity.csv"))
         .summarised()
 }

@@ -15,8 +15,8 @@ use super::tables::{tables, word};
 use crate::page::AXES;
 use crate::page::columns::{frequency, printed};
 use crate::sensor_clock::SensorClock;
-use digits::{Unit, plus_minus, representative, scaled};
-use proofmass_report::number::plain;
+use digits::{Unit, plus_minus, representative};
+use proofmass_report::number::{plain, two_digits};
 use proofmass_report::plot::SeatPlot;
 use proofmass_report::{KeyFigure, Report, Section, Table};
 use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
@@ -30,8 +30,12 @@ pub(super) fn add(mut page: Report, outcome: &ShakerTriaxialOutcome) -> Report {
         .extend(outcome.clock.iter().flat_map(SensorClock::lines));
     page = page.meta("Runs", outcome.runs.len().to_string());
     if let Some(principal) = principal(calibration) {
-        page = page.subtitle(subtitle(principal));
-        let sections = sections(outcome, principal, Unit::of(calibration));
+        let unit = Unit::of(calibration);
+        page = page
+            .subtitle(subtitle(principal))
+            .verdict(verdict(principal))
+            .answers(answer(principal, unit));
+        let sections = sections(outcome, principal, unit);
         page.sections.extend(sections.into_iter().flatten());
     }
     page.section(Section::new("Method").paragraph(
@@ -98,23 +102,46 @@ fn subtitle(result: &MethodResult) -> String {
     )
 }
 
-fn result(result: &MethodResult, unit: Unit) -> Section {
-    let mut section = Section::new("Result");
-    if result.method == ShakerMethod::PublishedMagnitude {
-        return section.table(published_table(result, unit));
+/// How well the sensitivities along the axes are known.
+fn verdict(result: &MethodResult) -> String {
+    let main = result
+        .frequencies
+        .iter()
+        .flat_map(|f| digits::MAIN.map(|k| &f.sensitivity[k].modulus));
+    let shares = main.map(|m| 100.0 * (m.expanded / m.value).abs());
+    let (least, most) = shares.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+    let from_to = || {
+        Some((
+            result.frequencies.first()?.frequency,
+            result.frequencies.last()?.frequency,
+        ))
+    };
+    match from_to() {
+        Some((from, to)) if least.is_finite() => format!(
+            "From {} Hz to {} Hz the three main sensitivities are known to U = {} % to {} %.",
+            plain(from),
+            plain(to),
+            two_digits(least),
+            two_digits(most)
+        ),
+        _ => "The sensitivities are those of the published method, with U = 2 u.".to_owned(),
     }
+}
+
+/// Main sensitivities and the largest transverse one, at the frequency that is usually stated.
+fn answer(result: &MethodResult, unit: Unit) -> Vec<KeyFigure> {
+    let mut figures = vec![];
     if let Some(f) = representative(result) {
-        let mut figures = vec![];
         for (axis, k) in AXES.iter().zip(digits::MAIN) {
             let m = &f.sensitivity[k].modulus;
             figures.push(
                 KeyFigure::new(
                     format!("sensitivity {axis} at {} Hz", plain(f.frequency)),
-                    scaled(m, unit.factor),
+                    plus_minus(unit.factor * m.value, unit.factor * m.expanded),
                     unit.name,
                 )
                 .note(format!(
-                    "U = {:.2} %, k = {:.2}",
+                    "± {:.2} %, k = {:.2}",
                     100.0 * m.expanded / m.value,
                     m.coverage_factor
                 )),
@@ -133,15 +160,23 @@ fn result(result: &MethodResult, unit: Unit) -> Section {
                     "%",
                 )
                 .note(format!(
-                    "output {} at {} Hz",
+                    "output {} at {} Hz, k = {:.2}",
                     q.name.trim_start_matches("transverse."),
-                    plain(f.frequency)
+                    plain(f.frequency),
+                    q.coverage_factor
                 )),
             );
         }
-        section = section.key_figures(figures);
     }
-    section.table(curves::main_table(&result.frequencies, unit))
+    figures
+}
+
+fn result(result: &MethodResult, unit: Unit) -> Section {
+    let section = Section::new("Result");
+    match result.method {
+        ShakerMethod::PublishedMagnitude => section.table(published_table(result, unit)),
+        _ => section.table(curves::main_table(&result.frequencies, unit)),
+    }
 }
 
 /// What the axes of the matrices and the angles of the configurations mean.

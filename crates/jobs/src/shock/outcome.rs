@@ -23,6 +23,8 @@ pub struct ShockChannel {
     pub(crate) unit: String,
     /// Time in s, values.
     pub(crate) trace: Trace,
+    /// The same about the pulse alone, thinned for itself: its shape is that of the samples.
+    pub(crate) pulse: Trace,
 }
 
 /// Spectra of one channel.

@@ -5,13 +5,16 @@ use crate::page::columns::filed;
 use crate::page::measures::measures;
 use proofmass_dynamic::shock::{ShockCalibration, SpectrumLine, ToleranceResult};
 use proofmass_report::number::{concise, plain, two_digits};
-use proofmass_report::{Axis, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
+use proofmass_report::{
+    Axis, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+};
 use proofmass_signal::Extremes;
 use proofmass_uncertainty::Quantity;
 use std::f64::consts::TAU;
 
 pub(super) fn add(page: Report, shock: &ShockOutcome) -> Report {
     let mut page = page
+        .verdict(verdict(shock))
         .section(result(shock).summarised())
         .section(time(shock));
     let names: &[&str] = match shock.spectra().len() {
@@ -55,12 +58,41 @@ fn result(shock: &ShockOutcome) -> Section {
         KeyFigure::new("duration", format!("{:.4}", 1e3 * d), "ms").note("at a tenth of the peak")
     }));
     let change = m.velocity_change;
-    figures.extend(change.map(|v| KeyFigure::new("velocity change", format!("{v:.5}"), integral)));
+    figures.extend(change.map(|v| KeyFigure::new("velocity change", scientific(v, 4), integral)));
     let mut section = Section::new("Result").key_figures(figures);
     if let Some(calibration) = shock.shock_calibration() {
         section = section.table(sensitivities(calibration));
     }
     section.table(pulse(shock))
+}
+
+/// Whether the tolerances that were asked for are kept, and whether the ways to the sensitivity agree.
+fn verdict(shock: &ShockOutcome) -> String {
+    let mut says = Vec::new();
+    let kept = |kept: bool| if kept { "kept" } else { "missed" };
+    says.extend(
+        shock
+            .tolerance()
+            .map(|t| format!("Tolerance of the pulse: {}", kept(t.kept))),
+    );
+    says.extend(
+        shock
+            .spectrum_tolerance()
+            .map(|t| format!("tolerance of the shock spectrum: {}", kept(t.result.kept))),
+    );
+    if let Some(first) = shock
+        .shock_calibration()
+        .and_then(|c| c.estimate.quantities().into_iter().next())
+    {
+        says.push(format!(
+            "Sensitivity known to U = {} %",
+            two_digits(100.0 * (first.expanded(0.95) / first.value).abs())
+        ));
+    }
+    match says.is_empty() {
+        true => String::new(),
+        false => format!("{}.", says.join("; ")),
+    }
 }
 
 fn pulse(shock: &ShockOutcome) -> Table {
@@ -139,10 +171,21 @@ fn time(shock: &ShockOutcome) -> Section {
     if let Some(t) = shock.tolerance() {
         plot = with_band(plot, shock, t);
     }
-    let section = section.figure("The whole record", plot.clone());
-    let (from, to) = window(shock);
+    // The first and last times of what was cut out.
+    let times = || shock.channels.first().map(|c| &c.pulse.x);
+    let ends = times().and_then(|x| Some((*x.first()?, *x.last()?)));
+    let (from, to) = ends.filter(|(from, to)| from < to).unwrap_or((0.0, 1.0));
+    let whole = plot.clone();
+    for (panel, channel) in plot.panels.iter_mut().zip(&shock.channels) {
+        // Thinned by itself: what stands for a pixel of the whole record would round the pulse off.
+        if let Some(series) = panel.series.first_mut() {
+            *series = Series::line("", &channel.pulse.x, &channel.pulse.y);
+        }
+    }
     plot.x = plot.x.range(from, to);
-    section.figure("The pulse", plot)
+    section
+        .figure("The pulse", plot)
+        .figure("The whole record", whole)
 }
 
 fn with_band(mut plot: XyPlot, shock: &ShockOutcome, t: &ToleranceResult) -> XyPlot {
@@ -163,18 +206,6 @@ fn with_band(mut plot: XyPlot, shock: &ShockOutcome, t: &ToleranceResult) -> XyP
         panel.series.push(series.band(&low, &high));
     }
     plot
-}
-
-fn window(shock: &ShockOutcome) -> (f64, f64) {
-    let first = shock.channels.first();
-    let last = first.and_then(|c| c.trace.x.last().copied()).unwrap_or(1.0);
-    let start = shock.pulse().start.map_or(0.0, |s| s / shock.rate);
-    let end = shock.pulse().end.map_or(last, |e| e / shock.rate);
-    let duration = (end - start).max(1.0 / shock.rate);
-    (
-        (start - duration).max(0.0),
-        (end + 4.0 * duration).min(last).max(end),
-    )
 }
 
 fn pseudo_velocity(s: &ShockSpectra) -> Vec<f64> {

@@ -23,6 +23,7 @@ pub(super) fn add(page: Report, outcome: &SpuriousMotionOutcome) -> Report {
             first.summaries.len(),
             first.table.entries.len()
         ))
+        .verdict(verdict(outcome, first))
         .section(result(first))
         .section(curves(&first.table))
         .section(directions(&outcome.measurements));
@@ -47,6 +48,23 @@ pub(super) fn add(page: Report, outcome: &SpuriousMotionOutcome) -> Report {
          recorded without a common clock and are not averaged.",
     ))
     .section(Section::filed(files))
+}
+
+/// How many ratios were averaged, and whether further measurements agree.
+fn verdict(outcome: &SpuriousMotionOutcome, first: &Measurement) -> String {
+    let all = first.summaries.len();
+    let refused = first.summaries.iter().filter(|s| mean(s).is_none()).count();
+    let averaged = match refused {
+        0 => format!("All {all} ratios have repeats with a common phase and were averaged"),
+        n => format!("{n} of {all} ratios have no common phase and were not averaged"),
+    };
+    let compared = outcome.comparisons.iter().map(|(label, list)| {
+        match list.iter().filter(|c| disagrees(c)).count() {
+            0 => format!("; {label} agrees"),
+            n => format!("; {label} disagrees in {n} of {} ratios", list.len()),
+        }
+    });
+    format!("{averaged}{}.", compared.collect::<String>())
 }
 
 fn result(first: &Measurement) -> Section {

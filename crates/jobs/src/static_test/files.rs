@@ -79,7 +79,7 @@ impl StaticTestFiles {
             columns: vec![input.clone(), columns.output_column.clone()],
             temperature: columns.temperature.clone(),
             // Readings have an order, not a clock.
-            sampling_rate_hz: Some(1.0),
+            table: true,
             ..RecordingOptions::default()
         };
         let recording = Recording::from_source(source, &options)?;

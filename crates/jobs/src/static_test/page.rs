@@ -2,7 +2,7 @@
 
 use super::{StaticTestFit, StaticTestOutcome};
 use crate::page::columns::filed;
-use proofmass_report::number::freedom;
+use proofmass_report::number::{freedom, two_digits};
 use proofmass_report::{
     Axis, BarPlot, Cell, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot,
 };
@@ -28,6 +28,10 @@ fn quantities(quantities: &[Quantity], probability: f64) -> Table {
         .page("value", ""),
         Field::shown(u, "", |q: &Quantity| q.expanded(probability).into())
             .rounded(Rounding::Power(2)),
+        Field::shown("k", "", move |q: &Quantity| {
+            q.coverage_factor(probability).into()
+        })
+        .decimals(2),
         Field::shown("unit", "", |q: &Quantity| q.unit.as_str().into()),
         Field::shown("ν", "", |q: &Quantity| Cell::number(freedom(q.dof.get()))),
     ];
@@ -35,7 +39,7 @@ fn quantities(quantities: &[Quantity], probability: f64) -> Table {
         .note("In parentheses: the standard uncertainty in the last digits.")
 }
 
-fn test(page: Report, fit: &StaticFit, probability: f64) -> Report {
+fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
     let mut figures = Vec::new();
     figures.extend(fit.nonlinearity.map(|share| {
         let share = format!("{:.4}", 1e2 * share);
@@ -52,6 +56,12 @@ fn test(page: Report, fit: &StaticFit, probability: f64) -> Report {
     result = result.table(quantities(&fit.estimate.quantities(), probability));
     if !fit.orders.is_empty() {
         result = result.table(orders(fit));
+    }
+    if let Some(share) = fit.nonlinearity {
+        page = page.verdict(format!(
+            "The readings lie within {} % of full scale of the straight line.",
+            two_digits(1e2 * share)
+        ));
     }
     let mut page = page.section(result.summarised());
     if !fit.readings.is_empty() {
@@ -133,9 +143,13 @@ fn history(page: Report, fit: &StabilityFit, probability: f64) -> Report {
         .drifts
         .iter()
         .fold(charts, |charts, d| charts.figure(&d.name, chart(fit, d)));
-    page.section(result.summarised())
-        .section(charts)
-        .section(Section::filed([chart_table(fit)]))
+    page.verdict(format!(
+        "The next calibration is due {:.0} days after the last one.",
+        fit.due_in
+    ))
+    .section(result.summarised())
+    .section(charts)
+    .section(Section::filed([chart_table(fit)]))
 }
 
 fn chart_table(fit: &StabilityFit) -> Table {

@@ -2,6 +2,7 @@
 
 use super::StepOutcome;
 use crate::page::parameters::parameters;
+use proofmass_report::number::two_digits;
 use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot};
 
 pub(super) fn add(page: Report, step: &StepOutcome) -> Report {
@@ -21,6 +22,11 @@ pub(super) fn add(page: Report, step: &StepOutcome) -> Report {
         .series(Series::line("", &residual.x, &residual.y));
     let caption = "The step, the fitted oscillator, and what is left";
     let result = Section::new("Result").key_figures(figures).table(table);
-    page.section(result.summarised())
-        .section(Section::new("Time history").figure(caption, plot))
+    page.verdict(format!(
+        "The step settles to 2 % within {} ms with an overshoot of {} %.",
+        two_digits(1e3 * settling),
+        two_digits(100.0 * overshoot)
+    ))
+    .section(result.summarised())
+    .section(Section::new("Time history").figure(caption, plot))
 }

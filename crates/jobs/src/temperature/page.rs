@@ -28,6 +28,7 @@ pub(super) fn add(page: Report, outcome: &TemperatureOutcome) -> Report {
             fit.blocks.duration,
             fit.reference
         ))
+        .verdict(verdict(outcome))
         .section(result(outcome).summarised())
         .section(section);
     let page = match hysteresis(fit) {
@@ -40,6 +41,29 @@ pub(super) fn add(page: Report, outcome: &TemperatureOutcome) -> Report {
     page.section(Section::new("Orders").table(orders(fit)))
         .section(Section::new("Attitudes").table(attitudes(fit)))
         .section(Section::filed([blocks(fit)]))
+}
+
+/// The steepest of the mean slopes, and whether it is told from zero.
+fn verdict(outcome: &TemperatureOutcome) -> String {
+    let (fit, probability) = (&outcome.fit, outcome.probability);
+    let slopes = AXES
+        .iter()
+        .filter_map(|axis| Some((*axis, fit.estimate.get(&format!("slope.{axis}"))?)));
+    let slopes: Vec<_> = slopes.collect();
+    let told = slopes
+        .iter()
+        .filter(|(_, q)| q.value.abs() > q.expanded(probability))
+        .count();
+    let steepest = slopes
+        .iter()
+        .max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs()));
+    steepest.map_or(String::new(), |(axis, q)| {
+        format!(
+            "The output of {axis} changes most, by {} mg/K; {told} of {} axes have a slope that is told from zero.",
+            two_digits(MG * q.value),
+            slopes.len()
+        )
+    })
 }
 
 fn result(outcome: &TemperatureOutcome) -> Section {

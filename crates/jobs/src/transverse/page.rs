@@ -28,6 +28,8 @@ pub(super) fn add(mut page: Report, outcome: &TransverseOutcome) -> Report {
                 format!("{} frequencies", results.len())
             }
         ))
+        .verdict(verdict(outcome))
+        .answers(answer(outcome))
         .section(result(outcome));
     if results.len() > 1 {
         page = page.section(over_frequency(outcome));
@@ -142,22 +144,27 @@ fn runs(outcome: &TransverseOutcome) -> Table {
     Table::of("", fields, &outcome.runs).file("runs.csv")
 }
 
-fn result(outcome: &TransverseOutcome) -> Section {
-    let mut section = Section::new("Result");
+/// The largest transverse sensitivity and its limit.
+fn answer(outcome: &TransverseOutcome) -> Vec<KeyFigure> {
+    let mut figures = Vec::new();
     let largest = outcome
         .results
         .iter()
         .max_by(|a, b| a.ratio.value.total_cmp(&b.ratio.value));
     if let Some(r) = largest {
         let (value, expanded) = printed(r);
-        let mut figures = vec![
+        figures.push(
             KeyFigure::new(
                 "largest transverse sensitivity",
                 format!("{value} ± {expanded}"),
                 "%",
             )
-            .note(format!("at {} Hz", plain(r.frequency))),
-        ];
+            .note(format!(
+                "at {} Hz, k = {:.2}",
+                plain(r.frequency),
+                r.ratio.coverage_factor
+            )),
+        );
         if let Some(limit) = outcome.limit {
             figures.push(KeyFigure::new(
                 "limit of the datasheet",
@@ -165,9 +172,37 @@ fn result(outcome: &TransverseOutcome) -> Section {
                 "%",
             ));
         }
-        section = section.key_figures(figures);
     }
-    section.table(table(&outcome.results)).summarised()
+    figures
+}
+
+fn result(outcome: &TransverseOutcome) -> Section {
+    Section::new("Result")
+        .table(table(&outcome.results))
+        .summarised()
+}
+
+/// The largest transverse sensitivity against the limit of the datasheet, its interval taken into account.
+fn verdict(outcome: &TransverseOutcome) -> String {
+    let Some(limit) = outcome.limit else {
+        return String::new();
+    };
+    let each = || outcome.results.iter().map(|r| &r.ratio);
+    let beyond = each().filter(|q| q.value - q.expanded > limit).count();
+    let within = each().filter(|q| q.value + q.expanded <= limit).count();
+    let (all, limit) = (outcome.results.len(), plain(100.0 * limit));
+    match (beyond, within) {
+        (0, n) if n == all => format!(
+            "Kept: the transverse sensitivity is within {limit} %, its uncertainty included."
+        ),
+        (0, n) => format!(
+            "Undecided: at {} of {all} frequencies the limit of {limit} % lies in the interval.",
+            all - n
+        ),
+        (n, _) => format!(
+            "Missed: the transverse sensitivity exceeds {limit} % at {n} of {all} frequencies."
+        ),
+    }
 }
 
 fn over_frequency(outcome: &TransverseOutcome) -> Section {

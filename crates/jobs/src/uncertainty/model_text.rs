@@ -4,9 +4,14 @@ use super::{UncertaintyJob, UncertaintyOutcome, trouble};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    Input, LARGEST_DOCUMENT, ResultDocument, Source, check_model, explain_model, parse_model,
+    ColumnTrouble, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source, TrialFile,
+    check_model, explain_model, fill_columns, parse_model,
 };
-use proofmass_uncertainty::{Evaluate, Refusal, UncertaintyModel};
+use proofmass_uncertainty::{
+    EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
+    UncertaintyModel,
+};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 /// The text of a model and what it says.
@@ -36,11 +41,35 @@ impl ModelText {
         for entry in &mut model.earlier {
             let path = Path::new(&name).with_file_name(&entry.file);
             let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
-            entry.estimate = ResultDocument::from_json(&bytes)
-                .map_err(|trouble| Trouble::from(trouble).about(&entry.file))?
-                .estimate;
             inputs.push(input);
+            let about = |trouble: proofmass_io::Error| Trouble::from(trouble).about(&entry.file);
+            let document = ResultDocument::from_json(&bytes).map_err(about)?;
+            entry.estimate = document.stated().map_err(about)?.cloned();
+            entry.doubts = doubts(&document);
+            if let Some(file) = TrialFile::in_result(&document).map_err(about)? {
+                let beside = path.with_file_name(&file.file);
+                let source = Source::open(&beside).map_err(|e| {
+                    e.with_hint("the result states quantities by Monte Carlo: keep this file beside its result.json, as -o writes both")
+                })?;
+                let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+                let table = file.table(bytes);
+                entry.trials = Some(table.map_err(|e| Trouble::from(e.at(&beside)))?);
+                inputs.push(input);
+            } else if let Some(name) = interval_alone(&document, entry) {
+                return Err(Trouble::data(format!(
+                    "{}: {name} is stated by an interval, which no value with an uncertainty says again",
+                    entry.file
+                ))
+                .with_hint("evaluate it again with this version, which keeps the trials beside it"));
+            }
         }
+        let folder = Path::new(&name).with_file_name("");
+        inputs.extend(
+            fill_columns(&mut model, &folder).map_err(|trouble| match trouble {
+                ColumnTrouble::Table(error) => Trouble::from(error),
+                ColumnTrouble::Entry(refusal) => at_line(&explain_model(&model, &text, refusal)),
+            })?,
+        );
         check_model(&model, &text).map_err(|refusal| at_line(&refusal))?;
         Ok(Self {
             model,
@@ -64,10 +93,84 @@ impl ModelText {
         })
     }
 
-    /// The model file and the earlier results it speaks of, with their digests.
+    /// Asks for sweeps and targets beside those of the file.
+    pub fn ask(&mut self, sweeps: Vec<SweepEntry>, targets: Vec<TargetEntry>) {
+        self.model.sweep.extend(sweeps);
+        self.model.target.extend(targets);
+    }
+
+    /// Writes the trials behind a result as CSV, a column per output, and says how many were left out because an output is no
+    /// finite number in them.
+    ///
+    /// # Errors
+    /// As [`UncertaintyModel::draws`]; a file that cannot be written, or that is an input.
+    pub fn write_draws(
+        &self,
+        options: &Evaluate,
+        outcome: &UncertaintyOutcome,
+        path: &Path,
+    ) -> Result<usize> {
+        let outputs = outcome.result.outputs.iter();
+        let headings: Vec<String> = outputs
+            .map(|o| match o.unit.as_str() {
+                "" | "1" => o.name.clone(),
+                unit => format!("{}_{unit}", o.name),
+            })
+            .collect();
+        let inputs: Vec<&Path> = self.inputs.iter().map(|i| Path::new(&i.path)).collect();
+        let mut writer = RowWriter::create(path, &headings, &inputs)?;
+        let (mut left_out, mut failed) = (0, None);
+        let mut row = Vec::with_capacity(headings.len());
+        let made = self
+            .model
+            .draws(options, outcome.result.trials, &mut |columns| {
+                for trial in 0..columns.first().map_or(0, Vec::len) {
+                    row.clear();
+                    row.extend(columns.iter().map(|column| column[trial]));
+                    if row.iter().any(|y| !y.is_finite()) {
+                        left_out += 1;
+                    } else if let Err(error) = writer.row(&row) {
+                        failed = Some(error);
+                        return ControlFlow::Break(());
+                    }
+                }
+                ControlFlow::Continue(())
+            });
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        made.map_err(|refusal| trouble(&refusal))?;
+        writer.commit()?;
+        Ok(left_out)
+    }
+
+    /// The model file, and the earlier results and tables it speaks of, with their digests.
     pub fn inputs(&self) -> Vec<Input> {
         self.inputs.clone()
     }
+}
+
+/// What needs a decision before a result is used. That Monte Carlo refutes a linear result is settled where Monte Carlo states it.
+fn doubts(document: &ResultDocument) -> Vec<String> {
+    let settled = |finding: &Finding| {
+        let mut stated = document.quantities.iter().filter(|q| {
+            let name = EvidenceValue::from(q.name.as_str());
+            finding.evidence_fields().get("name") == Some(&name)
+        });
+        finding.code() == "linear-result-not-validated"
+            && stated.all(|q| q.method.as_deref() == Some("monte-carlo"))
+    };
+    let findings = document.findings.iter();
+    let grave = findings.filter(|f| f.severity() == Severity::Decision && !settled(f));
+    grave.map(|f| f.what().to_owned()).collect()
+}
+
+/// A quantity that is asked for and has an interval that is not value ± U, without trials.
+fn interval_alone<'a>(document: &'a ResultDocument, entry: &EarlierEntry) -> Option<&'a str> {
+    let asked = |name: &String| entry.quantities.values().any(|q| q == name);
+    let mut quantities = document.quantities.iter();
+    let found = quantities.find(|q| q.interval.is_some() && asked(&q.name));
+    found.map(|q| q.name.as_str())
 }
 
 /// `file:line: what`, and what to do.

@@ -1,25 +1,40 @@
 //! The report of a measurement model: result, budget, Monte Carlo check.
 
+mod requests;
+
 use super::UncertaintyOutcome;
 use crate::page::words::words;
 use Rounding::{Decimals, Significant};
+use proofmass_report::number::freedom;
 use proofmass_report::{
     Axis, BarPlot, Cell, Field, HistogramPlot, KeyFigure, MatrixPlot, Report, Rounding, Section,
     Series, Table, scientific,
 };
 use proofmass_uncertainty::{
-    BudgetLine, CauseEffect, CorrelationEntry, LinearOutput, ModelResult, OutputResult, Rounded,
-    Statement, StatementMethod, Verdict,
+    BudgetLine, CauseEffect, CorrelationEntry, LinearOutput, Method, ModelResult, OutputResult,
+    Rounded, Statement, Verdict,
 };
 
 pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
     let result = &outcome.result;
-    let mut page = page.section(
+    let mut page = page.verdict(sentence(result)).section(
         Section::new("Result")
             .key_figures(key_figures(result))
+            .paragraph(in_a_line(result))
             .table(results(result))
+            .table(by_the_law(result))
             .summarised(),
     );
+    if let Some((caption, plot)) = result.outputs.first().and_then(|o| drawn(result, o)) {
+        page = page.shown_by(caption, plot);
+    }
+    page = requests::add(page, outcome);
+    for output in &result.outputs {
+        if let Some(linear) = &output.linear {
+            let section = Section::new(format!("Uncertainty components of {}", output.name));
+            page = page.section(section.table(budget(output, linear)).summarised());
+        }
+    }
     for output in &result.outputs {
         page = page.section(detail(result, output));
     }
@@ -83,10 +98,34 @@ fn method(outcome: &UncertaintyOutcome) -> Section {
     ))
 }
 
+/// Whether the linear result may be used, by Monte Carlo.
+fn sentence(result: &ModelResult) -> String {
+    let checked = |o: &&OutputResult| o.validation.is_some();
+    let held = |o: &&OutputResult| {
+        o.validation
+            .as_ref()
+            .is_some_and(|v| v.verdict == Verdict::Validated)
+    };
+    let outputs = || result.outputs.iter();
+    match (
+        outputs().filter(checked).count(),
+        outputs().filter(held).count(),
+    ) {
+        (0, _) => "The linear result was not checked by Monte Carlo.".to_owned(),
+        (all, n) if n == all => {
+            "The law of propagation holds: Monte Carlo validates the linear result.".to_owned()
+        }
+        (1, _) => "The linear result is not validated: Monte Carlo says something else.".to_owned(),
+        (all, n) => {
+            format!("The linear result is validated for {n} of {all} quantities by Monte Carlo.")
+        }
+    }
+}
+
 fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     let checked = |o: &&OutputResult| {
         let validation = o.validation.as_ref();
-        validation.is_some_and(|v| v.verdict == Verdict::Validated)
+        validation.is_some_and(|v| v.holds())
     };
     let held = result.outputs.iter().filter(checked).count();
     let mut figures = Vec::new();
@@ -95,8 +134,8 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
         let digits = result.options.digits;
         let note = format!(
             "{} % interval by {}",
-            percent(stated.probability),
-            road(stated.method)
+            percent((1e4 * stated.probability).round() / 1e4),
+            stated.method.words()
         );
         figures.push(
             KeyFigure::new(
@@ -105,20 +144,18 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
                 shown(&stated.unit),
             )
             .note(match stated.coverage_factor {
-                Some(k) if stated.method == StatementMethod::LawOfPropagation => {
-                    format!("{note}, k = {k:.2}")
-                }
-                _ => note,
+                Some(k) => format!("{note}, k = {k:.2}"),
+                None => note,
             }),
         );
     }
     figures.push(
         KeyFigure::new(
             "linear result",
-            if held == result.outputs.len() {
-                "validated".to_owned()
-            } else if let [output] = result.outputs.as_slice() {
+            if let [output] = result.outputs.as_slice() {
                 verdict(output).to_owned()
+            } else if held == result.outputs.len() {
+                "validated".to_owned()
             } else {
                 format!("validated for {held} of {}", result.outputs.len())
             },
@@ -130,14 +167,18 @@ fn key_figures(result: &ModelResult) -> Vec<KeyFigure> {
     figures
 }
 
-/// `10000.025 ± 0.059` by the law of propagation, `1.084 to 1.383` by Monte Carlo.
+/// `10000.025 ± 0.059`, or `1.084 to 1.383` where the interval is not value ± U.
 fn statement(stated: &Statement, digits: u32) -> String {
-    let half = stated.expanded_uncertainty;
-    match (
-        stated.method,
-        Rounded::new(stated.value, half, digits as usize),
-    ) {
-        (StatementMethod::LawOfPropagation, Some(rounded)) if half > 0.0 => {
+    let Some(half) = stated.expanded_uncertainty else {
+        let end = |v| at_place(v, stated.reach(), digits);
+        return format!(
+            "{} to {}",
+            end(stated.interval.lower),
+            end(stated.interval.upper)
+        );
+    };
+    match Rounded::new(stated.value, half, digits as usize) {
+        Some(rounded) if half > 0.0 => {
             let both = format!("{} ± {}", rounded.value, rounded.uncertainty);
             if rounded.exponent == 0 {
                 both
@@ -145,30 +186,95 @@ fn statement(stated: &Statement, digits: u32) -> String {
                 format!("({both})e{}", rounded.exponent)
             }
         }
-        (StatementMethod::LawOfPropagation, _) => scientific(stated.value, 6),
-        _ => {
-            let end = |v| at_place(v, half, digits);
-            format!(
-                "{} to {}",
-                end(stated.interval.lower),
-                end(stated.interval.upper)
-            )
+        None if half > 0.0 => {
+            format!("{} ± {}", scientific(stated.value, 15), scientific(half, 2))
         }
+        _ => scientific(stated.value, 6),
     }
 }
 
-fn road(method: StatementMethod) -> &'static str {
-    match method {
-        StatementMethod::LawOfPropagation => "the law of propagation",
-        _ => "Monte Carlo",
-    }
+/// Each result in a line: y ± U, k, p, ν, method.
+fn in_a_line(result: &ModelResult) -> String {
+    let line = |output: &OutputResult| {
+        let stated = &output.stated;
+        let digits = result.options.digits;
+        let unit = match shown(&stated.unit) {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let interval = statement(stated, digits);
+        let p = percent((1e4 * stated.probability).round() / 1e4);
+        let mut words = match stated.expanded_uncertainty {
+            Some(_) if unit.is_empty() => vec![format!("{} = {interval}", stated.name)],
+            Some(_) => vec![format!("{} = ({interval}){unit}", stated.name)],
+            None => {
+                let scale = stated.standard_uncertainty.unwrap_or(stated.reach());
+                let value = at_place(stated.value, scale, digits);
+                let mut words = vec![format!("{} = {value}{unit}", stated.name)];
+                if let Some(u) = stated.standard_uncertainty {
+                    words.push(format!("u = {}{unit}", at_place(u, u, digits)));
+                }
+                words.push(format!("interval {interval}{unit}"));
+                words
+            }
+        };
+        if let Some(k) = stated.coverage_factor {
+            words.push(format!("k = {k:.2}"));
+        }
+        words.push(format!("p = {p} %"));
+        if let Some(nu) = stated.dof {
+            words.push(format!("ν = {}", degrees(nu.get())));
+        }
+        words.push(format!("by {}", stated.method.words()));
+        words.join(", ")
+    };
+    let lines: Vec<String> = result.outputs.iter().map(line).collect();
+    lines.join("; ") + "."
+}
+
+/// What the law of propagation says of each output, for information where another method states it.
+fn by_the_law(result: &ModelResult) -> Table {
+    type Row<'a> = (&'a OutputResult, &'a LinearOutput);
+    let digits = result.options.digits;
+    let number = move |r: &Row<'_>, value: f64| {
+        Cell::number(at_place(value, r.1.quantity.standard_uncertainty, digits))
+    };
+    let factor = result.options.coverage_factor;
+    let k = move |r: &Row<'_>| factor.unwrap_or(r.1.coverage_factor);
+    let fields = [
+        Field::shown("quantity", "", |r: &Row<'_>| r.0.name.as_str().into()),
+        Field::shown("y", "", move |r: &Row<'_>| number(r, r.1.quantity.value)),
+        Field::shown("u_c", "", move |r: &Row<'_>| {
+            number(r, r.1.quantity.standard_uncertainty)
+        }),
+        Field::shown("U", "", move |r: &Row<'_>| {
+            number(r, k(r) * r.1.quantity.standard_uncertainty)
+        }),
+        Field::shown("unit", "", |r: &Row<'_>| shown(&r.0.unit).into()),
+        Field::shown("k", "", move |r: &Row<'_>| k(r).into()).rounded(Decimals(2)),
+        Field::shown("ν_eff", "", |r: &Row<'_>| {
+            Cell::number(degrees(r.1.quantity.dof.get()))
+        }),
+        Field::shown("Monte Carlo says", "", |r: &Row<'_>| verdict(r.0).into()),
+    ];
+    let rows = result.outputs.iter();
+    Table::of(
+        "By the law of propagation",
+        fields,
+        rows.filter_map(|o| Some((o, o.linear.as_ref()?))),
+    )
 }
 
 /// Each output as it is stated.
 fn results(result: &ModelResult) -> Table {
     // A stated factor has another probability at each number of degrees of freedom.
     let fixed = result.options.coverage_factor;
-    let road = "by the law of propagation where Monte Carlo does not contradict it";
+    let road = match result.options.method.unwrap_or_default() {
+        Method::Linear => "by the law of propagation",
+        Method::SecondOrder => "by the law of propagation with terms of second order",
+        Method::MonteCarlo => "by Monte Carlo",
+        _ => "by the law of propagation where Monte Carlo does not contradict it",
+    };
     let caption = match fixed {
         Some(k) => format!("Results with k = {k}, {road}; p is the probability of the interval"),
         None => format!(
@@ -179,14 +285,14 @@ fn results(result: &ModelResult) -> Table {
     let number = |output: &OutputResult, value: f64| {
         let stated = &output.stated;
         let known = stated.standard_uncertainty.filter(|u| *u > 0.0);
-        let scale = known.unwrap_or(0.5 * stated.expanded_uncertainty);
+        let scale = known.unwrap_or(0.5 * stated.reach());
         Cell::number(at_place(value, scale, result.options.digits))
     };
     let half = |o: &OutputResult| {
-        let linear = o.stated.method == StatementMethod::LawOfPropagation;
-        linear.then(|| number(o, o.stated.expanded_uncertainty))
+        let half = o.stated.expanded_uncertainty;
+        half.map(|half| number(o, half))
     };
-    let k = |o: &OutputResult| o.stated.dof.and(o.stated.coverage_factor);
+    let k = |o: &OutputResult| o.stated.coverage_factor;
     let mut fields = vec![
         Field::shown("quantity", "", |o: &OutputResult| {
             o.stated.name.as_str().into()
@@ -242,15 +348,13 @@ fn correlations(result: &ModelResult) -> Option<Table> {
 
 fn detail(result: &ModelResult, output: &OutputResult) -> Section {
     let name = &output.name;
-    let mut section = Section::new(format!("Uncertainty of {name}")).summarised();
+    let mut section = Section::new(format!("Uncertainty of {name}"));
     if let Some(linear) = &output.linear {
         let mut bars = BarPlot::shares(format!("share of the variance of {name}"));
         for line in &linear.budget {
             bars = bars.bar(line.key.clone(), line.share, "");
         }
-        section = section
-            .figure("Causes of uncertainty", bars)
-            .table(budget(output, linear));
+        section = section.figure("Causes of uncertainty", bars);
     }
     section = section.table(comparison(result, output));
     if !output.effects.is_empty() {
@@ -266,18 +370,26 @@ fn detail(result: &ModelResult, output: &OutputResult) -> Section {
             ),
         );
     }
-    if let Some(plot) = histogram(output) {
-        section = section.figure(
-            format!(
-                "Distribution of {name} from {} trials, with the density that the law of propagation implies; marks: \
-                 ends of the linear interval and of the symmetric Monte Carlo interval at {} %",
-                result.trials,
-                percent(result.options.probability)
-            ),
-            plot,
-        );
+    match output.name == result.outputs[0].name {
+        true => section,
+        false => drawn(result, output)
+            .into_iter()
+            .fold(section, |section, (caption, plot)| {
+                section.figure(caption, plot)
+            }),
     }
-    section
+}
+
+/// The distribution of an output; that of the first opens the page.
+fn drawn(result: &ModelResult, output: &OutputResult) -> Option<(String, HistogramPlot)> {
+    let caption = format!(
+        "Distribution of {} from {} trials, with the density that the law of propagation implies; marks: ends of the linear \
+         interval and of the symmetric Monte Carlo interval at {} %",
+        output.name,
+        result.trials,
+        percent(result.options.probability)
+    );
+    Some((caption, histogram(output)?))
 }
 
 /// A cause of an output; none where the row closes the budget.
@@ -453,7 +565,7 @@ fn comparison(result: &ModelResult, output: &OutputResult) -> Table {
         .map(|l| l.quantity.standard_uncertainty)
         .filter(|u| *u > 0.0)
         .or(sampled.and_then(|s| s.standard_uncertainty))
-        .unwrap_or(0.5 * output.stated.expanded_uncertainty);
+        .unwrap_or(0.5 * output.stated.reach());
     let number = |v: f64| Cell::number(at_place(v, scale, result.options.digits));
     let unit = shown(&output.unit);
     type Row = (&'static str, f64, Option<f64>, [f64; 2]);
@@ -483,6 +595,7 @@ fn comparison_in_words(output: &OutputResult) -> String {
         scientific(validation.tolerance, 1),
         match validation.verdict {
             Verdict::Validated => "validated",
+            Verdict::NotValidated if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
             Verdict::NotValidated => "not validated; use the Monte Carlo interval",
             Verdict::Undecided => "neither validated nor refuted, for the trials scatter too much",
         }
@@ -493,7 +606,11 @@ fn comparison_in_words(output: &OutputResult) -> String {
 }
 
 fn verdict(output: &OutputResult) -> &'static str {
-    match output.validation.as_ref().map(|v| v.verdict) {
+    let validation = output.validation.as_ref();
+    if validation.is_some_and(|v| v.few_degrees_of_freedom) {
+        return "differs for few ν";
+    }
+    match validation.map(|v| v.verdict) {
         Some(Verdict::Validated) => "validated",
         Some(Verdict::NotValidated) => "not validated",
         Some(Verdict::Undecided) => "undecided",
@@ -560,7 +677,7 @@ fn histogram(output: &OutputResult) -> Option<HistogramPlot> {
 }
 
 fn joint(result: &ModelResult) -> Section {
-    let mut section = Section::new("Joint result").summarised();
+    let mut section = Section::new("Joint result");
     if let Some(estimate) = result
         .estimate
         .as_ref()
@@ -596,13 +713,15 @@ fn at_place(value: f64, u: f64, digits: u32) -> String {
     match Rounded::new(value, u, digits as usize) {
         Some(rounded) if rounded.exponent == 0 => rounded.value,
         Some(rounded) => format!("{}e{}", rounded.value, rounded.exponent),
+        // More digits than a double has.
+        None if u > 0.0 => scientific(value, 15),
         None => scientific(value, 6),
     }
 }
 
 fn degrees(nu: f64) -> String {
-    if nu.is_infinite() || nu > 1e6 {
-        "∞".to_owned()
+    if nu.is_infinite() || nu > 9999.0 {
+        freedom(nu)
     } else if nu < 100.0 && (nu - nu.round()).abs() > 1e-9 {
         format!("{nu:.2}")
     } else {

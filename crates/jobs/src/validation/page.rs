@@ -1,6 +1,7 @@
 //! The page of a validation.
 
 use crate::page::columns::number;
+use proofmass_report::number::two_digits;
 use proofmass_report::{
     Axis, Field, KeyFigure, Report, Rounding, Section, Series, SpherePlot, Table, XyPlot,
 };
@@ -28,7 +29,23 @@ pub(super) fn add(page: Report, validation: &Validation) -> Report {
     let result = Section::new("Result")
         .key_figures(figures(validation))
         .table(table(attitudes));
-    page.section(result.summarised()).section(
+    let outside = attitudes.iter().filter(|a| !a.within_rule).count();
+    let rule = match outside {
+        0 => format!(
+            "Kept: all {} standstills lie within 0.1 % of g",
+            attitudes.len()
+        ),
+        n => format!(
+            "Missed: {n} of {} standstills lie further than 0.1 % from g",
+            attitudes.len()
+        ),
+    };
+    let covariance = match validation.p_value < 0.05 {
+        false => "what is left agrees with the stated uncertainties",
+        true => "what is left is more than the stated uncertainties allow",
+    };
+    page.verdict(format!("{rule}; {covariance} (p = {}).", two_digits(validation.p_value)))
+        .section(result.summarised()).section(
         Section::new("Residuals")
             .figure("Residual of each standstill; bars are two standard uncertainties (calibration, noise, gravity)", plot)
             .figure("Directions of the specific force, coloured by the residual", sphere),

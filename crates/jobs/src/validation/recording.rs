@@ -6,11 +6,12 @@ use crate::block_clock::BlockClock;
 use crate::multi_position::{pauses, segment, shortest_pause};
 use crate::record::Record;
 use crate::recording::RecordingReading;
+use crate::recording::stretch;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    CalibrationFile, Input, Layout, LayoutOptions, Recording, RowReader, SegmentRow, Source,
-    TimeUnit,
+    CalibrationFile, ClockUnit, Input, Layout, LayoutOptions, Recording, RowReader, SegmentRow,
+    Source,
 };
 use proofmass_static::Segment;
 use proofmass_uncertainty::Finding;
@@ -106,6 +107,7 @@ impl ValidationRecording {
                 .map_err(|trouble| trouble.detail(name.clone()))?;
             selected.push(index);
         }
+        let mut findings = layout.findings();
         let time = match (&reading.time, reading.rate) {
             (Some(column), _) => Some(layout.find(column)?),
             (None, Some(_)) => None,
@@ -113,24 +115,23 @@ impl ValidationRecording {
         };
         let mut clock = match (time, reading.rate) {
             (Some(index), rate) => {
-                let unit = reading
-                    .time_unit
-                    .or_else(|| layout.unit(index).and_then(TimeUnit::of));
-                let scale = unit.unwrap_or(TimeUnit::Second).per_second(rate);
-                BlockClock::stamped(scale.unwrap_or(1.0), rate, unit.is_some()).in_order()
+                let unit = ClockUnit::of(&layout, index, reading.time_unit, rate, false)
+                    .map_err(|e| Trouble::from(e.at(recording.name())))?;
+                findings.extend(unit.finding.clone());
+                BlockClock::stamped(unit.per_second, rate).in_order()
             }
             (None, Some(rate)) => BlockClock::steady(rate),
             (None, None) => {
                 return Err(
                     Trouble::request("neither a time column nor a sampling rate is known")
                         .detail(name)
-                        .with_hint("add --rate or --time"),
+                        .with_hint("add --time COLUMN or --rate HZ"),
                 );
             }
         };
         selected.extend(time);
-        let mut findings = layout.findings();
-        let mut reader = RowReader::new(recording, layout, &selected)?;
+        let window = clock.window(stretch(reading.between.as_deref())?, signals.len());
+        let mut reader = RowReader::new(recording, layout, &selected)?.between(window);
         let size = reader.size().unwrap_or(0);
         let mut averages = Averages::new(Self::MOST_ROWS);
         let mut rows = 0;
@@ -162,7 +163,7 @@ impl ValidationRecording {
                             "{name}: {rows} rows so far, of which means of {mean:.2} s would be kept; standstills of a second need {} s",
                             Self::LONGEST_MEAN
                         ))
-                        .with_hint("validate a part of it"),
+                        .with_hint("validate a part of it, with --between FROM TO"),
                 );
             }
         }

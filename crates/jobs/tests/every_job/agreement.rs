@@ -52,6 +52,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
     };
     let page = words(&file(REPORT));
     assert!(summary.contains(document["title"].as_str().expect("a title")));
+    opens_with_the_answer(kind, &result, &file(REPORT));
     // The first quantity is what a job was asked for: it stands in the terminal, on the page and in the table.
     if let Some(q) = quantities.first() {
         if q.value != 0.0 && q.expanded > 0.0 {
@@ -96,6 +97,53 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
         }
     }
     result
+}
+
+/// The first block of a page has the result with U and k, a verdict, and the figure, before findings and all that is folded.
+fn opens_with_the_answer(kind: &str, result: &StoredResult, page: &str) {
+    let start = page.find("<section class=\"answer\">").expect("an answer");
+    let end = start + page[start..].find("</section>").expect("its end");
+    let block = &page[start..end];
+    let folded = page.find("<details").unwrap_or(page.len());
+    assert!(
+        end < folded,
+        "{kind}: something is folded before the answer"
+    );
+    let said = words(block);
+    let verdict = block.find("<p class=\"verdict").expect("a verdict");
+    let sentence = words(&block[verdict..verdict + block[verdict..].find("</p>").unwrap_or(0)]);
+    assert!(
+        sentence.trim().ends_with('.') && sentence.len() > 20,
+        "{kind}: {sentence}"
+    );
+    assert!(
+        block.contains("<span class=\"value\">"),
+        "{kind}: no number opens the page:\n{said}"
+    );
+    if let Some(q) = result.quantities().iter().find(|q| q.expanded > 0.0) {
+        assert!(
+            said.contains('±') || said.contains("95 %"),
+            "{kind}: {} without U:\n{said}",
+            q.name
+        );
+        assert!(
+            ["k = ", "95 %"].iter().any(|s| said.contains(s)),
+            "{kind}: U without k or probability:\n{said}"
+        );
+    }
+    // Whatever kind has a figure opens with one.
+    let figures = page.matches("<figure").count();
+    let first = page.find("<figure").unwrap_or(0);
+    assert!(
+        figures == 0 || (start < first && first < end),
+        "{kind}: the figure is not in the answer"
+    );
+    let report = result.report();
+    assert!(
+        report.answer.figures.len() <= 12,
+        "{kind}: {} numbers open the page",
+        report.answer.figures.len()
+    );
 }
 
 /// What a result of a kind without quantities is asked for stands in terminal and page as in its table.

@@ -71,6 +71,38 @@ pub fn shock(kind: &str) {
     }
 }
 
+/// In a record of a million samples the pulse is drawn as it was sampled: its flat top has all its points and no apex, and the
+/// figure of the whole record keeps the extremes.
+#[test]
+fn law_a_pulse_keeps_its_shape() {
+    let (rate, first, top) = (100e3, 500_000, 200);
+    let mut record = noise(0.5, 1_000_000, 5);
+    for (k, a) in record[first..first + top].iter_mut().enumerate() {
+        // Up, flat and down again; each flank takes fifty samples.
+        let flank = (k.min(top - 1 - k) as f64 / 50.0).min(1.0);
+        *a += 1000.0 * flank;
+    }
+    let data = ShockData {
+        reference: None,
+        output: channel("a", "m/s²", &record),
+        rate,
+        findings: &[],
+        name: "memory",
+    };
+    let mut job = ShockJob::default();
+    job.per_octave = 1;
+    let result = ask(job, &AnyData::Shock(data), &proofmass_jobs::Unwatched).expect("a result");
+    let report = serde_json::to_value(result.report()).expect("JSON");
+    let panels = &report["answer"]["figure"]["plot"]["xy"]["panels"];
+    let drawn = panels[0]["series"][0]["y"].as_array().expect("a curve");
+    let drawn: Vec<f64> = drawn.iter().filter_map(serde_json::Value::as_f64).collect();
+    let high = drawn.iter().filter(|y| **y > 990.0).count();
+    assert_eq!(high, top - 100, "points of the flat top");
+    let largest = record.iter().copied().fold(f64::MIN, f64::max);
+    let seen = drawn.iter().copied().fold(f64::MIN, f64::max);
+    assert!((seen - largest).abs() < 0.5, "{seen} {largest}");
+}
+
 pub fn response(kind: &str) {
     let input = noise(1.0, 8000, 1);
     let own = noise(1e-3, 8000, 2);

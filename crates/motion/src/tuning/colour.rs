@@ -1,8 +1,7 @@
 //! Noise of the readings that is correlated in time.
 
-use super::{Point, Search};
+use super::{Point, Search, highest};
 use crate::diffuse::{Noise, Unknowns};
-use crate::search::simplex;
 use crate::{ReadingNoise, ReadingSource};
 use proofmass_core::Error;
 
@@ -79,18 +78,9 @@ impl Search<'_> {
         places.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut found: Vec<Point> = coloured.cloned().into_iter().collect();
         for (start, _) in places {
-            let mut best: Option<Point> = None;
-            simplex(start, 0.5, 400, |x| {
-                let point = self.joint_at(x, &subsets, least)?;
-                let value = point.as_ref().map_or(-1e300, |p| p.value);
-                if let Some(point) = point
-                    && best.as_ref().is_none_or(|b| point.value > b.value)
-                {
-                    best = Some(point);
-                }
-                Ok(value)
-            })?;
-            found.extend(best);
+            found.extend(highest([start], (0.5, 400), |x| {
+                self.joint_at(x, &subsets, least)
+            })?);
         }
         let likely = |p: &Point| p.log_likelihood + self.prior(p.noise.q);
         found.sort_by(|a, b| likely(b).total_cmp(&likely(a)));
@@ -175,20 +165,7 @@ impl Search<'_> {
             // From one start alone two of six long records ended far below the maximum.
             list.push([first[0] - 1.0, first[1], first[2]]);
         }
-        let mut best: Option<Point> = None;
-        for start in list {
-            simplex(start, 0.7, 150, |x| {
-                let point = self.coloured_at(x, r, unknowns)?;
-                let value = point.as_ref().map_or(-1e300, |p| p.value);
-                if let Some(point) = point
-                    && best.as_ref().is_none_or(|b| point.value > b.value)
-                {
-                    best = Some(point);
-                }
-                Ok(value)
-            })?;
-        }
-        Ok(best)
+        highest(list, (0.7, 150), |x| self.coloured_at(x, r, unknowns))
     }
 
     /// log₁₀ of q, of the variance and of the correlation time.

@@ -1,8 +1,7 @@
 //! Random walk of the accelerometer's offset.
 
-use super::{Point, Search};
+use super::{Point, Search, highest};
 use crate::diffuse::{Noise, Unknowns};
-use crate::search::simplex;
 use proofmass_core::Error;
 
 impl Search<'_> {
@@ -40,18 +39,7 @@ impl Search<'_> {
         let Some((start, _)) = start else {
             return Ok(None);
         };
-        let mut best: Option<Point> = None;
-        simplex(start, 0.7, 150, |x| {
-            let point = self.walk_at(x, base, unknowns)?;
-            let value = point.as_ref().map_or(-1e300, |p| p.value);
-            if let Some(point) = point
-                && best.as_ref().is_none_or(|b| point.value > b.value)
-            {
-                best = Some(point);
-            }
-            Ok(value)
-        })?;
-        Ok(best)
+        highest([start], (0.7, 150), |x| self.walk_at(x, base, unknowns))
     }
 
     /// log₁₀ q (where R is free: in units of the R that was found) and log₁₀ s/q.

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 /// How an estimate differs from a reference by a factor and a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct BesideReference {
     /// The estimate is this times the reference.
     pub scale: f64,

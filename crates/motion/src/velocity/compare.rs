@@ -53,6 +53,7 @@ fn closest(rows: &[MethodRow]) -> Option<&MethodRow> {
 
 /// Tuning at one rate of a comparison.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TunedAtRate {
     /// Sample rate, Hz.
     pub rate: f64,

@@ -2,7 +2,7 @@
 
 use super::axis::{Mapping, Scale};
 use super::frame::{Frame, left_margin, room_across, room_upwards};
-use super::svg::Svg;
+use super::svg::{Svg, escape};
 use super::ticks::Ticks;
 use super::xy::{Panel, Series, Slope, Style, XyPlot};
 use super::{check_finite, check_length, check_positive, colour, decimate, labelling};
@@ -58,18 +58,31 @@ impl XyPlot {
                 x,
                 y: Mapping::new(panel.y.scale, ranges[i], bottom, top),
             };
+            let log = |scale| scale == Scale::Log;
+            svg.panel(
+                [left, top, right, bottom],
+                [
+                    (log(self.x.scale), x_range),
+                    (log(panel.y.scale), ranges[i]),
+                ],
+            );
+            svg.open_ticks(i);
             frame.grid(
                 &mut svg,
                 &x_ticks,
                 &y_ticks[i],
                 (self.x.scale, panel.y.scale),
             );
+            svg.close();
             svg.open_clip(&format!("{id}-clip-{i}"), (left, top), frame.size());
             panel.data(&mut svg, &frame);
             svg.close();
             let last = i + 1 == self.panels.len();
-            frame.axes(&mut svg, (&self.x, &x_ticks), (&panel.y, &y_ticks[i]), last);
+            svg.open_ticks(i);
+            frame.ticks(&mut svg, &x_ticks, &y_ticks[i], last);
             panel.labels(&mut svg, &frame);
+            svg.close();
+            frame.axes(&mut svg, (&self.x, &x_ticks), (&panel.y, &y_ticks[i]), last);
             labelling::draw_legend(&mut svg, &frame, &legends[i], top - heads[i]);
             top = bottom + GAP;
         }
@@ -266,6 +279,7 @@ pub(super) fn stroke(look: usize) -> String {
 }
 
 fn draw_series(svg: &mut Svg, frame: &Frame, series: &Series, look: usize) {
+    let named = format!("data-series=\"{}\"", escape(&series.name));
     let place = |(&x, &y): (&f64, &f64)| (frame.x.at(x), frame.y.at(y));
     let points = || series.x.iter().zip(&series.y).map(place);
     let dense = series.x.len() > 4 * (frame.right - frame.left) as usize;
@@ -289,9 +303,9 @@ fn draw_series(svg: &mut Svg, frame: &Frame, series: &Series, look: usize) {
             stroke(look)
         };
         if line.len() == 1 {
-            marker(svg, line[0], look);
+            marker(svg, line[0], look, &named);
         }
-        svg.path(&line, false, &style);
+        svg.path(&line, false, &format!("{style} {named}"));
     }
     let all: Vec<_> = if matches!(series.style, Style::Markers | Style::LineAndMarkers)
         || series.bars.is_some()
@@ -312,16 +326,22 @@ fn draw_series(svg: &mut Svg, frame: &Frame, series: &Series, look: usize) {
         }
     }
     if matches!(series.style, Style::Markers | Style::LineAndMarkers) {
+        // The points of a line stand in its path.
+        let named = match series.style {
+            Style::Markers => named.as_str(),
+            _ => "",
+        };
         for &i in &shown {
-            marker(svg, all[i], look);
+            marker(svg, all[i], look, named);
         }
     }
 }
 
 /// One of six markers: disc, square, diamond, triangle up, triangle down, ring.
-pub(super) fn marker(svg: &mut Svg, (x, y): (f64, f64), look: usize) {
+pub(super) fn marker(svg: &mut Svg, (x, y): (f64, f64), look: usize, named: &str) {
     let ink = colour::series(look);
-    let fill = format!("fill=\"{ink}\"");
+    let place = format!("data-mark=\"{x:.2} {y:.2}\" {named}");
+    let fill = format!("fill=\"{ink}\" {}", place.trim_end());
     match look % 6 {
         0 => svg.circle((x, y), 3.2, &fill),
         1 => svg.rect((x - 3.0, y - 3.0), (6.0, 6.0), &fill),
@@ -343,7 +363,10 @@ pub(super) fn marker(svg: &mut Svg, (x, y): (f64, f64), look: usize) {
         _ => svg.circle(
             (x, y),
             3.2,
-            &format!("fill=\"#fff\" stroke=\"{ink}\" stroke-width=\"1.5\""),
+            &format!(
+                "fill=\"#fff\" stroke=\"{ink}\" stroke-width=\"1.5\" {}",
+                place.trim_end()
+            ),
         ),
     }
 }

@@ -56,7 +56,33 @@ impl Frame {
             .for_each(|(v, _)| horizontal(svg, *v, coarse));
     }
 
-    /// Frame, ticks and labels, over the data; the horizontal axis is labelled where `label_x` says so.
+    /// Ticks with their labels, over the data; the horizontal axis is labelled where `label_x` says so.
+    pub(super) fn ticks(&self, svg: &mut Svg, x: &Ticks, y: &Ticks, label_x: bool) {
+        let ink = "stroke=\"#333\"";
+        for &v in &x.minor {
+            let p = self.x.at(v);
+            svg.line((p, self.bottom), (p, self.bottom - 3.0), ink);
+        }
+        for &v in &y.minor {
+            let p = self.y.at(v);
+            svg.line((self.left, p), (self.left + 3.0, p), ink);
+        }
+        let small = "font-size=\"11\" fill=\"#333\"";
+        for (v, label) in &x.major {
+            let p = self.x.at(*v);
+            svg.line((p, self.bottom), (p, self.bottom - 6.0), ink);
+            if label_x {
+                svg.text((p, self.bottom + 15.0), Anchor::Middle, label, small);
+            }
+        }
+        for (v, label) in &y.major {
+            let p = self.y.at(*v);
+            svg.line((self.left, p), (self.left + 6.0, p), ink);
+            svg.text((self.left - 6.0, p + 4.0), Anchor::End, label, small);
+        }
+    }
+
+    /// Frame and titles of the axes.
     pub(super) fn axes(
         &self,
         svg: &mut Svg,
@@ -64,33 +90,11 @@ impl Frame {
         y: (&Axis, &Ticks),
         label_x: bool,
     ) {
-        let ink = "stroke=\"#333\"";
         svg.rect(
             (self.left, self.top),
             self.size(),
             "fill=\"none\" stroke=\"#333\"",
         );
-        for &v in &x.1.minor {
-            let p = self.x.at(v);
-            svg.line((p, self.bottom), (p, self.bottom - 3.0), ink);
-        }
-        for &v in &y.1.minor {
-            let p = self.y.at(v);
-            svg.line((self.left, p), (self.left + 3.0, p), ink);
-        }
-        let small = "font-size=\"11\" fill=\"#333\"";
-        for (v, label) in &x.1.major {
-            let p = self.x.at(*v);
-            svg.line((p, self.bottom), (p, self.bottom - 6.0), ink);
-            if label_x {
-                svg.text((p, self.bottom + 15.0), Anchor::Middle, label, small);
-            }
-        }
-        for (v, label) in &y.1.major {
-            let p = self.y.at(*v);
-            svg.line((self.left, p), (self.left + 6.0, p), ink);
-            svg.text((self.left - 6.0, p + 4.0), Anchor::End, label, small);
-        }
         let (width, height) = self.size();
         if label_x {
             let title = x.0.title(x.1);

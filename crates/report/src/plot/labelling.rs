@@ -95,7 +95,7 @@ pub(super) fn draw_legend(svg: &mut Svg, frame: &Frame, entries: &[Entry], top: 
                     svg.line((x, y), (x + 28.0, y), &stroke(look));
                 }
                 if matches!(series.style, Style::Markers | Style::LineAndMarkers) {
-                    marker(svg, (x + 14.0, y), look);
+                    marker(svg, (x + 14.0, y), look, "");
                 }
             }
             Entry::Area(_, fill) => {

@@ -63,10 +63,10 @@ fn shortened(mut plot: XyPlot) -> XyPlot {
     plot
 }
 
-/// Of a long line the points that are seen.
+/// Of a long line, or many markers, the points that are seen.
 fn thin(series: &mut Series, axis: &Axis) {
     let rises = series.x.windows(2).all(|pair| pair[0] <= pair[1]);
-    let plain = series.bars.is_none() && series.style == Style::Line;
+    let plain = series.bars.is_none() && matches!(series.style, Style::Line | Style::Markers);
     let edges = || series.band.iter().flat_map(|(low, high)| [low, high]);
     let lines: Vec<&Vec<f64>> = std::iter::once(&series.y).chain(edges()).collect();
     let even = lines.iter().all(|line| line.len() == series.x.len());

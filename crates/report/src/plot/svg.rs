@@ -131,6 +131,8 @@ fn em_width(c: char) -> f64 {
 /// A drawing under construction.
 pub(super) struct Svg {
     out: String,
+    /// Rectangles with their axes, for the script of a page.
+    panels: Vec<String>,
     finite: bool,
 }
 
@@ -139,6 +141,7 @@ impl Svg {
     pub(super) fn new(width: f64, height: f64, title: &str, id: &str) -> Self {
         let mut svg = Self {
             out: String::new(),
+            panels: Vec::new(),
             finite: true,
         };
         let (w, h) = (svg.number(width), svg.number(height));
@@ -269,11 +272,26 @@ impl Svg {
         self.text(at, anchor, text, &turned);
     }
 
+    /// Says where a rectangle lies and what its axes run over, each logarithmic or not.
+    pub(super) fn panel(&mut self, corners: [f64; 4], axes: [(bool, (f64, f64)); 2]) {
+        let corners = corners.map(|v| self.number(v)).join(",");
+        let axes = axes.map(|(log, (low, high))| format!("{},{low:e},{high:e}", u8::from(log)));
+        self.panels.push(format!("[{corners},{}]", axes.join(",")));
+    }
+
+    /// Opens a group that belongs to a panel and not to its data: the script of a page redraws it.
+    pub(super) fn open_ticks(&mut self, panel: usize) {
+        let _ = writeln!(self.out, "<g data-ticks=\"{panel}\">");
+    }
+
     /// Opens a group that shows nothing outside a rectangle.
     pub(super) fn open_clip(&mut self, id: &str, at: (f64, f64), size: (f64, f64)) {
         let _ = write!(self.out, "<clipPath id=\"{id}\">");
         self.rect(at, size, "");
-        let _ = writeln!(self.out, "</clipPath><g clip-path=\"url(#{id})\">");
+        let _ = writeln!(
+            self.out,
+            "</clipPath><g clip-path=\"url(#{id})\" data-panel=\"\">"
+        );
     }
 
     /// Closes the last group.
@@ -291,6 +309,10 @@ impl Svg {
             });
         }
         self.out.push_str("</svg>");
+        if !self.panels.is_empty() {
+            let panels = format!("data-panels=\"[{}]\" role=", self.panels.join(","));
+            self.out = self.out.replacen("role=", &panels, 1);
+        }
         Ok(self.out)
     }
 }

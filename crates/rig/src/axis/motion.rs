@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Exact position, velocity and acceleration at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MotionPoint {
     /// m
     pub position: f64,

@@ -99,6 +99,7 @@ pub enum BenchFault {
 
 /// Why a run could not be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Unreached {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -129,6 +130,7 @@ pub struct PreparedRun {
 
 /// True values of one frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FrequencyTruth {
     /// Frequency in Hz.
     #[serde(rename = "frequency_Hz")]
@@ -142,6 +144,7 @@ pub struct FrequencyTruth {
 
 /// True error of a mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AngleTruth {
     /// Nominal inclination in degrees.
     pub inclination_deg: f64,

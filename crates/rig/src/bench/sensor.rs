@@ -49,6 +49,7 @@ impl Default for DigitalSensor {
 
 /// What a sensor files of a run.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SensorRecord {
     /// Time stamps in s; none by a clock of its own.
     pub stamps: Vec<f64>,

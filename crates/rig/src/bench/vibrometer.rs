@@ -18,6 +18,7 @@ pub struct BenchVibrometer {
 
 /// One repeat: velocity and reference acceleration as phasors.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct VibrometerReading {
     /// Velocity phasor in m/s.
     pub velocity: Complex64,

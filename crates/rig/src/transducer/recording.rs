@@ -68,6 +68,7 @@ pub struct TransducerBench {
 
 /// What was recorded, with the truth.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TransducerRecording {
     /// s.
     pub time: Vec<f64>,

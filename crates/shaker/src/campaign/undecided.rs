@@ -15,6 +15,7 @@ use serde::Serialize;
 
 /// One frequency with and without the runs that contradict the others.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Contested {
     /// Label of the correction.
     pub correction: String,

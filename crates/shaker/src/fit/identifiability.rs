@@ -13,6 +13,7 @@ use serde::Serialize;
 /// runs and frequencies: three turns are told by the declared uncertainties alone. What they do not change, the angles
 /// between the sensitive axes, the runs do tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Identifiability {
     /// Angles of each input of the budget.
     pub inputs: Vec<AngleInformation>,
@@ -25,6 +26,7 @@ pub struct Identifiability {
 
 /// Angles of one input of the budget.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AngleInformation {
     /// Key of the input.
     pub key: String,
@@ -40,6 +42,7 @@ pub struct AngleInformation {
 
 /// A turn of the device about one of its axes, at one frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FrameTurn {
     /// Frequency in Hz.
     pub frequency: f64,

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 /// A kind of error of which the runs tell how large it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct VarianceComponent {
     /// Key of the input; `readings` for all that differs from run to run, with its noise.
     pub key: String,

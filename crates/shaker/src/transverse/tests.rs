@@ -212,3 +212,21 @@ fn law_a_second_harmonic_is_told() {
         .expect("a result");
     assert_eq!(findings[0].code(), "not-a-cosine");
 }
+
+#[test]
+fn known_runs_along_the_axis_that_are_no_repeats() {
+    let s = Complex64::from_polar(0.01, 0.4);
+    for (second, told) in [(1.0, false), (1.15, true)] {
+        let mut rows = vec![row(Motion::Axial, s), row(Motion::Axial, second * s)];
+        rows.extend((0..12).map(|k| across(30.0 * f64::from(k), 0.02 * s)));
+        let rows: Vec<&TransverseRow> = rows.iter().collect();
+        let (_, findings) = test(1e-3)
+            .evaluate(160.0, &rows, (0.0, 0.0), None)
+            .expect("a result");
+        assert_eq!(
+            findings.iter().any(|f| f.code() == "axial-runs-disagree"),
+            told,
+            "{findings:?}"
+        );
+    }
+}

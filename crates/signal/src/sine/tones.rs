@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 
 /// A tone beside the drive that was fitted with it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Tone {
     /// Frequency in Hz.
     pub frequency: f64,

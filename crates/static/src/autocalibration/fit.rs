@@ -62,6 +62,7 @@ impl Default for AutoCalibration {
 
 /// Scale, offset (g) and temperature coefficient (g/K) of each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AutoCalibrationQuantities {
     /// s.
     pub scale: Triple,

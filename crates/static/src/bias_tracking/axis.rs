@@ -7,6 +7,7 @@ use proofmass_core::{BiasFilter, BiasState, Error};
 
 /// A bias with its standard uncertainty, m/s².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct BiasEstimate {
     /// The bias.
     pub bias: f64,
@@ -16,6 +17,7 @@ pub struct BiasEstimate {
 
 /// The bias of one axis over the recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AxisTrack {
     /// The noise it was tracked with.
     pub noise: BiasNoise,

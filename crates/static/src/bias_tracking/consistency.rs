@@ -15,6 +15,7 @@ const LAGS: usize = 10;
 
 /// Innovations of one axis against their stated variance.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Consistency {
     /// Root of the mean square of the normalised innovations, one for a filter whose noise is right; rests that deviate left
     /// out.
@@ -33,6 +34,7 @@ pub struct Consistency {
 
 /// A rest whose means lie too far from what was predicted.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DeviatingRest {
     /// Which one.
     pub rest: usize,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// The uncertainty of compensated readings under 1 g over all directions, m/s².
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CompensatedReading {
     /// Largest expanded uncertainty along the axis of the error that is worst.
     pub largest: f64,

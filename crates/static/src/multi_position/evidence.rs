@@ -10,6 +10,7 @@ use std::fmt;
 
 /// One model fitted to the same standstills.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ModelEvidence {
     /// The matrix.
     pub model: Model,

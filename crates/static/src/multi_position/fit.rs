@@ -45,6 +45,7 @@ pub struct ScatterParts {
 
 /// The result without the standstills that are suspected.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WithoutSuspects {
     /// Who is left out.
     pub suspects: Vec<Suspect>,
@@ -54,6 +55,7 @@ pub struct WithoutSuspects {
 
 /// Terms beyond ã = K a + b as they were fitted ([`Terms`](super::Terms)).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BeyondMatrix {
     /// What follows the temperature.
     pub thermal: Option<ThermalTerms<f64>>,

@@ -8,6 +8,7 @@ use proofmass_uncertainty::adjustment::{cholesky, solve};
 
 /// What one more standstill would do, after those that stand before it in a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NextAttitude {
     /// Direction of the specific force in the axes of the sensor: what should point up.
     pub direction: Triple,

@@ -8,6 +8,7 @@ use proofmass_core::{dot, norm};
 
 /// A standstill that the others contradict.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Suspect {
     /// Its place among the standstills, counted from 0.
     pub index: usize,

@@ -202,6 +202,7 @@ impl TermsAt {
     pub(super) fn coefficients(&self, extra: &[f64]) -> (ThermalTerms<f64>, Curvature<f64>) {
         let mut thermal = ThermalTerms {
             reference: 0.0,
+            range: [f64::NEG_INFINITY, f64::INFINITY],
             bias: [[0.0; THERMAL_ORDER]; 3],
             scale: [[0.0; THERMAL_ORDER]; 3],
         };

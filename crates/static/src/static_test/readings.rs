@@ -27,6 +27,7 @@ pub struct CommonError {
 
 /// One reading against the model.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReadingResidual {
     /// Input: an angle in rad, an acceleration in m/s², a time in s.
     pub input: f64,
@@ -45,6 +46,7 @@ impl ReadingResidual {
 
 /// One order that was compared.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PolynomialOrder {
     /// Order.
     pub order: usize,
@@ -62,6 +64,7 @@ pub struct PolynomialOrder {
 
 /// What a static test found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StaticFit {
     /// The quantities with one covariance.
     pub estimate: Estimate,

@@ -77,6 +77,7 @@ pub struct Drift {
 
 /// All quantities over time.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StabilityFit {
     /// One for each quantity that all calibrations have.
     pub drifts: Vec<Drift>,

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 /// What heating and cooling do differently on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Hysteresis {
     /// Largest difference of the branches within their common range, heating minus cooling, m/s².
     pub difference: f64,

@@ -11,6 +11,7 @@ pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One order of the polynomial on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct OrderFit {
     /// Largest power.
     pub order: usize,
@@ -32,6 +33,7 @@ pub struct OrderFit {
 
 /// One axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AxisFit {
     /// Every order that was fitted.
     pub orders: Vec<OrderFit>,

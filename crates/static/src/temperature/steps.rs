@@ -8,6 +8,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// The step of one axis that explains most beside temperature, attitudes and branches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct OutputStep {
     /// When, s.
     pub time: f64,

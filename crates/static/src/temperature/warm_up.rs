@@ -14,6 +14,7 @@ const POSSIBLE: f64 = 0.05;
 
 /// What self-heating does to the output of one axis: A e^{−t/τ} from the beginning of the recording.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct SelfHeating {
     /// A, m/s².
     pub amplitude: f64,

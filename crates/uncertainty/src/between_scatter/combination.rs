@@ -12,6 +12,7 @@ pub struct CommonErrors {
 
 /// A parameter with all of its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct WithCommonErrors {
     /// u² = u_scatter² + Σ u_common².
     pub standard_uncertainty: f64,

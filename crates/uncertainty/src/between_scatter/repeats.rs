@@ -30,6 +30,7 @@ pub struct Repeats {
 
 /// The scatter of a mean of repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct MeanOfRepeats {
     /// max(s, σ)/√n.
     pub standard_uncertainty: f64,

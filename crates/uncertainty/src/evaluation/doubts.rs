@@ -79,11 +79,11 @@ pub(super) fn verdict(
         unit => format!(" {unit}"),
     };
     let evidence = format!(
-        "by {} and {}{unit} at the ends, {:.0} % of the half-width; {}{unit} is allowed for {} of u",
+        "by {} and {}{unit} at the ends, {:.0} % of the half-width; {}{unit} is allowed for {} of u, and 5 % of the half-width",
         scientific(validation.lower, 2),
         scientific(validation.upper, 2),
         100.0 * validation.relative,
-        scientific(validation.tolerance, 1),
+        scientific(validation.tolerance, 2),
         match options.check_digits {
             1 => "1 digit".to_owned(),
             n => format!("{n} digits"),
@@ -91,6 +91,9 @@ pub(super) fn verdict(
     );
     match validation.verdict {
         Verdict::Validated => None,
+        Verdict::NotValidated if validation.few_degrees_of_freedom => Some(
+            findings::few_degrees_of_freedom_differ(&entry.name, &evidence),
+        ),
         Verdict::NotValidated => Some(
             findings::linear_result_not_validated(
                 &entry.name,

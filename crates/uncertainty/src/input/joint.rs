@@ -149,6 +149,16 @@ impl JointInputs {
         })
     }
 
+    /// The same inputs with every standard uncertainty taken as known.
+    #[cfg(feature = "model")]
+    pub(crate) fn known(&self) -> Self {
+        let mut known = self.clone();
+        for input in &mut known.inputs {
+            input.dof = crate::DegreesOfFreedom::INFINITE;
+        }
+        known
+    }
+
     /// Whose estimate of σ a draw shares: the first input of its set, else its own input.
     pub(crate) fn estimated_with(&self, draw: usize) -> usize {
         let input = self.draws[draw].input;
@@ -207,6 +217,42 @@ impl JointInputs {
             }
         }
         c
+    }
+
+    /// Covariance of quantities with these derivatives by the draws, a row for each: as fast as the derivatives are sparse.
+    #[cfg(feature = "model")]
+    pub(crate) fn seen_in(&self, jacobian: &[f64]) -> Covariance {
+        let n = self.draws.len().max(1);
+        let m = jacobian.len() / n;
+        let mut covariance = Covariance::zeros(m);
+        // Quantities that a draw acts on, and how much.
+        let effects: Vec<Vec<(usize, f64)>> = (0..self.draws.len())
+            .map(|d| {
+                let u = self.draws[d].standard_uncertainty;
+                let effect = |k: usize| (k, jacobian[k * n + d] * u);
+                (0..m).map(effect).filter(|(_, e)| *e != 0.0).collect()
+            })
+            .collect();
+        let mut add = |a: usize, b: usize, r: f64| {
+            for &(i, x) in &effects[a] {
+                for &(j, y) in &effects[b] {
+                    covariance.set(i, j, covariance[(i, j)] + r * x * y);
+                }
+            }
+        };
+        for cluster in &self.clusters {
+            for (a, &i) in cluster.draws.iter().enumerate() {
+                match &cluster.correlation {
+                    None => add(i, i, 1.0),
+                    Some(r) => {
+                        for (b, &j) in cluster.draws.iter().enumerate() {
+                            add(i, j, r[(a, b)]);
+                        }
+                    }
+                }
+            }
+        }
+        covariance
     }
 
     /// Covariance of one quantity per observation, each the linear combination of its inputs with these

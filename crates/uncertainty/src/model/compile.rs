@@ -1,5 +1,6 @@
 //! From the tables of a model file to one list of operations.
 
+use super::curve::{Captured, Curve, CurveWeighing};
 use super::earlier::Earlier;
 use super::entries::{FitEntry, FitScatter, FitWeights, OutputEntry, SolveEntry};
 use super::equations::{Block, Equations};
@@ -24,7 +25,7 @@ pub(super) struct Compiled {
     /// Fits whose residuals are a cause: block, number of points.
     pub(crate) scatter: Vec<(usize, usize)>,
     /// What earlier results were taken to share.
-    pub(crate) shared: Option<Finding>,
+    pub(crate) shared: Vec<Finding>,
 }
 
 /// Where the operations of one formula stand.
@@ -56,7 +57,7 @@ impl Part<'_> {
         let texts: Vec<&String> = match self {
             Self::Intermediate(part) => vec![&part.expression],
             Self::Solve(solve) => solve.equations.iter().collect(),
-            Self::Fit(fit) => vec![&fit.x, &fit.y],
+            Self::Fit(fit) => [&fit.x, &fit.y].into_iter().chain(&fit.curve).collect(),
         };
         let own = self.names();
         texts.iter().any(|text| {
@@ -95,7 +96,7 @@ impl UncertaintyModel {
                 places: Vec::new(),
                 stated: Vec::new(),
                 scatter: Vec::new(),
-                shared: None,
+                shared: Vec::new(),
             },
             inputs: 0,
         };
@@ -229,7 +230,7 @@ impl Compiler {
 
     /// Value and causes of the quantities of earlier results.
     fn earlier(&mut self, earlier: &Earlier) -> Result<(), Refusal> {
-        self.compiled.shared = earlier.finding();
+        self.compiled.shared = earlier.findings();
         let variables: Vec<u32> = earlier.inputs.iter().map(|_| self.variable()).collect();
         for quantity in &earlier.quantities {
             let mut sum = self.program().push(Op::Constant(quantity.value));
@@ -383,13 +384,14 @@ impl Compiler {
                 residuals.len()
             )));
         }
-        let block = Block::Solve(Solve {
+        let block = Block::Solve(Box::new(Solve {
             unknown: entry.unknown.clone(),
             start: entry.start.clone(),
             program: inner,
             residuals,
             captured,
-        });
+            branch: None,
+        }));
         self.block(block, &entry.unknown);
         Ok(())
     }
@@ -431,9 +433,17 @@ impl Compiler {
                 y.len()
             )));
         }
-        if entry.weights == FitWeights::Both && parameters != 2 {
+        let curve = entry.curve.as_ref();
+        let curve = curve.map(|text| self.curve(entry, text, &x, &y));
+        let curve = curve.transpose()?;
+        if entry.start.is_some() && curve.is_none() {
             return Err(refuse(
-                "weights = \"both\" is for straight lines, with two parameters".to_owned(),
+                "`start` belongs to the parameters of a `curve`".to_owned(),
+            ));
+        }
+        if entry.weights == FitWeights::Both && curve.is_none() && parameters != 2 {
+            return Err(refuse(
+                "weights = \"both\" of a polynomial is for straight lines, with two parameters; more are a `curve`".to_owned(),
             ));
         }
         if entry.scatter == FitScatter::Residuals {
@@ -461,9 +471,101 @@ impl Compiler {
                 y.len()
             )));
         }
-        let block = Block::Fit(Fit::new(entry, x, y, parameters - 1));
-        self.block(block, &entry.parameters);
+        let mut fit = Fit::new(entry, x, y, parameters - 1);
+        // Its ordinates scatter.
+        fit.curve = curve.map(|curve| Curve {
+            y: fit.y.clone(),
+            ..curve
+        });
+        self.block(Block::Fit(Box::new(fit)), &entry.parameters);
         Ok(())
+    }
+
+    /// The curve of a fit, as a program of its own: the parameters first, then the abscissa.
+    fn curve(&self, entry: &FitEntry, text: &str, x: &[u32], y: &[u32]) -> Result<Curve, Refusal> {
+        let refuse = |what: String| Refusal::Equation {
+            name: entry.name.clone(),
+            what,
+        };
+        let m = entry.parameters.len();
+        let start = entry.start.clone().unwrap_or_default();
+        if start.len() != m || start.iter().any(|s| !s.is_finite()) {
+            return Err(refuse(format!(
+                "a `curve` needs its `start`: one finite number per parameter, {m}"
+            )));
+        }
+        if entry.degree.is_some() {
+            return Err(refuse("a `curve` has no `degree`".to_owned()));
+        }
+        let abscissa = entry.x.trim();
+        let abscissa = if words(abscissa).eq([abscissa]) {
+            abscissa
+        } else {
+            "x"
+        };
+        let mut inner = Program::default();
+        let mut scope = Scope::new();
+        for (i, name) in entry.parameters.iter().map(String::as_str).enumerate() {
+            if name == abscissa {
+                return Err(refuse(format!(
+                    "`{name}` is the abscissa in `curve`, so no parameter may be called so"
+                )));
+            }
+            let place = inner.push(Op::Input(i));
+            scope.insert(name.to_owned(), Value::real(place));
+        }
+        let place = inner.push(Op::Input(m));
+        scope.insert(abscissa.to_owned(), Value::real(place));
+        if !words(text).any(|word| word == abscissa) && entry.weights == FitWeights::Both {
+            return Err(refuse(format!(
+                "weights = \"both\" needs a `curve` that speaks of its abscissa, `{abscissa}`"
+            )));
+        }
+        let mut captured = Vec::new();
+        let mut spoken: Vec<&str> = words(text).collect();
+        spoken.sort_unstable();
+        spoken.dedup();
+        for name in spoken {
+            if scope.contains_key(name) {
+                continue;
+            }
+            captured.push(match self.scope.get(name) {
+                None => continue,
+                Some(Value::One(Scalar::Real(k))) => Captured::One(*k),
+                Some(Value::Many(members)) if members.len() == x.len() => {
+                    let each = members.iter().map(|member| match member {
+                        Scalar::Real(k) => Some(*k),
+                        Scalar::Complex(..) => None,
+                    });
+                    let each: Option<Vec<u32>> = each.collect();
+                    Captured::Each(each.ok_or_else(|| refuse(format!("`{name}` is complex")))?)
+                }
+                Some(_) => {
+                    return Err(refuse(format!(
+                        "`{name}` in `curve` is neither one real quantity nor a vector with a member per point, {}",
+                        x.len()
+                    )));
+                }
+            });
+            let place = inner.push(Op::Input(m + captured.len()));
+            scope.insert(name.to_owned(), Value::real(place));
+        }
+        let labels = inner.labels.len();
+        let value = compile(text, &scope, &mut inner)?;
+        convert_labels(self.rule, &mut inner, labels, &entry.name)?;
+        let Value::One(Scalar::Real(result)) = value else {
+            return Err(refuse("`curve` is one real quantity".to_owned()));
+        };
+        Ok(Curve {
+            x: x.to_vec(),
+            y: y.to_vec(),
+            program: inner,
+            result,
+            captured,
+            start,
+            weighing: CurveWeighing::Equal,
+            scattered: Vec::new(),
+        })
     }
 
     fn output(&mut self, entry: &OutputEntry) -> Result<(), Refusal> {

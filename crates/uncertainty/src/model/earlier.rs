@@ -4,6 +4,7 @@ use super::InputEntry;
 use crate::findings;
 use crate::{
     DegreesOfFreedom, Distribution, Effect, Estimate, Finding, Influence, Input, Inputs, Refusal,
+    TrialColumn, TrialTable,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -22,9 +23,24 @@ pub struct EarlierEntry {
     /// Causes that are not those of the same name in another result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) independent: Vec<String>,
-    /// The estimate of that result: what a reader of the file puts here.
+    /// The estimate of that result, as it is stated: what a reader of the file puts here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<Estimate>,
+    /// Its trials, where it states a quantity by them: likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trials: Option<TrialTable>,
+    /// What needs a decision before that result is used: likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
+}
+
+impl EarlierEntry {
+    /// The trials that are drawn, where a quantity that is asked for is stated by them.
+    fn drawn(&self) -> Option<&TrialTable> {
+        let table = self.trials.as_ref()?;
+        let by_trials = |name: &String| table.quantity(name).is_some_and(|c| c.by_trials);
+        self.quantities.values().any(by_trials).then_some(table)
+    }
 }
 
 /// One quantity: value + Σ factor (variable − its estimate).
@@ -45,14 +61,30 @@ pub(super) struct Earlier {
     ensembles: Vec<Vec<usize>>,
     /// Statement of each scalar cause, to recognise it: key, u, dof, unit.
     known: Vec<(String, f64, DegreesOfFreedom, String, usize)>,
+    /// Variables that are columns of one table of trials.
+    rows: Vec<Vec<usize>>,
+    /// Results that need a decision, and why.
+    doubts: Vec<(String, String)>,
     /// Causes that two results share.
-    pub(crate) shared: Vec<String>,
+    shared: Vec<String>,
+    /// Causes that two results share, each of them stated by its trials.
+    lost: Vec<String>,
 }
 
 impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         let mut all = Self::default();
+        for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
+            all.doubts
+                .push((entry.file.clone(), entry.doubts.join("; ")));
+        }
+        // Rows of trials come first: a cause that others share with them is a column of theirs.
         for entry in entries {
+            if let Some(table) = entry.drawn() {
+                all.add_trials(entry, table, entries, inputs)?;
+            }
+        }
+        for entry in entries.iter().filter(|e| e.drawn().is_none()) {
             all.add(entry, inputs)?;
         }
         Ok(all)
@@ -162,6 +194,80 @@ impl Earlier {
         Ok(())
     }
 
+    /// A result that is stated by its trials: whole rows of them, with the columns of the causes that others share.
+    fn add_trials(
+        &mut self,
+        entry: &EarlierEntry,
+        table: &TrialTable,
+        entries: &[EarlierEntry],
+        inputs: &[InputEntry],
+    ) -> Result<(), Refusal> {
+        let mut row = Vec::new();
+        for (name, quantity) in &entry.quantities {
+            let Some(column) = table.quantity(quantity) else {
+                let quantities = table.columns.iter().filter(|c| !c.cause);
+                let names: Vec<&str> = quantities.map(|c| c.name.as_str()).collect();
+                return Err(Refusal::Equation {
+                    name: entry.file.clone(),
+                    what: format!("it has no quantity {quantity}; it has {}", names.join(", ")),
+                });
+            };
+            let variable = self.column(column, entry, inputs);
+            let estimate = self.inputs[variable].estimate();
+            self.quantities.push(EarlierQuantity {
+                name: name.clone(),
+                unit: column.unit.clone(),
+                value: column.value,
+                terms: vec![(variable, 1.0, estimate)],
+            });
+            row.push(variable);
+        }
+        for cause in table.columns.iter().filter(|c| c.cause) {
+            let (Some(dof), false) = (cause.dof, entry.independent.contains(&cause.name)) else {
+                continue;
+            };
+            let known =
+                |(key, u, nu, unit, _): &&(String, f64, DegreesOfFreedom, String, usize)| {
+                    *key == cause.name
+                        && crate::estimate::same(*u, cause.scale)
+                        && *nu == dof
+                        && *unit == cause.unit
+                };
+            if self.known.iter().any(|k| known(&k)) {
+                self.lost.push(cause.name.clone());
+                continue;
+            }
+            let others = entries.iter().filter(|e| !std::ptr::eq(*e, entry));
+            if others.into_iter().any(|e| e.has(cause, dof)) {
+                let variable = self.column(cause, entry, inputs);
+                self.known.push((
+                    cause.name.clone(),
+                    cause.scale,
+                    dof,
+                    cause.unit.clone(),
+                    variable,
+                ));
+                row.push(variable);
+            }
+        }
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// A variable that is a column of trials.
+    fn column(
+        &mut self,
+        column: &TrialColumn,
+        entry: &EarlierEntry,
+        inputs: &[InputEntry],
+    ) -> usize {
+        let name = self.unused(format!("{} of {}", column.name, entry.file), entry, inputs);
+        let values = column.trials.clone();
+        let input = Input::new(name, &column.unit, Distribution::Samples { values });
+        self.inputs.push(input.description(&column.name));
+        self.inputs.len() - 1
+    }
+
     /// The variable of a scalar cause: one that is known, or a new one.
     fn scalar(
         &mut self,
@@ -245,6 +351,7 @@ impl Earlier {
     /// The causes beside the inputs of the model.
     pub fn beside(&self, mut inputs: Inputs) -> Result<Inputs, Refusal> {
         let name = |k: usize| self.inputs[k].name();
+        let before = inputs.inputs().len();
         for input in &self.inputs {
             inputs = inputs.add(input.clone());
         }
@@ -255,11 +362,49 @@ impl Earlier {
             let names: Vec<&str> = set.iter().map(|&k| name(k)).collect();
             inputs = inputs.ensemble(&names)?;
         }
+        for row in self.rows.iter().filter(|row| row.len() > 1) {
+            let row: Vec<usize> = row.iter().map(|k| before + k).collect();
+            inputs = inputs.sampled_together(&row)?;
+        }
         Ok(inputs)
     }
 
-    /// What was taken as common.
-    pub fn finding(&self) -> Option<Finding> {
-        (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")))
+    /// What was taken as common, and what could not be.
+    pub fn findings(&self) -> Vec<Finding> {
+        let shared =
+            (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")));
+        let lost = (!self.lost.is_empty())
+            .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
+        let doubts = self.doubts.iter();
+        let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
+        doubts.chain(shared).chain(lost).collect()
+    }
+}
+
+impl EarlierEntry {
+    /// Whether it has this cause, stated alike, and does not call it its own.
+    fn has(&self, cause: &TrialColumn, dof: DegreesOfFreedom) -> bool {
+        let same = |key: &str, u: f64, nu: DegreesOfFreedom, unit: &str| {
+            *key == cause.name
+                && crate::estimate::same(u, cause.scale)
+                && nu == dof
+                && unit == cause.unit
+        };
+        if self.independent.contains(&cause.name) {
+            return false;
+        }
+        if let Some(table) = self.drawn() {
+            let mut causes = table.columns.iter().filter(|c| c.cause);
+            return causes.any(|c| c.dof.is_some_and(|nu| same(&c.name, c.scale, nu, &c.unit)));
+        }
+        let influences = self.estimate.iter().flat_map(Estimate::influences);
+        influences.into_iter().any(|i| match &i.effect {
+            Effect::Scalar {
+                unit,
+                standard_uncertainty,
+                ..
+            } => same(&i.key, *standard_uncertainty, i.dof, unit),
+            _ => false,
+        })
     }
 }

@@ -38,7 +38,7 @@ pub struct SolveEntry {
     pub equations: Vec<String>,
 }
 
-/// One `[[fit]]`: a polynomial y = p₀ + p₁x + … through points.
+/// One `[[fit]]`: a polynomial y = p₀ + p₁x + …, or a curve, through points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FitEntry {
@@ -52,8 +52,15 @@ pub struct FitEntry {
     /// Degree; one less than there are parameters when not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) degree: Option<usize>,
-    /// Names of the parameters, the constant first.
+    /// Names of the parameters; those of a polynomial with the constant first.
     pub parameters: Vec<String>,
+    /// Formula of a curve, of the parameters and the abscissa of a point: by its name where `x` is one, else as `x`.
+    /// Vectors with a member per point count for each point by theirs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<String>,
+    /// Where the search for the parameters of a curve begins, one number each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<Vec<f64>>,
     /// How the points are weighed.
     #[serde(default)]
     pub weights: FitWeights,

@@ -22,8 +22,8 @@ pub struct Equations {
 /// What gives several results at once.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Block {
-    Solve(Solve),
-    Fit(Fit),
+    Solve(Box<Solve>),
+    Fit(Box<Fit>),
 }
 
 /// Trials that are made in any case: one block of Monte Carlo.
@@ -78,7 +78,7 @@ impl Equations {
         }
     }
 
-    fn run<T: Number>(&self, x: &[T], results: &mut [T]) {
+    pub(super) fn run<T: Number>(&self, x: &[T], results: &mut [T]) {
         self.program.run(
             x,
             results,
@@ -88,7 +88,7 @@ impl Equations {
     }
 
     /// The place of a block among the results.
-    fn place_of(&self, block: usize) -> usize {
+    pub(super) fn place_of(&self, block: usize) -> usize {
         let here = |op: &Op| *op == Op::Block(block);
         self.program.ops.iter().position(here).unwrap_or(0)
     }
@@ -96,9 +96,11 @@ impl Equations {
     /// Trials that a calculation may make of its own accord: what is solved anew in each of them costs, and so do draws
     /// and operations by the thousand.
     pub(crate) fn affordable(&self, most: usize, draws: usize) -> usize {
-        let cost: f64 = self
-            .blocks
-            .iter()
+        let blocks = self.program.ops.iter().filter_map(|op| match op {
+            Op::Block(number) => self.blocks.get(*number),
+            _ => None,
+        });
+        let cost: f64 = blocks
             .map(|block| match block {
                 Block::Fit(fit) => fit.cost(),
                 Block::Solve(solve) => {
@@ -109,6 +111,26 @@ impl Equations {
             .sum();
         let cost = cost + 20.0 * draws as f64 + 2.0 * self.program.ops.len() as f64;
         most.min(((2e10 / cost.max(1.0)) as usize).max(FEWEST))
+    }
+
+    pub(super) fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// Results that are the outputs.
+    pub(super) fn places(&self) -> &[u32] {
+        &self.places
+    }
+
+    /// Other operations for the same outputs.
+    pub(super) fn rewritten(&self, places: Vec<u32>, program: Program, blocks: Vec<Block>) -> Self {
+        Self {
+            outputs: self.outputs.clone(),
+            places,
+            program,
+            blocks,
+            angles: self.angles.clone(),
+        }
     }
 
     pub(super) fn blocks(&self) -> &[Block] {
@@ -142,7 +164,7 @@ impl Equations {
                             .to_owned(),
                     });
                 }
-                solve.start = solution;
+                solve.settle(&before, solution)?;
                 self.blocks[block] = Block::Solve(solve);
                 Ok(None)
             }
@@ -164,7 +186,7 @@ impl Equations {
                         .iter_mut()
                         .filter(|j| !j.is_finite())
                         .for_each(|j| *j = 0.0);
-                    Some(joint.covariance().propagate(&jacobian)?)
+                    Some(joint.seen_in(&jacobian))
                 };
                 fit.prepare(&before, covariance.as_ref()).map_err(refuse)?;
                 let mut parameters = vec![0.0; fit.degree + 1];
@@ -180,6 +202,28 @@ impl Equations {
 }
 
 impl Block {
+    /// The results it takes.
+    pub(super) fn takes(&self) -> impl Iterator<Item = u32> + '_ {
+        let (first, second): (&[u32], &[u32]) = match self {
+            Self::Solve(solve) => (&solve.captured, &[]),
+            Self::Fit(fit) => (&fit.x, &fit.y),
+        };
+        first.iter().chain(second).copied()
+    }
+
+    /// The same with other numbers of what it takes.
+    pub(super) fn renumbered(&self, place: &[u32]) -> Self {
+        let mut block = self.clone();
+        let parts = match &mut block {
+            Self::Solve(solve) => [Some(&mut solve.captured), None],
+            Self::Fit(fit) => [Some(&mut fit.x), Some(&mut fit.y)],
+        };
+        for k in parts.into_iter().flatten().flatten() {
+            *k = place[*k as usize];
+        }
+        block
+    }
+
     fn evaluate<T: Number>(&self, before: &[T], out: &mut [T]) {
         match self {
             Self::Solve(solve) => solve.evaluate(before, out),

@@ -1,18 +1,22 @@
-//! Least squares of a model file: polynomials, and straight lines with errors in both variables.
+//! Least squares of a model file: polynomials, straight lines with errors in both variables, and curves.
 
-use super::entries::{FitEntry, FitWeights};
+use super::curve::Curve;
+use super::entries::{FitEntry, FitScatter, FitWeights};
 use crate::findings;
 use crate::{Covariance, Finding, LeastSquares, Model, NormalEquations, Number, Solved};
 
-/// A polynomial through points.
+/// A polynomial or a curve through points.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Fit {
     pub(crate) entry: FitEntry,
     /// Results that are the abscissae and the ordinates.
     pub(crate) x: Vec<u32>,
     pub(crate) y: Vec<u32>,
+    /// One less than there are parameters.
     pub(crate) degree: usize,
     pub(crate) weighing: Weighing,
+    /// What is fitted instead of a polynomial.
+    pub(crate) curve: Option<Curve>,
     /// Middle and half-width of the abscissae at the estimates: the powers are taken of (x − middle)/half.
     middle: f64,
     half: f64,
@@ -48,6 +52,7 @@ impl Fit {
             y,
             degree,
             weighing: Weighing::Equal,
+            curve: None,
             middle: 0.0,
             half: 1.0,
         }
@@ -55,6 +60,9 @@ impl Fit {
 
     /// The parameters.
     pub fn evaluate<T: Number>(&self, before: &[T], parameters: &mut [T]) {
+        if let Some(curve) = &self.curve {
+            return curve.evaluate(before, parameters);
+        }
         let pick =
             |places: &[u32]| -> Vec<T> { places.iter().map(|&k| before[k as usize]).collect() };
         let (x, y) = (pick(&self.x), pick(&self.y));
@@ -135,6 +143,11 @@ impl Fit {
         before: &[f64],
         covariance: Option<&Covariance>,
     ) -> Result<(), String> {
+        if let Some(curve) = &mut self.curve {
+            let both = self.entry.weights == FitWeights::Both;
+            let scatter = self.entry.scatter == FitScatter::Residuals;
+            return curve.prepare(before, covariance, both, scatter);
+        }
         let n = self.x.len();
         let x: Vec<f64> = self.x.iter().map(|&k| before[k as usize]).collect();
         let (low, high) = x
@@ -169,12 +182,14 @@ impl Fit {
         let indefinite = "the covariance of the points is not positive definite: each point needs an uncertainty of its own, or \
              weights = \"equal\"";
         if self.entry.weights == FitWeights::Y {
-            let rows = inverse_root(&yy, n).ok_or(indefinite)?;
             let alone = (0..n * n).all(|k| k / n == k % n || yy[k] == 0.0);
             self.weighing = Weighing::Ordinates(if alone {
-                (0..n).map(|i| rows[i * n + i]).collect()
+                let own = (0..n).map(|i| 1.0 / yy[i * n + i].sqrt());
+                own.map(|w| w.is_finite().then_some(w))
+                    .collect::<Option<_>>()
+                    .ok_or(indefinite)?
             } else {
-                rows
+                inverse_root(&yy, n).ok_or(indefinite)?
             });
             return Ok(());
         }
@@ -213,6 +228,9 @@ impl Fit {
     /// Weighted sum of the squared residuals, and its degrees of freedom.
     pub fn chi_squared(&self, before: &[f64], parameters: &[f64]) -> (f64, usize) {
         let dof = self.x.len() - parameters.len();
+        if let Some(curve) = &self.curve {
+            return (curve.sum_of_squares(before, parameters), dof);
+        }
         let x = self.x.iter().map(|&k| before[k as usize]);
         let residuals: Vec<f64> = x
             .zip(&self.y)
@@ -245,6 +263,9 @@ impl Fit {
 
     /// Operations of one trial, roughly.
     pub fn cost(&self) -> f64 {
+        if let Some(curve) = &self.curve {
+            return curve.cost();
+        }
         let n = self.x.len() as f64;
         match &self.weighing {
             Weighing::Both(line, _) if line.separate => 2000.0 * n,
@@ -260,7 +281,7 @@ impl Fit {
     pub fn doubt(&self, before: &[f64], parameters: &[f64]) -> Option<Finding> {
         let (chi, dof) = self.chi_squared(before, parameters);
         let limit = crate::chi_squared_quantile(0.999, dof as f64);
-        (self.weighing != Weighing::Equal && dof > 0 && chi > limit).then(|| {
+        (self.entry.weights != FitWeights::Equal && dof > 0 && chi > limit).then(|| {
             findings::residuals_exceed_uncertainty(
                 &self.entry.name,
                 &crate::scientific(chi / dof as f64, 2),
@@ -339,7 +360,7 @@ fn cholesky<T: Number>(c: &mut [T], n: usize) {
 }
 
 /// L⁻¹ with L Lᵀ = C; `None` where C is not positive definite to rounding.
-fn inverse_root(c: &[f64], n: usize) -> Option<Vec<f64>> {
+pub(super) fn inverse_root(c: &[f64], n: usize) -> Option<Vec<f64>> {
     let mut root = c.to_vec();
     cholesky(&mut root, n);
     let sound = |i: usize| {
@@ -360,7 +381,7 @@ fn inverse_root(c: &[f64], n: usize) -> Option<Vec<f64>> {
     Some(inverse)
 }
 
-fn whitened<T: Number>(rows: Option<&Vec<f64>>, v: Vec<T>) -> Vec<T> {
+pub(super) fn whitened<T: Number>(rows: Option<&Vec<f64>>, v: Vec<T>) -> Vec<T> {
     let Some(rows) = rows else { return v };
     let n = v.len();
     if rows.len() == n {

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// - `value` with `resolution` (a display: rectangular, one digit wide);
 /// - `value` alone: a constant.
 ///
-/// `values` instead of `value` make it a vector.
+/// `values` instead of `value` make it a vector. `file` with `column` takes readings, a vector or samples from a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InputEntry {
@@ -44,6 +44,19 @@ pub struct InputEntry {
     /// Standard uncertainties of the members of a vector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_of_each: Option<Vec<f64>>,
+    /// A table whose column holds the numbers, from the folder of the model file. Whoever reads the model file puts them
+    /// in: [`InputEntry::fill`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Heading of the column of `file`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Heading of the column with the standard uncertainties of the members of a vector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub u_column: Option<String>,
+    /// What the column holds; readings when not said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holds: Option<ColumnContent>,
     /// Standard uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u: Option<f64>,
@@ -85,6 +98,20 @@ pub struct InputEntry {
     pub acts: Option<String>,
 }
 
+/// What a column of a file holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum ColumnContent {
+    /// Repeated observations of one quantity.
+    #[default]
+    Observations,
+    /// The members of a vector.
+    Values,
+    /// Draws of one quantity, such as the states of a Markov chain.
+    Samples,
+}
+
 /// Limits of error of an instrument as its data sheet states them: the sum of these parts, rectangular.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -114,6 +141,9 @@ impl Accuracy {
     }
 }
 
+/// Members of a vector from a file at most: each is an input, and all have one covariance.
+const MOST_MEMBERS: usize = 2000;
+
 impl InputEntry {
     /// The input it describes.
     ///
@@ -135,13 +165,54 @@ impl InputEntry {
         Ok(input)
     }
 
+    /// Puts in the numbers of `file`: those of `column`, and of `u_column` where that is stated.
+    ///
+    /// # Errors
+    /// [`Refusal::Contradiction`] where the numbers are stated beside it, or its keys do not go together.
+    pub fn fill(&mut self, numbers: Vec<f64>, u: Option<Vec<f64>>) -> Result<(), Refusal> {
+        let contradiction = |what| {
+            Err(Refusal::Contradiction {
+                name: self.name.clone(),
+                what,
+            })
+        };
+        let stated = self.observations.is_some()
+            || self.groups.is_some()
+            || self.value.is_some()
+            || self.values.is_some()
+            || self.u_of_each.is_some()
+            || self.distribution.is_some();
+        if stated {
+            return contradiction("it is stated more than once: by its `file`, and beside it");
+        }
+        let content = self.holds.unwrap_or_default();
+        if u.is_some() && content != ColumnContent::Values {
+            return contradiction(
+                "`u_column` belongs to the members of a vector: holds = \"values\"",
+            );
+        }
+        if content == ColumnContent::Values && numbers.len() > MOST_MEMBERS {
+            return contradiction(
+                "a vector from a file has 2000 members at most; more rows are readings or samples",
+            );
+        }
+        match content {
+            ColumnContent::Observations => self.observations = Some(numbers),
+            ColumnContent::Samples => {
+                self.distribution = Some(Distribution::Samples { values: numbers });
+            }
+            ColumnContent::Values => (self.values, self.u_of_each) = (Some(numbers), u),
+        }
+        Ok(())
+    }
+
     /// Members of a vector; absent for a single quantity.
     pub(super) fn length(&self) -> Option<usize> {
         self.values.as_ref().map(Vec::len)
     }
 
     /// One entry per number: itself, or the members of a vector as `x[1]`, `x[2]`, …
-    pub(super) fn members(&self) -> Result<Vec<Self>, Refusal> {
+    pub(crate) fn members(&self) -> Result<Vec<Self>, Refusal> {
         let contradiction = |what| Refusal::Contradiction {
             name: self.name.clone(),
             what,
@@ -197,6 +268,21 @@ impl InputEntry {
             name: self.name.clone(),
             what,
         };
+        if self.file.is_none()
+            && (self.column.is_some() || self.u_column.is_some() || self.holds.is_some())
+        {
+            return Err(contradiction(
+                "`column`, `u_column` and `holds` belong to a table given by `file`",
+            ));
+        }
+        let filled =
+            self.observations.is_some() || self.value.is_some() || self.distribution.is_some();
+        if self.file.is_some() && !filled {
+            return Err(Refusal::Incomplete {
+                name: self.name.clone(),
+                needed: "the numbers of its `file`, which whoever reads the model file puts in,",
+            });
+        }
         let spreads = [
             self.u.is_some(),
             self.expanded.is_some(),

@@ -56,7 +56,8 @@ impl UncertaintyModel {
             });
         }
         let outputs = compiled.outputs.clone();
-        let mut findings: Vec<Finding> = compiled.shared.iter().cloned().collect();
+        self.check_requests(&outputs)?;
+        let mut findings: Vec<Finding> = compiled.shared.clone();
         let mut equations = compiled.equations();
         let mut joint = with_scatter(&inputs, &scatters)?;
         for block in 0..equations.blocks().len() {

@@ -1,7 +1,9 @@
 //! Equations of a model file that are solved for their unknowns.
 
 use crate::expression::Program;
+use crate::implicit::Branch;
 use crate::{Implicit, Model, Number, Solved};
+use proofmass_core::Error;
 
 /// Equations h(y, x) = 0 with y the unknowns and x results of the formulas before.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,13 +16,24 @@ pub(super) struct Solve {
     pub(crate) residuals: Vec<u32>,
     /// Results of the formulas before that the equations speak of.
     pub(crate) captured: Vec<u32>,
+    /// The solution at the estimates, from which those of the trials are followed.
+    pub(crate) branch: Option<Branch>,
 }
 
 impl Solve {
     /// The unknowns, not numbers where the search does not settle.
     pub fn evaluate<T: Number>(&self, before: &[T], unknowns: &mut [T]) {
         let x: Vec<T> = self.captured.iter().map(|&k| before[k as usize]).collect();
-        Solved::new(self, self.start.clone()).evaluate(&x, unknowns);
+        Solved::on(self, self.start.clone(), self.branch.clone()).evaluate(&x, unknowns);
+    }
+
+    /// From here on solutions are followed from this one.
+    pub fn settle(&mut self, before: &[f64], solution: Vec<f64>) -> Result<(), Error> {
+        let x: Vec<f64> = self.captured.iter().map(|&k| before[k as usize]).collect();
+        let branch = Branch::of(&&*self, &solution, &x, &self.start)?;
+        self.start = solution;
+        self.branch = Some(branch);
+        Ok(())
     }
 }
 

@@ -347,6 +347,9 @@ fn parameter(compiled: &Compiled, block: usize, k: i8, units: &[Unit]) -> Unit {
     let Some(Block::Fit(fit)) = compiled.blocks.get(block) else {
         return Unit::Unknown;
     };
+    if fit.curve.is_some() {
+        return Unit::Unknown;
+    }
     let of = |places: &[u32]| {
         places
             .first()

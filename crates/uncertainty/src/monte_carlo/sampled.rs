@@ -48,6 +48,7 @@ pub struct SampledOutput {
 
 /// Result of a Monte Carlo calculation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Sampled {
     /// Trials made.
     pub trials: usize,

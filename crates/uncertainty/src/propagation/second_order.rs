@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the curvature of the model adds to one output, for jointly normal inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SecondOrder {
     /// ½ tr(H U): how far the mean of y lies from f(mean of x).
     pub shift: f64,

@@ -27,6 +27,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 ///
 /// The joint effective degrees of freedom of both parts: [`Estimate::complex_dof`](crate::Estimate::complex_dof).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct UncertainComplex {
     /// Real part.
     pub re: Uncertain,

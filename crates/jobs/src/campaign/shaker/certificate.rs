@@ -58,8 +58,13 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    pub(crate) fn read(source: &CampaignFile, table: &CertificateTable) -> Result<Self> {
-        Self::read_as(source, "reference", table, DeviceOutput::Volt)
+    /// That of the reference, where `[reference]` names one.
+    pub(crate) fn of_reference(
+        source: &CampaignFile,
+        table: Option<&CertificateTable>,
+    ) -> Result<Option<Self>> {
+        let read = |table| Self::read_as(source, "reference", table, DeviceOutput::Volt);
+        table.map(read).transpose()
     }
 
     /// The calibration of a device with this output, named by this section of the campaign.

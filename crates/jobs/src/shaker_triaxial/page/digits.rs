@@ -1,6 +1,6 @@
 //! Units a reader of shaker results expects, and how many digits they deserve.
 
-use proofmass_report::number::{minus, rounded};
+use proofmass_report::number::freedom;
 use proofmass_shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_shaker::{FrequencyResult, MethodResult, OutputUnit, ShakerCalibration};
 
@@ -59,11 +59,7 @@ impl Unit {
     }
 }
 
-/// `value ± U`, both to two digits of U.
-pub(super) fn plus_minus(value: f64, expanded: f64) -> String {
-    let (value, expanded) = rounded(value, expanded);
-    format!("{} ± {expanded}", minus(&value))
-}
+pub(super) use crate::page::answer::plus_minus;
 
 /// The same of a quantity times a factor.
 pub(super) fn scaled(q: &Expanded, factor: f64) -> String {
@@ -81,11 +77,7 @@ pub(super) fn degrees(term: &SensitivityTerm) -> Option<(f64, f64)> {
 
 /// Degrees of freedom; from ten thousand on Student's t is a normal distribution to every digit printed.
 pub(super) fn degrees_of_freedom(dof: Option<f64>) -> String {
-    match dof {
-        Some(dof) if dof < 9999.5 => format!("{dof:.0}"),
-        Some(_) => "> 9999".to_owned(),
-        None => "∞".to_owned(),
-    }
+    freedom(dof.unwrap_or(f64::INFINITY))
 }
 
 /// The frequency that stands for the device: the one nearest to 160 Hz, where datasheets are written.

@@ -8,7 +8,7 @@ use crate::velocity::outcome::Head;
 use proofmass_motion::{CompareResult, Family, Method, MethodRow, excerpt};
 use proofmass_report::Rounding::Significant;
 use proofmass_report::{
-    Axis, Cell, Field, Place, Report, Section, Series, Table, XyPlot, scientific,
+    Axis, Cell, Field, KeyFigure, Place, Report, Section, Series, Table, XyPlot, scientific,
 };
 use std::ops::Range;
 
@@ -20,7 +20,8 @@ fn same(a: f64, b: f64) -> bool {
 pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -> Report {
     let (head, result) = (&outcome.head, &outcome.result);
     // A terminal has no room for all columns.
-    let [mut few, mut full] = [Place::Summary, Place::Page].map(|at| Section::new("Errors").at(at));
+    let mut few = Section::new("Errors").at(Place::Both);
+    let mut full = Section::new("Errors in all columns");
     for rate in rates(result) {
         let columns = || error_fields(head, result).into_iter();
         few = few.table(errors(result, rate, columns().take(7)));
@@ -31,7 +32,10 @@ pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -
         ));
     }
     let all = Table::of("", error_fields(head, result), &result.rows).file("errors.csv");
-    let page = head.opened(page, result.reference.len());
+    let page = head
+        .opened(page, result.reference.len())
+        .verdict(verdict(result, &head.unit("mm/s")))
+        .answers(answer(result, &head.unit("mm/s")));
     let mut page = page.section(few).section(full);
     let compared = (result.skip / head.sample_time).ceil() as usize;
     let compared = compared.min(result.reference.len() - 1);
@@ -105,6 +109,45 @@ pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -
     );
     page.section(section)
         .section(Section::filed([all, velocities(head, result)]))
+}
+
+/// The best method on line at the highest rate.
+fn verdict(result: &CompareResult, unit: &str) -> String {
+    let highest = rates(result).into_iter().next();
+    let on_line = |r: &&MethodRow| {
+        highest.is_some_and(|rate| same(r.rate, rate)) && r.family != Family::OffLine
+    };
+    let best = result
+        .rows
+        .iter()
+        .filter(on_line)
+        .min_by(|a, b| a.agreement.rms.total_cmp(&b.agreement.rms));
+    let against = match result.reference_is_truth {
+        true => "the reference",
+        false => "the smoother",
+    };
+    best.map_or(String::new(), |r| {
+        format!(
+            "On line the {} comes closest to {against}: {} {unit} RMS.",
+            short(result, r),
+            scientific(1e3 * r.agreement.rms, 3)
+        )
+    })
+}
+
+/// The best of each family at the highest rate.
+fn answer(result: &CompareResult, unit: &str) -> Vec<KeyFigure> {
+    let best = rates(result)
+        .into_iter()
+        .next()
+        .map(|rate| chosen(result, rate));
+    let figure = |r: &MethodRow| {
+        KeyFigure::new(short(result, r), scientific(1e3 * r.agreement.rms, 3), unit).note(format!(
+            "RMS; largest {}",
+            scientific(1e3 * r.agreement.max, 3)
+        ))
+    };
+    best.into_iter().flatten().map(figure).collect()
 }
 
 /// Every velocity at the highest rate, one column per method.

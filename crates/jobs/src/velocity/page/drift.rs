@@ -4,7 +4,7 @@ use crate::page::columns::{filed, number};
 use crate::velocity::VelocityDrift;
 use proofmass_motion::DriftBudget;
 use proofmass_report::plot::{Axis, Series, XyPlot};
-use proofmass_report::{Report, Rounding::Significant, Section, Table};
+use proofmass_report::{Report, Rounding::Significant, Section, Table, scientific};
 
 /// Causes with what each brings after a time: name in the file, heading, and the part of a budget.
 type Cause = (&'static str, &'static str, fn(&DriftBudget) -> f64);
@@ -58,6 +58,15 @@ pub(in crate::velocity) fn drift(page: Report, outcome: &VelocityDrift) -> Repor
     )
     .series(Series::line("", &time, &known).within(&half))
     .horizontal(0.0, "");
+    let page = match budgets.last() {
+        Some(b) => page.verdict(format!(
+            "After {} s the velocity from the accelerometer alone is off by {} m/s with U = {} m/s (k = 1.96, 95 %).",
+            scientific(b.time, 3),
+            scientific(b.known(), 3),
+            scientific(expanded(b), 2)
+        )),
+        None => page,
+    };
     page.section(Section::new("Drift").table(table).summarised())
         .section(Section::new("Drift over time").figure(
             "The known drift, with the interval that holds it in 95 of 100 cases",

@@ -17,8 +17,7 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
     let (head, result) = (&outcome.head, &outcome.result);
     let n = result.trace.velocity.len();
     let zoom = excerpt(&result.smoother.velocity);
-    let velocity = Section::new("Velocity")
-        .key_figures(head.key_figures(result))
+    let curves = Section::new("Velocity in parts")
         .figure(
             "Velocity over the whole recording, with the interval of 95 % that the model states",
             head.curves(result, 0..n),
@@ -52,15 +51,24 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
     }
     let offset = result.offset.as_ref();
     let sections = [
-        Some(velocity.summarised()),
         Some(head.trust(result).summarised()),
+        Some(curves),
         Some(sensors),
         offset.map(|(offset, u)| head.offset(offset, u)),
         head.episodes(result),
         head.ripple(result),
         Some(Section::filed([samples(outcome)])),
     ];
-    let page = head.opened(page, n);
+    let largest = head.quantities.first();
+    let stated = largest.map(crate::page::answer::stated);
+    let mut page = head.opened(page, n);
+    if let Some(q) = largest {
+        page = page.verdict(format!(
+            "The speed reaches {}.",
+            crate::page::answer::with_unit(q)
+        ));
+    }
+    let page = page.answers(stated).answers(head.key_figures(result));
     sections.into_iter().flatten().fold(page, Report::section)
 }
 

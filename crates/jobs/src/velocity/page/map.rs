@@ -1,11 +1,12 @@
 //! The report of an encoder map: its lines, and the error over a turn.
 
+use crate::page::answer::plus_minus;
 use crate::page::columns::{filed, number};
 use crate::velocity::VelocityMap;
 use proofmass_motion::MapLine;
 use proofmass_report::Rounding::{Exact, Significant};
 use proofmass_report::plot::{Axis, Series, XyPlot};
-use proofmass_report::{Cell, Field, Report, Section, Table, scientific};
+use proofmass_report::{Cell, Field, KeyFigure, Report, Section, Table, scientific};
 use std::f64::consts::TAU;
 
 pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
@@ -74,6 +75,13 @@ pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
     let table = Table::of(caption, fields, &found.lines).file("lines.csv");
     let page = head
         .opened(page, head.samples)
+        .verdict(match found.map.lines.len() {
+            0 => "No error of the encoder is told from chance; nothing is to be subtracted."
+                .to_owned(),
+            1 => "One line of the encoder's error is told from chance and subtracted.".to_owned(),
+            n => format!("{n} lines of the encoder's error are told from chance and subtracted."),
+        })
+        .answers(largest(&found.map.lines, &unit))
         .section(Section::new("Encoder map").table(table).summarised());
     if found.map.lines.is_empty() {
         return page;
@@ -93,6 +101,27 @@ pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
         "What the encoder shows too much, with ± 2 u; it belongs to the zero of the readings",
         plot,
     ))
+}
+
+/// How many lines are subtracted, and the largest of them.
+fn largest(lines: &[MapLine], unit: &str) -> Vec<KeyFigure> {
+    let mut figures = vec![KeyFigure::new(
+        "lines subtracted",
+        lines.len().to_string(),
+        "",
+    )];
+    let amplitude = |l: &&MapLine| l.amplitude();
+    if let Some(line) = lines
+        .iter()
+        .max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)))
+    {
+        let expanded = 2.0 * line.amplitude_uncertainty();
+        figures.push(
+            KeyFigure::new("largest line", plus_minus(line.amplitude(), expanded), unit)
+                .note(format!("k = 2; {} cycles per turn", line.order)),
+        );
+    }
+    figures
 }
 
 /// Angle of the maximum of a line, in degrees of its own cycle.

@@ -44,6 +44,16 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
         );
     }
     head.opened(page, result.samples.end)
+        .verdict(match w.p_white < 0.05 {
+            true => format!(
+                "The innovations are correlated (p = {}): the model does not describe both sensors, and the gains are the best of it.",
+                scientific(w.p_white, 2)
+            ),
+            false => format!(
+                "The model describes both sensors: the innovations are white (p = {}).",
+                scientific(w.p_white, 2)
+            ),
+        })
         .section(
             Section::new("Gains")
                 .table(gains(result, &head.unit("m/s")))

@@ -1,0 +1,188 @@
+//! How a recording was read: its columns, their units, its rate, and who said so of each.
+
+use crate::time_unit::{hertz, short};
+use crate::{ClockUnit, Layout, SaidBy, TimeUnit, Unit};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How a recording was read. Its display is one line, with which every summary, report and error about it begins.
+///
+/// `columns 2 acc_x, 3 acc_y, 4 acc_z in g by the headings; 100 Hz by column 1 timestamp in ms as stated`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// The signals, in the order in which they were asked for.
+    pub columns: Vec<ReadColumn>,
+    /// The clock.
+    pub time: ReadTime,
+    /// The stretch that was read, s, where it is not all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between_s: Option<[f64; 2]>,
+    /// Local gravity, where the job needs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<ReadGravity>,
+}
+
+/// A column of signals.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReadColumn {
+    /// Number from one.
+    pub number: usize,
+    /// Heading without unit; none in a file without headings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading: Option<String>,
+    /// Unit as it stands in the file, where it is known.
+    pub unit: Option<Unit>,
+    /// Who says the unit.
+    pub unit_by: SaidBy,
+}
+
+/// The clock of a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReadTime {
+    /// Samples per second; none for a table, whose rows have an order alone.
+    pub rate_hz: Option<f64>,
+    /// Number of the column of times, from one; none where the rate was stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<usize>,
+    /// Its heading without unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading: Option<String>,
+    /// What it counts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<TimeUnit>,
+    /// Who says the unit, or the rate.
+    pub by: SaidBy,
+}
+
+/// Local gravity as a job uses it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReadGravity {
+    /// Value, m/s².
+    pub value: f64,
+    /// Standard uncertainty, m/s².
+    pub standard_uncertainty: f64,
+    /// Where it comes from, such as `by latitude 48° and height 520 m`.
+    pub by: String,
+}
+
+impl Reading {
+    /// The reading of some columns of a text; a clock of `None` with a `rate` is a stated one.
+    pub fn of(
+        layout: &Layout,
+        signals: &[usize],
+        stated: Option<Unit>,
+        clock: Option<(usize, &ClockUnit)>,
+        rate_hz: Option<f64>,
+    ) -> Self {
+        let heading = |index: usize| layout.header.is_some().then(|| layout.name(index));
+        let columns = signals
+            .iter()
+            .map(|&index| {
+                let own = layout.unit(index);
+                ReadColumn {
+                    number: index + 1,
+                    heading: heading(index),
+                    unit: own.or(stated),
+                    unit_by: match (own, stated) {
+                        (Some(_), _) => SaidBy::Heading,
+                        (None, Some(_)) => SaidBy::Person,
+                        (None, None) => SaidBy::Nobody,
+                    },
+                }
+            })
+            .collect();
+        Self {
+            columns,
+            time: ReadTime {
+                rate_hz,
+                column: clock.map(|(index, _)| index + 1),
+                heading: clock.and_then(|(index, _)| heading(index)),
+                unit: clock.map(|(_, unit)| unit.unit),
+                by: clock.map_or(SaidBy::Person, |(_, unit)| unit.said_by),
+            },
+            between_s: None,
+            gravity: None,
+        }
+    }
+
+    /// States the unit of a column whose heading does not say it, counted from zero in their order.
+    pub fn state_unit(&mut self, column: usize, unit: Option<Unit>, by: SaidBy) {
+        if let (Some(column), Some(unit)) = (self.columns.get_mut(column), unit)
+            && column.unit.is_none()
+        {
+            (column.unit, column.unit_by) = (Some(unit), by);
+        }
+    }
+
+    /// The file and how it was read, in one line.
+    pub fn line(&self, file: &str) -> String {
+        format!("{file}: {self}")
+    }
+}
+
+impl fmt::Display for Reading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let words = if self.columns.len() == 1 {
+            "column"
+        } else {
+            "columns"
+        };
+        // A long row of alike columns is told by its ends.
+        const SHOWN: usize = 6;
+        write!(f, "{words} ")?;
+        let mut from = 0;
+        for (i, column) in self.columns.iter().enumerate() {
+            let skipped =
+                self.columns.len() > SHOWN && i >= SHOWN - 1 && i + 1 < self.columns.len();
+            let next = self.columns.get(i + 1);
+            let alike = next.is_some_and(|n| (n.unit, n.unit_by) == (column.unit, column.unit_by));
+            if !skipped {
+                write!(f, "{}{}", if i > from { ", " } else { "" }, column.number)?;
+                if let Some(heading) = &column.heading {
+                    write!(f, " {heading}")?;
+                }
+            } else if i == SHOWN - 1 {
+                write!(f, ", …")?;
+            }
+            if alike {
+                continue;
+            }
+            match (column.unit, column.unit_by) {
+                (Some(unit), by) => write!(f, " in {unit} {by}")?,
+                (None, _) => write!(f, " in a unit that is not said")?,
+            }
+            if next.is_some() {
+                write!(f, ", ")?;
+            }
+            from = i + 1;
+        }
+        let time = &self.time;
+        match time.rate_hz {
+            Some(rate) => write!(f, "; {}", hertz(rate))?,
+            None if time.column.is_some() => write!(f, "; times")?,
+            None => write!(f, "; rows in their order")?,
+        }
+        match (time.column, time.unit) {
+            (Some(column), unit) => {
+                write!(f, " by column {column}")?;
+                if let Some(heading) = &time.heading {
+                    write!(f, " {heading}")?;
+                }
+                match (unit, time.by) {
+                    (_, SaidBy::Field) | (None, _) => write!(f, " {}", SaidBy::Field)?,
+                    (Some(unit), by) => write!(f, " in {unit} {by}")?,
+                }
+            }
+            (None, _) if time.rate_hz.is_some() => write!(f, " {}", time.by)?,
+            _ => {}
+        }
+        if let Some([from, to]) = self.between_s {
+            write!(f, "; between {from} s and {to} s")?;
+        }
+        if let Some(g) = &self.gravity {
+            let u = short(g.standard_uncertainty);
+            write!(f, "; g = {:.5} m/s², u = {u} m/s², {}", g.value, g.by)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! A stretch of a recording: the rows whose times lie in it.
+
+use crate::rows::RowBlock;
+use crate::stamp::Stamp;
+
+/// From which time on a recording counts from its first stamp.
+pub(crate) const FAR: f64 = 1e5;
+
+/// Rows from one time on and before another; times count as those of the recording do.
+///
+/// Times are in seconds from the zero of the time column, from its first stamp where that lies beyond 10⁵ s, and from the first row
+/// where a rate is stated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeWindow {
+    /// From and to, s.
+    between: [f64; 2],
+    clock: WindowClock,
+    /// Rows that went by.
+    rows: usize,
+    origin: Option<f64>,
+    origin_stamp: Option<Stamp>,
+    last: Option<f64>,
+}
+
+/// What tells the times of rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum WindowClock {
+    /// A selected column, and its units in a second.
+    Column(usize, f64),
+    /// Samples per second.
+    Rate(f64),
+}
+
+impl TimeWindow {
+    /// By one of the selected columns, with so many units in a second.
+    pub fn by_column(between: [f64; 2], selected: usize, per_second: f64) -> Self {
+        Self::new(between, WindowClock::Column(selected, per_second))
+    }
+
+    /// By the number of the row and a rate, Hz.
+    pub fn by_rate(between: [f64; 2], rate: f64) -> Self {
+        Self::new(between, WindowClock::Rate(rate))
+    }
+
+    fn new(between: [f64; 2], clock: WindowClock) -> Self {
+        Self {
+            between,
+            clock,
+            rows: 0,
+            origin: None,
+            origin_stamp: None,
+            last: None,
+        }
+    }
+
+    /// The stamp of which time zero is, where it is not the zero of the column.
+    pub(crate) fn origin(&self) -> Option<Stamp> {
+        self.origin_stamp
+    }
+
+    /// Which rows of a block lie in the window.
+    pub(crate) fn inside(&mut self, block: &RowBlock) -> Vec<bool> {
+        let [from, to] = self.between;
+        let mut inside = Vec::with_capacity(block.rows());
+        for row in 0..block.rows() {
+            let at = match self.clock {
+                WindowClock::Rate(rate) => Some((self.rows + row) as f64 / rate),
+                WindowClock::Column(slot, per_second) => self.seconds(block, row, slot, per_second),
+            };
+            self.last = at.or(self.last);
+            // A row whose time is damaged belongs to the one before it.
+            inside.push(self.last.is_some_and(|t| (from..to).contains(&t)));
+        }
+        self.rows += block.rows();
+        inside
+    }
+
+    fn seconds(&mut self, block: &RowBlock, row: usize, slot: usize, scale: f64) -> Option<f64> {
+        let stamp = block.stamps().get(row).copied().flatten();
+        let value = stamp.map_or(block.column(slot)[row], Stamp::value) / scale;
+        if !value.is_finite() {
+            return None;
+        }
+        if self.origin.is_none() {
+            let far = value.abs() >= FAR;
+            self.origin = Some(if far { value } else { 0.0 });
+            self.origin_stamp = stamp.filter(|_| far);
+        }
+        match (stamp, self.origin_stamp) {
+            (Some(stamp), Some(origin)) => Some(stamp.since(origin) / scale),
+            _ => self.origin.map(|origin| value - origin),
+        }
+    }
+
+    /// What to say where no row lies in it.
+    pub fn nothing(&self) -> String {
+        let [from, to] = self.between;
+        let until = self
+            .last
+            .map_or(String::new(), |last| format!("; the last time is {last} s"));
+        format!("no row lies between {from} s and {to} s{until}")
+    }
+}

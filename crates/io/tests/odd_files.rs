@@ -1,0 +1,138 @@
+//! Files whose headings say too little: a refusal where two readings are plausible, else the right number with the assumption.
+
+use proofmass_io::{
+    DecimalMark, Error, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Source,
+    TimeUnit, Unit, inspect_source,
+};
+
+/// Rows at 100 Hz with a column of times as `stamp` writes it, and gravity along z.
+fn text(heading: &str, stamp: impl Fn(u64) -> String, gravity: f64) -> String {
+    let rows = (0..400).map(|i| {
+        let wobble = f64::from((i * 7919 % 13) as u32) * 1e-3;
+        format!("{},{wobble},{},{}\n", stamp(i), -wobble, gravity + wobble)
+    });
+    format!("{heading}\n{}", rows.collect::<String>())
+}
+
+fn read(text: &str, change: impl FnOnce(&mut RecordingOptions)) -> Result<Recording, Error> {
+    let mut options = RecordingOptions {
+        columns: vec!["ax".into(), "ay".into(), "az".into()],
+        ..RecordingOptions::default()
+    };
+    change(&mut options);
+    Recording::from_source(Source::from_bytes("odd.csv", text.to_owned())?, &options)
+}
+
+#[test]
+fn whole_stamps_are_never_seconds_at_an_absurd_rate() {
+    for (step, unit, word) in [
+        (10, TimeUnit::Millisecond, "ms"),
+        (10_000, TimeUnit::Microsecond, "us"),
+        (10_000_000, TimeUnit::Nanosecond, "ns"),
+    ] {
+        let text = text("timestamp,ax,ay,az", |i| (step * i).to_string(), 9.81);
+        let refused = read(&text, |_| {}).unwrap_err();
+        assert_eq!(refused.field(), Some("timestamp"));
+        let hint = refused.hint().unwrap();
+        assert!(hint.contains(&format!("--time-unit {word} ")), "{hint}");
+        // Said, it is the right rate, and the reading tells who said it.
+        let said = read(&text, |o| o.time_unit = Some(unit)).unwrap();
+        assert!((said.time.rate_hz() - 100.0).abs() < 1e-6);
+        assert_eq!(said.reading().time.by, SaidBy::Person);
+        // A look at the file does not refuse; it asks.
+        let source = Source::from_bytes("odd.csv", text).unwrap();
+        let seen = inspect_source(source, &RecordingOptions::default(), 10).unwrap();
+        let time = seen.time.unwrap();
+        assert_eq!(time.unit, unit);
+        assert!((time.rate_hz - 100.0).abs() < 1e-6);
+        assert!(seen.findings.iter().any(|f| f.code() == "time-unit-open"));
+    }
+}
+
+#[test]
+fn what_is_plain_is_assumed_and_told() {
+    let since_1970 = |i: u64| (1_700_000_000_000 + 10 * i).to_string();
+    let days = |i: u64| format!("{:.11}", 45_000.123 + i as f64 * 0.01 / 86_400.0);
+    let seconds = |i: u64| format!("{:.2}", i as f64 / 100.0);
+    let stamps: [(&dyn Fn(u64) -> String, TimeUnit); 3] = [
+        (&since_1970, TimeUnit::Millisecond),
+        (&days, TimeUnit::Day),
+        (&seconds, TimeUnit::Second),
+    ];
+    for (stamp, unit) in stamps {
+        let read = read(&text("t,ax,ay,az", stamp, 9.81), |_| {}).unwrap();
+        // Days of eleven decimals have a resolution of 0.9 µs.
+        assert!((read.time.rate_hz() / 100.0 - 1.0).abs() < 1e-6, "{unit}");
+        assert_eq!(read.reading().time.unit, Some(unit));
+        assert_eq!(read.reading().time.by, SaidBy::Nobody);
+        let told = |f: &proofmass_uncertainty::Finding| f.code() == "time-unit-assumed";
+        assert!(read.findings().iter().any(told));
+        let input = read.input().reading.unwrap().line("odd.csv");
+        assert!(input.contains(&format!("in {unit} assumed")), "{input}");
+    }
+}
+
+#[test]
+fn a_clock_that_stands_still_is_named() {
+    let refused = read(&text("t,ax,ay,az", |_| "12.5".into(), 9.81), |_| {}).unwrap_err();
+    assert!(refused.to_string().contains("stands still"), "{refused}");
+}
+
+#[test]
+fn headings_that_are_not_as_many_as_columns_are_refused() {
+    let text = "t,ax,ay,az,gx\n".to_owned() + &"0.01,1,2,3\n".repeat(20);
+    let refused = read(&text, |_| {}).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("5 headings stand above 4 columns"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn mixed_marks_are_refused_with_their_line() {
+    let row = "0,01;0,5;0,25;9,75\n";
+    let text = format!("t;ax;ay;az\n{}0,02;1.234;0,25;9,75\n", row.repeat(20));
+    let refused = read(&text, |o| o.layout.decimal = Some(DecimalMark::Comma)).unwrap_err();
+    assert_eq!(refused.line_number(), Some(22));
+    assert!(refused.to_string().contains("has a point"), "{refused}");
+}
+
+#[test]
+fn the_likely_unit_is_that_of_the_norm() {
+    for (gravity, unit) in [
+        (9.81, Unit::MetrePerSecondSquared),
+        (1.0, Unit::StandardGravity),
+        (1000.0, Unit::MilliGravity),
+    ] {
+        let text = text(
+            "t,ax,ay,az",
+            |i| format!("{:.2}", i as f64 / 100.0),
+            gravity,
+        );
+        let mut source = Source::from_bytes("odd.csv", text).unwrap();
+        let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+        assert_eq!(layout.likely_unit(&[1, 2, 3]), Some(unit));
+        let asked = layout.ask_unit(&[1, 2, 3]);
+        assert!(asked.hint().unwrap().contains(unit.ascii()));
+    }
+}
+
+#[test]
+fn a_stretch_is_read_and_damage_outside_of_it_is_not() {
+    let mut text = text("t,ax,ay,az", |i| format!("{:.2}", i as f64 / 100.0), 9.81);
+    text += "4.00,broken,0,9.81\n";
+    assert!(read(&text, |_| {}).is_err());
+    let cut = read(&text, |o| o.between = Some([1.0, 2.0])).unwrap();
+    assert_eq!(cut.samples(), 100);
+    assert_eq!((cut.time.seconds(0), cut.line(0)), (1.0, 102));
+    assert_eq!(cut.reading().between_s, Some([1.0, 2.0]));
+    let by_rate = read(&text, |o| {
+        o.sampling_rate_hz = Some(100.0);
+        o.between = Some([1.0, 2.0]);
+    });
+    assert_eq!(by_rate.unwrap().samples(), 100);
+    let nothing = read(&text, |o| o.between = Some([7.0, 8.0])).unwrap_err();
+    assert!(nothing.to_string().contains("no row lies"), "{nothing}");
+}
