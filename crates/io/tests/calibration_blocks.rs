@@ -58,7 +58,10 @@ fn law_every_export_names_its_source_and_checks_itself() {
         (ExportForm::C, ["static inline int", "self_check"]),
         (
             ExportForm::Python,
-            ["def apply(x, y, z, temperature)", "def self_check"],
+            [
+                "def apply(x, y, z, temperature, hold=False)",
+                "def self_check",
+            ],
         ),
         (
             ExportForm::Json,

@@ -50,9 +50,10 @@ pub(super) fn text(plan: &Plan<'_>) -> String {
     };
     let outside = if plan.needs_temperature() {
         "    low, high = TEMPERATURE_RANGE\n    \
-         if hold:\n        temperature = min(max(temperature, low), high)\n    \
-         if not low <= temperature <= high:\n        \
-         raise ValueError(f\"{temperature} degC is beyond the calibration, {low} to {high} degC\")\n"
+         if hold:\n        \
+         temperature = temperature.clip(low, high) if hasattr(temperature, \"clip\") else min(max(temperature, low), high)\n    \
+         for t in getattr(temperature, \"flat\", (temperature,)):\n        if not low <= t <= high:\n            \
+         raise ValueError(f\"{t} degC is beyond the calibration, {low} to {high} degC\")\n"
     } else {
         ""
     };
