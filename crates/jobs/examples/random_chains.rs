@@ -257,7 +257,7 @@ fn compare(rng: &mut Random, seed: u64, truth: usize, tally: &mut Tally) -> Resu
     let verdict = output.validation.as_ref().map(|v| v.verdict);
     let validated = verdict == Some(Verdict::Validated);
     tally.validated += usize::from(validated);
-    // The verdict allows 5 % of the half-width, and so does each result that is read.
+    // The verdict allows 10 % of the half-width.
     let linear = output.linear.as_ref().map(|l| {
         let (y, expanded) = (l.quantity.value, l.expanded_uncertainty);
         off(y - expanded, y + expanded)

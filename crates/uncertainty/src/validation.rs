@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Part of the half-width by which the ends may differ at most. Half a unit of one digit is anything from 3 to 25 % of it, as
 /// u begins with a 9 or a 1.
-pub const ENDS: f64 = 0.05;
+pub const ENDS: f64 = 0.1;
 
 /// Whether the law of propagation may be used for this output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

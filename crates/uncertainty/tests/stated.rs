@@ -257,6 +257,28 @@ fn known_a_cause_shared_with_a_refuted_result() {
     );
 }
 
+/// In a result of both kinds, what is stated linearly keeps the shape that its few degrees of freedom have.
+#[test]
+fn known_a_linear_quantity_beside_a_refuted_one() {
+    let first = evaluate(
+        &(input("x", "value = 0\nu = 1\ndof = 6")
+            + &input("e", "value = 0\nu = 1")
+            + &output("y", "x")
+            + &output("q", "e^2")),
+    );
+    let method = |name: &str| first.get(name).unwrap().stated.method;
+    assert_eq!(method("y"), StatementMethod::LawOfPropagation);
+    assert_eq!(method("q"), StatementMethod::MonteCarlo);
+    let both = second(
+        &[(&first, "y = \"y\", q = \"q\"")],
+        &output("z", "y + 0.01 * q"),
+    );
+    let trials = both.outputs[0].monte_carlo.as_ref().unwrap();
+    // Variance ν/(ν − 2) = 1.5 of t; t(6) at 97.5 % is 2.447.
+    close(trials.standard_uncertainty.unwrap(), 1.5f64.sqrt(), 0.03);
+    close(trials.symmetric.upper, 2.447 + 0.01, 0.06);
+}
+
 /// y³ − 3y = x has its branch y > 1 for x > −2 alone: trials beyond the fold are lost, the others stay on it.
 #[test]
 fn known_branches_end_at_a_fold() {

@@ -48,7 +48,7 @@ pub fn json(path: &Path) -> serde_json::Value {
     serde_json::from_slice(&bytes).expect("JSON")
 }
 
-/// (value, u, U) of one quantity of a result.json.
+/// (value, u, U) of one quantity of a result.json; U is not a number where the interval is not value ± U.
 pub fn quantity(result: &serde_json::Value, name: &str) -> (f64, f64, f64) {
     let list = result["quantities"].as_array().expect("quantities");
     let q = list
@@ -56,7 +56,8 @@ pub fn quantity(result: &serde_json::Value, name: &str) -> (f64, f64, f64) {
         .find(|q| q["name"] == name)
         .unwrap_or_else(|| panic!("no {name}"));
     let get = |key: &str| q[key].as_f64().expect("number");
-    (get("value"), get("u"), get("U"))
+    let expanded = q.get("interval").map_or_else(|| get("U"), |_| f64::NAN);
+    (get("value"), get("u"), expanded)
 }
 
 /// The folder of recordings that others made; only tests that are ignored without it ask for it.

@@ -35,6 +35,12 @@ pub fn law_outcome_comes_back<O: Outcome>(outcome: &O) {
     let files = result.files().expect("files");
     let json = &files[0].1;
     let read = StoredResult::from_json(json).expect("result.json is read again");
+    // What stands beside result.json alone is read from there.
+    let beside = |name: &str| {
+        let mut files = files.iter();
+        Ok(files.find(|f| f.0 == name).expect("the file").1.clone())
+    };
+    let read = read.with_files_beside(beside).expect("the files beside it");
     let again = read.files().expect("files of the result that was read");
     assert_eq!(files.len(), again.len());
     for ((name, a), (other, b)) in files.iter().zip(&again) {

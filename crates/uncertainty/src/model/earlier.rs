@@ -84,7 +84,7 @@ impl Earlier {
                 all.add_trials(entry, table, entries, inputs)?;
             }
         }
-        for entry in entries.iter().filter(|e| e.drawn().is_none()) {
+        for entry in entries {
             all.add(entry, inputs)?;
         }
         Ok(all)
@@ -95,6 +95,15 @@ impl Earlier {
             name: entry.file.clone(),
             what,
         };
+        // What is stated by trials is there already.
+        let drawn = entry.drawn();
+        let by_law = |quantity: &String| {
+            let column = drawn.and_then(|table| table.quantity(quantity));
+            column.is_none_or(|c| !c.by_trials)
+        };
+        if !entry.quantities.values().any(by_law) {
+            return Ok(());
+        }
         let Some(estimate) = &entry.estimate else {
             return Err(refuse(
                 "the result has no estimate with the causes of its uncertainty".to_owned(),
@@ -102,7 +111,7 @@ impl Earlier {
         };
         let n = estimate.components().len();
         let mut places = Vec::new();
-        for (name, quantity) in &entry.quantities {
+        for (name, quantity) in entry.quantities.iter().filter(|(_, q)| by_law(q)) {
             let Some(place) = estimate.index_of(quantity) else {
                 let names: Vec<&str> = estimate
                     .components()
@@ -203,15 +212,12 @@ impl Earlier {
         inputs: &[InputEntry],
     ) -> Result<(), Refusal> {
         let mut row = Vec::new();
+        // What is stated by the law of propagation follows from the causes in the same row.
+        let mut by_law = false;
         for (name, quantity) in &entry.quantities {
-            let Some(column) = table.quantity(quantity) else {
-                let quantities = table.columns.iter().filter(|c| !c.cause);
-                let names: Vec<&str> = quantities.map(|c| c.name.as_str()).collect();
-                return Err(Refusal::Equation {
-                    name: entry.file.clone(),
-                    what: format!("it has no quantity {quantity}; it has {}", names.join(", ")),
-                });
-            };
+            let column = table.quantity(quantity).filter(|c| c.by_trials);
+            by_law |= column.is_none();
+            let Some(column) = column else { continue };
             let variable = self.column(column, entry, inputs);
             let estimate = self.inputs[variable].estimate();
             self.quantities.push(EarlierQuantity {
@@ -238,7 +244,7 @@ impl Earlier {
                 continue;
             }
             let others = entries.iter().filter(|e| !std::ptr::eq(*e, entry));
-            if others.into_iter().any(|e| e.has(cause, dof)) {
+            if by_law || others.into_iter().any(|e| e.has(cause, dof)) {
                 let variable = self.column(cause, entry, inputs);
                 self.known.push((
                     cause.name.clone(),
@@ -286,7 +292,7 @@ impl Earlier {
                 && label == unit
         });
         if let Some((key, .., variable)) = known {
-            if !self.shared.contains(key) {
+            if entry.drawn().is_none() && !self.shared.contains(key) {
                 self.shared.push(key.clone());
             }
             return *variable;
