@@ -336,15 +336,16 @@ fn refuses_to_calculate_without_threads() {
     let above = tempfile::tempdir().unwrap();
     let inputs = example(above.path());
     let program = env!("CARGO_BIN_EXE_proofmass");
-    // Room for the program and not for the stacks of many threads.
+    // Room for the program and not for the stacks of many threads; what is left when the last stack does not fit is room enough for an
+    // error.
     let script = format!(
-        "ulimit -v 400000; exec {program} calibrate {}",
+        "ulimit -v 2000000; exec {program} calibrate {}",
         text(&inputs)
     );
     let output = Command::new("sh")
         .args(["-c", &script])
         .env("RAYON_NUM_THREADS", "2000")
-        .env("RUST_MIN_STACK", "2097152")
+        .env("RUST_MIN_STACK", "268435456")
         .output()
         .unwrap();
     let said = stderr(&output);

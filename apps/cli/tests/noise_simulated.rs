@@ -136,7 +136,7 @@ fn known_further_curves_are_written() {
             .is_some_and(|c| !c.is_empty())
     );
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("All channels") && page.contains("Dynamic Allan deviation"));
+    assert!(page.contains("<figure") && page.contains("Dynamic Allan deviation"));
     let message = refuse(&[
         "noise",
         text(&recording),

@@ -19,7 +19,7 @@ pub(super) fn pair(page: Report, pair: &ResponseComparison, names: &[String]) ->
     page.verdict(verdict(pair, [a, b]))
         .section(pair_result(pair, [a, b]))
         .section(differences(pair))
-        .section(points(pair, [a, b]))
+        .section(points(pair, [a, b]).summarised())
 }
 
 /// Three calibrations or more.
@@ -29,7 +29,7 @@ pub(super) fn several(page: Report, several: &ReferenceComparison, names: &[Stri
         100.0 * several.consistent
     ))
     .section(reference_result(several, names))
-        .section(deviations(several, names))
+        .section(deviations(several, names).summarised())
         .section(values(several))
         .section(laboratories(several, names))
 }

@@ -158,6 +158,10 @@ impl NoiseComparisonOutcome {
                     .note(format!("of {all}, by more than chance")),
             );
         }
+        let first = crate::outcome::Outcome::quantities(self)
+            .into_iter()
+            .find(|q| q.expanded > 0.0);
+        figures.extend(first.as_ref().map(crate::page::answer::stated));
         figures
     }
 
