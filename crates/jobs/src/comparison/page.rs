@@ -75,7 +75,9 @@ fn verdict(pair: &ResponseComparison, [a, b]: [&str; 2]) -> String {
             true => "; as a whole they differ by more than chance allows",
             false => "; as a whole the differences are within chance",
         });
-    format!("{points}{whole}.")
+    let differences = pair.points.iter().map(|p| p.modulus_difference.abs());
+    let largest = two_digits(100.0 * differences.fold(0.0, f64::max));
+    format!("{points}{whole}; moduli differ by up to {largest} %.")
 }
 
 /// Points whose differences exceed their expanded uncertainty.
