@@ -466,6 +466,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "band",
             "required-spectrum",
             "reference-unit",
+            "standard",
             "peaks",
             "velocity-band",
             "spectrum-band",

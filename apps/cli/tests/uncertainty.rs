@@ -446,11 +446,17 @@ fn what_is_asked_beside_the_outputs() {
             .iter()
             .any(|i| i["path"].as_str().unwrap().ends_with("readings.csv"))
     );
-    assert_eq!(result["sweeps"][0]["points"].as_array().unwrap().len(), 4);
+    assert_eq!(
+        result["extra"]["sweeps"][0]["points"]
+            .as_array()
+            .unwrap()
+            .len(),
+        4
+    );
     // u(P)² = (2 V/R u(V))² + (V²/R² u(R))², with u(V) = √(0.02/12) V and u(R) = 3 Ω; 0.007 W are wanted.
     let readings = (0.1f64 * (0.02f64 / 12.0).sqrt()).powi(2);
     let needed = ((0.007f64.powi(2) - readings) / 0.0025f64.powi(2)).sqrt();
-    let target = &result["targets"][0]["inputs"][1];
+    let target = &result["extra"]["targets"][0]["inputs"][1];
     assert_eq!(target["input"], "R");
     assert!(
         (target["needed"].as_f64().unwrap() / needed - 1.0).abs() < 1e-5,

@@ -43,7 +43,7 @@ impl<'a, R> BenchRuns<'a, R> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct BenchFiles<J, R> {
     /// The question.
-    pub(crate) job: J,
+    pub job: J,
     pub(crate) runs: Vec<R>,
     pub(crate) findings: Vec<Finding>,
     pub(crate) name: String,

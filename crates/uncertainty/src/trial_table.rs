@@ -34,12 +34,20 @@ pub struct TrialColumn {
     /// Whether the quantity is stated otherwise than by the law of propagation.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub by_trials: bool,
+    /// Whether the law of propagation states it, but so far from the trials that others had better draw these.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub loose: bool,
     /// The value in each trial.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trials: Vec<f64>,
 }
 
 impl TrialColumn {
+    /// Whether a reader draws these trials rather than the causes behind them.
+    pub(crate) fn drawn(&self) -> bool {
+        self.by_trials || self.loose
+    }
+
     /// The column of these values: as they are, or brought to the stated value and u.
     pub(crate) fn of(mut self, values: Vec<f64>, as_they_are: bool) -> Self {
         self.trials = values;
@@ -62,7 +70,12 @@ impl TrialColumn {
 
     /// The trials counted from the value in standard uncertainties.
     fn counted(&self) -> Vec<f64> {
-        let at = |v: &f64| (v - self.value) / self.scale;
+        let per = if self.scale > 0.0 {
+            1.0 / self.scale
+        } else {
+            0.0
+        };
+        let at = |v: &f64| (v - self.value) * per;
         self.trials.iter().map(at).collect()
     }
 }

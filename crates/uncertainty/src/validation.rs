@@ -3,9 +3,9 @@
 use crate::{Linear, Quantity, Sampled};
 use serde::{Deserialize, Serialize};
 
-/// Part of the half-width by which the ends may differ at most. Half a unit of one digit is anything from 3 to 25 % of it, as
-/// u begins with a 9 or a 1.
-pub const ENDS: f64 = 0.1;
+/// Part of the half-width beyond which the ends of a linear result that stands are too far from those of the trials for another
+/// calculation to add to them: half a unit of one digit is anything from 3 to 25 % of it, as u begins with a 9 or a 1.
+pub const ENDS: f64 = 0.02;
 
 /// Whether the law of propagation may be used for this output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,12 +40,21 @@ pub struct Validation {
     /// agree. The model is linear enough; Monte Carlo draws Student's t where the law of propagation has ν_eff.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub few_degrees_of_freedom: bool,
+    /// `relative` with the standard uncertainties taken as known, where degrees of freedom are few: what the curvature of the model
+    /// alone does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curvature: Option<f64>,
 }
 
 impl Validation {
     /// Whether the linear result may stand.
     pub fn holds(&self) -> bool {
         self.verdict == Verdict::Validated || self.few_degrees_of_freedom
+    }
+
+    /// Whether the ends are near enough to those of the trials for another calculation to build on them.
+    pub(crate) fn passes_on(&self) -> bool {
+        self.curvature.unwrap_or(self.relative) <= ENDS
     }
 
     /// Whether Monte Carlo refutes the linearity of the model.
@@ -56,7 +65,7 @@ impl Validation {
 
 impl Sampled {
     /// Judges the linear result by this one: do y ± U and the symmetric interval agree to half a unit of the last
-    /// digit of u that counts, and to [`ENDS`] of the half-width? Twice the scatter of the ends must not matter to the
+    /// digit of u that counts? Twice the scatter of the ends must not matter to the
     /// answer. An output without a Monte Carlo result is absent. **Source** `[S1] 8.1`, `[S2] 8`.
     pub fn validate(&self, linear: &Linear, digits: u32) -> Vec<Validation> {
         let quantities: Vec<Quantity> = self
@@ -64,22 +73,12 @@ impl Sampled {
             .iter()
             .filter_map(|sampled| linear.get(&sampled.name))
             .collect();
-        self.validate_to(&quantities, digits, ENDS)
+        self.validate_quantities(&quantities, digits)
     }
 
     /// As [`Sampled::validate`] by the digits alone, for quantities y ± U however they were found; those without an output of their name
     /// are passed over.
     pub fn validate_quantities(&self, quantities: &[Quantity], digits: u32) -> Vec<Validation> {
-        self.validate_to(quantities, digits, f64::INFINITY)
-    }
-
-    /// Ends within half a unit of the last digit and within a part of the half-width.
-    pub(crate) fn validate_to(
-        &self,
-        quantities: &[Quantity],
-        digits: u32,
-        ends: f64,
-    ) -> Vec<Validation> {
         self.outputs
             .iter()
             .filter_map(|sampled| {
@@ -92,10 +91,6 @@ impl Sampled {
                 } else {
                     numerical_tolerance(spread, digits)
                 };
-                let tolerance = match width > 0.0 {
-                    true => tolerance.min(ends * width),
-                    false => tolerance,
-                };
                 let expanded = q.expanded(self.probability);
                 let lower = (q.value - expanded - sampled.symmetric.lower).abs();
                 let upper = (q.value + expanded - sampled.symmetric.upper).abs();
@@ -107,6 +102,7 @@ impl Sampled {
                     upper,
                     scatter: sampled.symmetric_scatter,
                     few_degrees_of_freedom: false,
+                    curvature: None,
                     relative: if width > 0.0 { largest / width } else { 0.0 },
                     verdict: if largest + doubt <= tolerance {
                         Verdict::Validated

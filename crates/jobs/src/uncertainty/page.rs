@@ -12,7 +12,7 @@ use proofmass_report::{
 };
 use proofmass_uncertainty::{
     BudgetLine, CauseEffect, CorrelationEntry, LinearOutput, Method, ModelResult, OutputResult,
-    Rounded, Statement, Verdict,
+    Rounded, Statement, Validation, Verdict,
 };
 
 pub(super) fn add(page: Report, outcome: &UncertaintyOutcome) -> Report {
@@ -100,24 +100,37 @@ fn method(outcome: &UncertaintyOutcome) -> Section {
 
 /// Whether the linear result may be used, by Monte Carlo.
 fn sentence(result: &ModelResult) -> String {
-    let checked = |o: &&OutputResult| o.validation.is_some();
-    let held = |o: &&OutputResult| {
-        o.validation
-            .as_ref()
-            .is_some_and(|v| v.verdict == Verdict::Validated)
-    };
-    let outputs = || result.outputs.iter();
-    match (
-        outputs().filter(checked).count(),
-        outputs().filter(held).count(),
-    ) {
-        (0, _) => "The linear result was not checked by Monte Carlo.".to_owned(),
-        (all, n) if n == all => {
+    let judged: Vec<&Validation> = result
+        .outputs
+        .iter()
+        .filter_map(|o| o.validation.as_ref())
+        .collect();
+    let all = judged.len();
+    let count = |what: &dyn Fn(&Validation) -> bool| judged.iter().filter(|v| what(v)).count();
+    let refuted = count(&Validation::refutes);
+    let undecided = count(&|v| v.verdict == Verdict::Undecided && !v.few_degrees_of_freedom);
+    let few = count(&|v| v.verdict != Verdict::Validated && v.few_degrees_of_freedom);
+    match (all, refuted, undecided, few) {
+        (0, ..) => "The linear result was not checked by Monte Carlo.".to_owned(),
+        (_, 0, 0, 0) => {
             "The law of propagation holds: Monte Carlo validates the linear result.".to_owned()
         }
-        (1, _) => "The linear result is not validated: Monte Carlo says something else.".to_owned(),
-        (all, n) => {
-            format!("The linear result is validated for {n} of {all} quantities by Monte Carlo.")
+        (_, 0, 0, _) => {
+            "The law of propagation holds: Monte Carlo differs from it for few degrees of freedom \
+             alone."
+                .to_owned()
+        }
+        (_, 0, _, _) => {
+            "The trials are too few to tell whether the law of propagation holds.".to_owned()
+        }
+        (1, ..) => {
+            "The linear result is not validated: Monte Carlo says something else.".to_owned()
+        }
+        (all, n, ..) => {
+            format!(
+                "The linear result is validated for {} of {all} quantities by Monte Carlo.",
+                all - n - undecided
+            )
         }
     }
 }
@@ -607,10 +620,9 @@ fn comparison_in_words(output: &OutputResult) -> String {
 
 fn verdict(output: &OutputResult) -> &'static str {
     let validation = output.validation.as_ref();
-    if validation.is_some_and(|v| v.few_degrees_of_freedom) {
-        return "differs for few ν";
-    }
+    let few = validation.is_some_and(|v| v.few_degrees_of_freedom);
     match validation.map(|v| v.verdict) {
+        Some(Verdict::NotValidated) if few => "differs for few ν",
         Some(Verdict::Validated) => "validated",
         Some(Verdict::NotValidated) => "not validated",
         Some(Verdict::Undecided) => "undecided",

@@ -79,7 +79,7 @@ pub(super) fn verdict(
         unit => format!(" {unit}"),
     };
     let evidence = format!(
-        "by {} and {}{unit} at the ends, {:.0} % of the half-width; {}{unit} is allowed for {} of u, and 10 % of the half-width",
+        "by {} and {}{unit} at the ends, {:.0} % of the half-width; {}{unit} is allowed for {} of u",
         scientific(validation.lower, 2),
         scientific(validation.upper, 2),
         100.0 * validation.relative,

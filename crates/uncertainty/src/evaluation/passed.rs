@@ -1,8 +1,9 @@
 //! What another calculation may take of a result: what was stated.
 
-use super::{Evaluate, OutputResult, StatementMethod};
+use super::{Evaluate, Method, OutputResult, StatementMethod};
 use crate::{
     Equations, Estimate, JointInputs, Linear, MonteCarlo, Refusal, TrialColumn, TrialTable,
+    Validation,
 };
 
 /// Trials that are passed on.
@@ -25,11 +26,23 @@ pub(super) fn on(
 ) -> Result<(Option<Estimate>, Option<TrialTable>), Refusal> {
     let linear = linear.map(Linear::estimate);
     let by_law = |o: &OutputResult| o.stated.method == StatementMethod::LawOfPropagation;
-    if outputs.iter().all(by_law) {
+    // A linear result that stands to its digit, but not so near to the trials that others may build on it.
+    let loose = |o: &OutputResult| {
+        let far = |v: &Validation| !v.passes_on();
+        let free = options.method.unwrap_or_default() == Method::Auto;
+        // Trials that lost some contradict nothing.
+        let whole = o
+            .monte_carlo
+            .as_ref()
+            .is_some_and(|s| s.invalid == 0 && s.standard_uncertainty.is_some_and(|u| u > 0.0));
+        free && by_law(o) && whole && o.validation.as_ref().is_some_and(far)
+    };
+    let all_by_law = outputs.iter().all(by_law);
+    if all_by_law && !outputs.iter().any(loose) {
         return Ok((linear.cloned(), None));
     }
     if outputs.len() > OUTPUTS {
-        return Ok((None, None));
+        return Ok((linear.filter(|_| all_by_law).cloned(), None));
     }
     let causes: Vec<usize> = (0..joint.draws().len())
         .filter(|&d| joint.draws()[d].standard_uncertainty > 0.0 && alone(joint, d))
@@ -42,7 +55,7 @@ pub(super) fn on(
     };
     if drawn.outputs.first().is_none_or(|y| y.len() < ROWS) {
         // No road but the law of propagation has a distribution.
-        return Ok((None, None));
+        return Ok((linear.filter(|_| all_by_law).cloned(), None));
     }
     let mut columns = Vec::new();
     for (output, values) in outputs.iter().zip(&drawn.outputs) {
@@ -56,10 +69,16 @@ pub(super) fn on(
             cause: false,
             dof: None,
             by_trials: !by_law(output),
+            loose: loose(output),
             trials: Vec::new(),
         };
         // A distribution that is stated by its trials keeps its ends; y ± U is brought to y and u.
-        let as_they_are = stated.method == StatementMethod::MonteCarlo;
+        // So is Student's t where the law of propagation has ν_eff.
+        let few = output
+            .validation
+            .as_ref()
+            .is_some_and(|v| v.few_degrees_of_freedom);
+        let as_they_are = stated.method == StatementMethod::MonteCarlo || loose(output) && !few;
         columns.push(column.of(by_rank(values), as_they_are));
     }
     if with_causes {
@@ -74,6 +93,7 @@ pub(super) fn on(
                 cause: true,
                 dof: Some(input.dof),
                 by_trials: false,
+                loose: false,
                 trials: Vec::new(),
             };
             // A Student t is wider than its u.
@@ -94,7 +114,10 @@ pub(super) fn on(
     let settled = outputs
         .iter()
         .all(|o| o.stated.standard_uncertainty.is_some());
-    let estimate = settled.then(|| table.estimate(linear)).transpose()?;
+    let estimate = match linear.filter(|_| all_by_law) {
+        Some(linear) => Some(linear.clone()),
+        None => settled.then(|| table.estimate(linear)).transpose()?,
+    };
     Ok((estimate, Some(table)))
 }
 

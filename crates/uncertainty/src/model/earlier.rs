@@ -35,11 +35,21 @@ pub struct EarlierEntry {
 }
 
 impl EarlierEntry {
-    /// The trials that are drawn, where a quantity that is asked for is stated by them.
+    /// The trials that are drawn, where a quantity that is asked for is stated by them or had better be drawn.
     fn drawn(&self) -> Option<&TrialTable> {
         let table = self.trials.as_ref()?;
-        let by_trials = |name: &String| table.quantity(name).is_some_and(|c| c.by_trials);
+        let by_trials = |name: &String| table.quantity(name).is_some_and(TrialColumn::drawn);
         self.quantities.values().any(by_trials).then_some(table)
+    }
+
+    /// Whether it may as well be drawn by its causes.
+    fn by_causes(&self) -> bool {
+        let by_trials = |c: &TrialColumn| !c.cause && c.by_trials;
+        self.estimate.is_some()
+            && self
+                .trials
+                .as_ref()
+                .is_some_and(|t| !t.columns.iter().any(by_trials))
     }
 }
 
@@ -73,6 +83,28 @@ pub(super) struct Earlier {
 
 impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
+        // What two results share counts for more than how nearly linear they are.
+        let mut entries = entries.to_vec();
+        for k in 0..entries.len() {
+            let causes = entries[k].drawn().filter(|_| entries[k].by_causes());
+            let shares = causes.is_some_and(|table| {
+                let others = entries
+                    .iter()
+                    .enumerate()
+                    .filter(|(i, e)| *i != k && e.drawn().is_some());
+                others.into_iter().any(|(_, other)| {
+                    let mut causes = table.columns.iter().filter(|c| c.cause);
+                    causes.any(|c| {
+                        c.dof.is_some_and(|nu| other.has(c, nu))
+                            && !entries[k].independent.contains(&c.name)
+                    })
+                })
+            });
+            if shares {
+                entries[k].trials = None;
+            }
+        }
+        let entries = &entries;
         let mut all = Self::default();
         for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
             all.doubts
@@ -99,7 +131,7 @@ impl Earlier {
         let drawn = entry.drawn();
         let by_law = |quantity: &String| {
             let column = drawn.and_then(|table| table.quantity(quantity));
-            column.is_none_or(|c| !c.by_trials)
+            column.is_none_or(|c| !c.drawn())
         };
         if !entry.quantities.values().any(by_law) {
             return Ok(());
@@ -215,7 +247,7 @@ impl Earlier {
         // What is stated by the law of propagation follows from the causes in the same row.
         let mut by_law = false;
         for (name, quantity) in &entry.quantities {
-            let column = table.quantity(quantity).filter(|c| c.by_trials);
+            let column = table.quantity(quantity).filter(|c| c.drawn());
             by_law |= column.is_none();
             let Some(column) = column else { continue };
             let variable = self.column(column, entry, inputs);
