@@ -41,8 +41,9 @@ pub(super) fn on(
     if all_by_law && !outputs.iter().any(loose) {
         return Ok((linear.cloned(), None));
     }
+    let stands = linear.filter(|_| all_by_law);
     if outputs.len() > OUTPUTS {
-        return Ok((linear.filter(|_| all_by_law).cloned(), None));
+        return Ok((stands.cloned(), None));
     }
     let causes: Vec<usize> = (0..joint.draws().len())
         .filter(|&d| joint.draws()[d].standard_uncertainty > 0.0 && alone(joint, d))
@@ -55,7 +56,7 @@ pub(super) fn on(
     };
     if drawn.outputs.first().is_none_or(|y| y.len() < ROWS) {
         // No road but the law of propagation has a distribution.
-        return Ok((linear.filter(|_| all_by_law).cloned(), None));
+        return Ok((stands.cloned(), None));
     }
     let mut columns = Vec::new();
     for (output, values) in outputs.iter().zip(&drawn.outputs) {
@@ -114,7 +115,7 @@ pub(super) fn on(
     let settled = outputs
         .iter()
         .all(|o| o.stated.standard_uncertainty.is_some());
-    let estimate = match linear.filter(|_| all_by_law) {
+    let estimate = match stands {
         Some(linear) => Some(linear.clone()),
         None => settled.then(|| table.estimate(linear)).transpose()?,
     };

@@ -7,6 +7,7 @@ use crate::{
     TrialColumn, TrialTable,
 };
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// One `[[earlier]]`: quantities of a result that was filed before, as inputs.
@@ -42,14 +43,22 @@ impl EarlierEntry {
         self.quantities.values().any(by_trials).then_some(table)
     }
 
-    /// Whether it may as well be drawn by its causes.
+    /// Whether it is drawn by its trials, and may as well be by its causes: it states nothing by trials alone.
     fn by_causes(&self) -> bool {
-        let by_trials = |c: &TrialColumn| !c.cause && c.by_trials;
-        self.estimate.is_some()
-            && self
-                .trials
-                .as_ref()
-                .is_some_and(|t| !t.columns.iter().any(by_trials))
+        let alone = |c: &TrialColumn| !c.cause && c.by_trials;
+        let table = self.drawn().filter(|_| self.estimate.is_some());
+        table.is_some_and(|t| !t.columns.iter().any(alone))
+    }
+
+    /// Whether one of the causes of its trials, its own apart, stands behind another result too.
+    fn shares_with(&self, other: &Self) -> bool {
+        let causes = self
+            .trials
+            .iter()
+            .flat_map(|t| &t.columns)
+            .filter(|c| c.cause);
+        let mut common = causes.filter(|c| !self.independent.contains(&c.name));
+        common.any(|c| c.dof.is_some_and(|nu| other.has(c, nu)))
     }
 }
 
@@ -84,39 +93,26 @@ pub(super) struct Earlier {
 impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         // What two results share counts for more than how nearly linear they are.
-        let mut entries = entries.to_vec();
+        let mut entries = Cow::Borrowed(entries);
         for k in 0..entries.len() {
-            let causes = entries[k].drawn().filter(|_| entries[k].by_causes());
-            let shares = causes.is_some_and(|table| {
-                let others = entries
-                    .iter()
-                    .enumerate()
-                    .filter(|(i, e)| *i != k && e.drawn().is_some());
-                others.into_iter().any(|(_, other)| {
-                    let mut causes = table.columns.iter().filter(|c| c.cause);
-                    causes.any(|c| {
-                        c.dof.is_some_and(|nu| other.has(c, nu))
-                            && !entries[k].independent.contains(&c.name)
-                    })
-                })
-            });
-            if shares {
-                entries[k].trials = None;
+            let entry = &entries[k];
+            let mut others = entries.iter().filter(|e| !std::ptr::eq(*e, entry));
+            if entry.by_causes() && others.any(|e| e.drawn().is_some() && entry.shares_with(e)) {
+                entries.to_mut()[k].trials = None;
             }
         }
-        let entries = &entries;
         let mut all = Self::default();
         for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
             all.doubts
                 .push((entry.file.clone(), entry.doubts.join("; ")));
         }
         // Rows of trials come first: a cause that others share with them is a column of theirs.
-        for entry in entries {
+        for entry in entries.iter() {
             if let Some(table) = entry.drawn() {
-                all.add_trials(entry, table, entries, inputs)?;
+                all.add_trials(entry, table, &entries, inputs)?;
             }
         }
-        for entry in entries {
+        for entry in entries.iter() {
             all.add(entry, inputs)?;
         }
         Ok(all)
