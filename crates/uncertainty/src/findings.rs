@@ -67,6 +67,12 @@ crate::findings! {
         evidence "{doubts}",
         advice "settle it there and evaluate both again";
 
+    /// The folder of an earlier result has no list of its files: an edit of it that contradicts nothing could not be told.
+    earlier_result_unlisted(file: &str) =
+        "earlier-result-unlisted", [Note],
+        what "no manifest.json beside {file} says that it is as it was written",
+        advice "keep the folder of a result whole, and sign results that others build on";
+
     /// Two earlier results that are stated by their trials have a cause in common: rows of two tables cannot be drawn together.
     shared_causes_of_trials(causes: &str) =
         "shared-causes-of-trials", [Decision],

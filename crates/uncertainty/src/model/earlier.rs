@@ -32,6 +32,9 @@ pub struct EarlierEntry {
     /// What needs a decision before that result is used: likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
+    /// Whether no list of files beside it says that it is as it was written: likewise.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unlisted: bool,
 }
 
 impl EarlierEntry {
@@ -75,6 +78,8 @@ pub(super) struct Earlier {
     rows: Vec<Vec<usize>>,
     /// Results that need a decision, and why.
     doubts: Vec<(String, String)>,
+    /// Results that no list of files vouches for.
+    unlisted: Vec<String>,
     /// Causes that two results share.
     shared: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
@@ -110,6 +115,8 @@ impl Earlier {
             all.doubts
                 .push((entry.file.clone(), entry.doubts.join("; ")));
         }
+        let unlisted = entries.iter().filter(|e| e.unlisted);
+        all.unlisted = unlisted.map(|e| e.file.clone()).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
         for entry in entries {
             if let Some(table) = entry.drawn() {
@@ -415,7 +422,9 @@ impl Earlier {
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
         let doubts = self.doubts.iter();
         let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
-        doubts.chain(shared).chain(lost).collect()
+        let unlisted = self.unlisted.iter();
+        let unlisted = unlisted.map(|file| findings::earlier_result_unlisted(file));
+        doubts.chain(unlisted).chain(shared).chain(lost).collect()
     }
 }
 
