@@ -212,14 +212,9 @@ fn expect(what: &str, folder: &Path, says: Says) {
     }
     assert!(done.status.success(), "{what}: {said}");
     let result: Value = serde_json::from_slice(&done.stdout).unwrap();
-    let found = |code: &str| {
-        let findings = result["findings"].as_array().unwrap();
-        findings.iter().find(|f| f["code"] == code).cloned()
-    };
-    let (doubt, unlisted) = (
-        found("earlier-result-in-doubt"),
-        found("earlier-result-unlisted"),
-    );
+    let all = result["findings"].as_array().unwrap();
+    let doubt = all.iter().find(|f| f["code"] == "earlier-result-in-doubt");
+    let unlisted = all.iter().find(|f| f["code"] == "earlier-result-unlisted");
     match says {
         Doubts(words) => {
             let doubt = doubt

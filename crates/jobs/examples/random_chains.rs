@@ -260,7 +260,9 @@ fn compare(rng: &mut Random, seed: u64, trials: usize, tally: &mut Tally) -> Res
             .max((upper - truth.symmetric.upper).abs())
             / half
     };
-    let ends = off(got.symmetric.lower, got.symmetric.upper);
+    // Three standard deviations of what chance does to the ends of both.
+    let chance = 3.0 * truth.symmetric_scatter.hypot(got.symmetric_scatter) / half;
+    let ends = (off(got.symmetric.lower, got.symmetric.upper) - chance).max(0.0);
     let stated = off(output.stated.interval.lower, output.stated.interval.upper);
     let u = truth.standard_uncertainty.zip(got.standard_uncertainty);
     let mut u = u

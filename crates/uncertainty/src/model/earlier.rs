@@ -258,11 +258,12 @@ impl Earlier {
             by_law |= column.is_none();
             let Some(column) = column else { continue };
             let variable = self.column(column, entry, inputs);
+            // The draw as it is: about the mean of all, whatever was stated as the value (a median, or y of the law of propagation).
             let estimate = self.inputs[variable].estimate();
             self.quantities.push(EarlierQuantity {
                 name: name.clone(),
                 unit: column.unit.clone(),
-                value: column.value,
+                value: estimate,
                 terms: vec![(variable, 1.0, estimate)],
             });
             row.push(variable);
