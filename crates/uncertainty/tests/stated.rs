@@ -217,6 +217,31 @@ fn regress_a_result_without_a_mean_is_not_moved() {
     close(z.symmetric.upper, stated.interval.upper, 0.03 * width);
 }
 
+/// Two results that curvature moves, with a cause in common: it cancels in their difference, and what that costs is said.
+#[test]
+fn known_what_curved_results_share_is_drawn_by_the_law_of_propagation() {
+    let first = evaluate(&(input("x", "value = 1\nu = 0.05") + &output("y", "x^2")));
+    let table = first.table.as_ref().expect("trials are passed on");
+    assert!(table.columns[0].loose);
+    let later = second(
+        &[(&first, "a = \"y\""), (&first, "b = \"y\"")],
+        &output("z", "a - b + 0 * a"),
+    );
+    assert!(
+        later
+            .findings
+            .iter()
+            .any(|f| f.code() == "earlier-result-linearised")
+    );
+    let u = later.outputs[0]
+        .monte_carlo
+        .as_ref()
+        .unwrap()
+        .standard_uncertainty;
+    // One of the two follows from the cause in the row of the other: only curvature is left, u(x)² √2.
+    assert!(u.unwrap() < 0.01, "{u:?}");
+}
+
 /// What a refuted result shares with another correlates them, in the trials and by the law of propagation.
 #[test]
 fn known_a_cause_shared_with_a_refuted_result() {

@@ -80,6 +80,8 @@ pub(super) struct Earlier {
     doubts: Vec<(String, String)>,
     /// Results that no list of files vouches for.
     unlisted: Vec<String>,
+    /// Results drawn by the law of propagation for what they share, though curvature moves their ends.
+    by_law: Vec<String>,
     /// Causes that two results share.
     shared: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
@@ -90,6 +92,7 @@ impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         // What two results share counts for more than how nearly linear they are.
         let mut entries = entries.to_vec();
+        let mut all = Self::default();
         for k in 0..entries.len() {
             let causes = entries[k].drawn().filter(|_| entries[k].by_causes());
             let shares = causes.is_some_and(|table| {
@@ -107,10 +110,10 @@ impl Earlier {
             });
             if shares {
                 entries[k].trials = None;
+                all.by_law.push(entries[k].file.clone());
             }
         }
         let entries = &entries;
-        let mut all = Self::default();
         for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
             all.doubts
                 .push((entry.file.clone(), entry.doubts.join("; ")));
@@ -258,13 +261,12 @@ impl Earlier {
             by_law |= column.is_none();
             let Some(column) = column else { continue };
             let variable = self.column(column, entry, inputs);
-            // The draw as it is: about the mean of all, whatever was stated as the value (a median, or y of the law of propagation).
-            let estimate = self.inputs[variable].estimate();
+            // The draw as it is, whatever was stated as the value (a median, or y of the law of propagation).
             self.quantities.push(EarlierQuantity {
                 name: name.clone(),
                 unit: column.unit.clone(),
-                value: estimate,
-                terms: vec![(variable, 1.0, estimate)],
+                value: 0.0,
+                terms: vec![(variable, 1.0, 0.0)],
             });
             row.push(variable);
         }
@@ -425,7 +427,14 @@ impl Earlier {
         let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
         let unlisted = self.unlisted.iter();
         let unlisted = unlisted.map(|file| findings::earlier_result_unlisted(file));
-        doubts.chain(unlisted).chain(shared).chain(lost).collect()
+        let by_law = self.by_law.iter();
+        let by_law = by_law.map(|file| findings::earlier_result_linearised(file));
+        doubts
+            .chain(unlisted)
+            .chain(by_law)
+            .chain(shared)
+            .chain(lost)
+            .collect()
     }
 }
 
