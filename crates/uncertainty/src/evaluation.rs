@@ -419,7 +419,7 @@ fn of_few_degrees(
     for again in sampled.validate_quantities(&known, options.check_digits) {
         for first in judged.iter_mut().filter(|v| v.name == again.name) {
             first.few_degrees_of_freedom =
-                first.refutes() && again.verdict != Verdict::NotValidated;
+                first.verdict != Verdict::Validated && again.verdict != Verdict::NotValidated;
             first.curvature = Some(again.relative);
         }
     }
