@@ -598,7 +598,7 @@ fn comparison_in_words(output: &OutputResult) -> String {
         scientific(validation.tolerance, 1),
         match validation.verdict {
             Verdict::Validated => "validated",
-            Verdict::NotValidated if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
+            Verdict::NotValidated | Verdict::Undecided if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
             Verdict::NotValidated => "not validated; use the Monte Carlo interval",
             Verdict::Undecided => "neither validated nor refuted, for the trials scatter too much",
         }
@@ -612,7 +612,7 @@ fn verdict(output: &OutputResult) -> &'static str {
     let validation = output.validation.as_ref();
     let few = validation.is_some_and(|v| v.few_degrees_of_freedom);
     match validation.map(|v| v.verdict) {
-        Some(Verdict::NotValidated) if few => "differs for few ν",
+        Some(Verdict::NotValidated | Verdict::Undecided) if few => "differs for few ν",
         Some(Verdict::Validated) => "validated",
         Some(Verdict::NotValidated) => "not validated",
         Some(Verdict::Undecided) => "undecided",

@@ -73,13 +73,8 @@ pub(super) fn on(
             loose: loose(output),
             trials: Vec::new(),
         };
-        // A distribution that is stated by its trials keeps its ends; y ± U is brought to y and u.
-        // So is Student's t where the law of propagation has ν_eff.
-        let few = output
-            .validation
-            .as_ref()
-            .is_some_and(|v| v.few_degrees_of_freedom);
-        let as_they_are = stated.method == StatementMethod::MonteCarlo || loose(output) && !few;
+        // A distribution that others draw keeps its ends, few degrees of freedom included; any other y ± U is brought to y and u.
+        let as_they_are = stated.method == StatementMethod::MonteCarlo || loose(output);
         columns.push(column.of(by_rank(values), as_they_are));
     }
     if with_causes {

@@ -33,6 +33,9 @@ pub struct EarlierEntry {
     /// What needs a decision before that result is used: likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
+    /// Whether no list of files beside it says that it is as it was written: likewise.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unlisted: bool,
 }
 
 impl EarlierEntry {
@@ -84,6 +87,10 @@ pub(super) struct Earlier {
     rows: Vec<Vec<usize>>,
     /// Results that need a decision, and why.
     doubts: Vec<(String, String)>,
+    /// Results that no list of files vouches for.
+    unlisted: Vec<String>,
+    /// Results drawn by the law of propagation for what they share, though curvature moves their ends.
+    by_law: Vec<String>,
     /// Causes that two results share.
     shared: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
@@ -94,18 +101,21 @@ impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         // What two results share counts for more than how nearly linear they are.
         let mut entries = Cow::Borrowed(entries);
+        let mut all = Self::default();
         for k in 0..entries.len() {
             let entry = &entries[k];
             let mut others = entries.iter().filter(|e| !std::ptr::eq(*e, entry));
             if entry.by_causes() && others.any(|e| e.drawn().is_some() && entry.shares_with(e)) {
+                all.by_law.push(entry.file.clone());
                 entries.to_mut()[k].trials = None;
             }
         }
-        let mut all = Self::default();
         for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
             all.doubts
                 .push((entry.file.clone(), entry.doubts.join("; ")));
         }
+        let unlisted = entries.iter().filter(|e| e.unlisted);
+        all.unlisted = unlisted.map(|e| e.file.clone()).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
         for entry in entries.iter() {
             if let Some(table) = entry.drawn() {
@@ -247,12 +257,12 @@ impl Earlier {
             by_law |= column.is_none();
             let Some(column) = column else { continue };
             let variable = self.column(column, entry, inputs);
-            let estimate = self.inputs[variable].estimate();
+            // The draw as it is, whatever was stated as the value (a median, or y of the law of propagation).
             self.quantities.push(EarlierQuantity {
                 name: name.clone(),
                 unit: column.unit.clone(),
-                value: column.value,
-                terms: vec![(variable, 1.0, estimate)],
+                value: 0.0,
+                terms: vec![(variable, 1.0, 0.0)],
             });
             row.push(variable);
         }
@@ -411,7 +421,16 @@ impl Earlier {
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
         let doubts = self.doubts.iter();
         let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
-        doubts.chain(shared).chain(lost).collect()
+        let unlisted = self.unlisted.iter();
+        let unlisted = unlisted.map(|file| findings::earlier_result_unlisted(file));
+        let by_law = self.by_law.iter();
+        let by_law = by_law.map(|file| findings::earlier_result_linearised(file));
+        doubts
+            .chain(unlisted)
+            .chain(by_law)
+            .chain(shared)
+            .chain(lost)
+            .collect()
     }
 }
 
