@@ -3,7 +3,7 @@
 use crate::layout::{ColumnRef, LayoutOptions};
 use crate::output::AtomicFile;
 use crate::{
-    Error, ErrorKind, Input, Recording, RecordingOptions, Result, Source, TimeBase, TimeSource,
+    Error, ErrorKind, Input, Reading, Recording, RecordingOptions, Result, Source, TimeBase, TimeSource,
     TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
@@ -46,6 +46,8 @@ pub struct WaveformOptions {
     pub time: Option<ColumnRef>,
     /// Unit of the time column where the heading does not say it.
     pub time_unit: Option<TimeUnit>,
+    /// The stretch to be read, from one time on and before another, s; all without it.
+    pub between: Option<[f64; 2]>,
 }
 
 /// When the samples of a recording were taken, by its own time stamps.
@@ -92,8 +94,12 @@ pub struct Waveform {
     pub sampling_rate_hz: f64,
     /// Samples in the order in which the channels were asked for.
     pub channels: Vec<Vec<f64>>,
+    /// Time of the first sample, s: by its stamps where the file has them, else by the number of its row.
+    pub begin_s: f64,
     /// Time stamps, where the file has them.
     pub times: Option<SampleTimes>,
+    /// How it was read, where it is a text table.
+    pub reading: Option<Reading>,
     /// What the reader noticed.
     pub findings: Vec<Finding>,
 }
@@ -117,6 +123,7 @@ impl Waveform {
     ///     quantity: Unit::Volt,
     ///     time: None,
     ///     time_unit: None,
+    ///     between: None,
     /// })?;
     /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
     /// # Ok::<(), proofmass_io::Error>(())
@@ -136,11 +143,34 @@ impl Waveform {
     pub fn from_source(source: Source, options: &WaveformOptions) -> Result<Self> {
         let name = source.name().to_path_buf();
         match options.format {
-            WaveformFormat::F32 => Self::read_f32(source, options),
-            WaveformFormat::Wav => Self::read_wav(source, options),
+            WaveformFormat::F32 => Self::read_f32(source, options).and_then(|w| w.cut(options)),
+            WaveformFormat::Wav => Self::read_wav(source, options).and_then(|w| w.cut(options)),
             WaveformFormat::Text => Self::read_text(source, options),
         }
         .map_err(|e| e.at(&name))
+    }
+
+    /// The stretch that was asked for, by the number of the row and the rate.
+    fn cut(mut self, options: &WaveformOptions) -> Result<Self> {
+        let Some([from, to]) = options.between else {
+            return Ok(self);
+        };
+        let (rate, samples) = (self.sampling_rate_hz, self.samples());
+        let row = |t: f64| (t * rate).ceil().clamp(0.0, samples as f64) as usize;
+        let rows = row(from)..row(to);
+        if rows.len() < 2 {
+            let until = (samples as f64 - 1.0) / rate;
+            return Err(Error::new(
+                ErrorKind::Time,
+                format!("no row lies between {from} s and {to} s; the last time is {until} s"),
+            )
+            .with_hint("correct `between_s` in [recording]"));
+        }
+        for channel in &mut self.channels {
+            *channel = channel[rows.clone()].to_vec();
+        }
+        self.begin_s = rows.start as f64 / rate;
+        Ok(self)
     }
 
     /// Number of samples of each channel.
@@ -158,7 +188,7 @@ impl Waveform {
         Input {
             path: self.path.display().to_string(),
             sha256: self.sha256.clone(),
-            reading: None,
+            reading: self.reading.clone().map(Box::new),
         }
     }
 
@@ -198,7 +228,9 @@ impl Waveform {
             sha256: input.sha256,
             sampling_rate_hz: rate(options.sampling_rate_hz)?,
             channels,
+            begin_s: 0.0,
             times: None,
+            reading: None,
             findings: Vec::new(),
         })
     }
@@ -269,7 +301,9 @@ impl Waveform {
             sha256: input.sha256,
             sampling_rate_hz: stated,
             channels,
+            begin_s: 0.0,
             times: None,
+            reading: None,
             findings: Vec::new(),
         })
     }
@@ -285,6 +319,7 @@ impl Waveform {
                 unit: options.unit,
                 time: options.time.clone(),
                 time_unit: options.time_unit,
+                between: options.between,
                 ..RecordingOptions::default()
             },
         )?
@@ -320,10 +355,17 @@ impl Waveform {
                 .column(&column.name)
                 .with_hint(hint));
         }
+        let times = SampleTimes::of(&recording.time, recording.samples());
+        // The rows of a stated rate are counted from the first that was read.
+        let rate = recording.time.rate_hz();
+        let first = |[from, _]: [f64; 2]| (from.max(0.0) * rate).ceil() / rate;
+        let first = options.between.map_or(0.0, first);
         Ok(Self {
             path,
-            sampling_rate_hz: recording.time.rate_hz(),
-            times: SampleTimes::of(&recording.time, recording.samples()),
+            sampling_rate_hz: rate,
+            begin_s: times.as_ref().map_or(first, |t| t.begin_s),
+            times,
+            reading: Some(recording.reading().clone()),
             findings: recording.findings().to_vec(),
             sha256: recording.sha256,
             channels: recording.columns.into_iter().map(|c| c.data).collect(),
@@ -452,6 +494,7 @@ mod tests {
             quantity: Unit::Volt,
             time: None,
             time_unit: None,
+            between: None,
         }
     }
 
