@@ -232,6 +232,9 @@ impl Layout {
         squares.map(|h| h.mean_square).sum::<f64>().sqrt()
     }
 
+    /// In place of an option: the unit is said in a campaign.
+    pub const CAMPAIGN: &'static str = "unit";
+
     /// The question for the unit of columns that have none in their headings, each with the option that says it; the likely one
     /// is named.
     pub fn ask_units(&self, columns: &[(usize, &str)]) -> Error {
@@ -258,13 +261,17 @@ impl Layout {
             ));
             let likely = self.likely_unit(indices);
             all_likely &= likely.is_some();
-            options.push(match likely {
-                Some(unit) => format!("{option} {}", unit.ascii()),
-                None => format!("{option} UNIT"),
+            let word = likely.map_or("UNIT", Unit::ascii);
+            options.push(match *option {
+                Self::CAMPAIGN => format!("unit = \"{word}\""),
+                option => format!("{option} {word}"),
             });
         }
         let options = options.join(" ");
         let hint = match (all_likely, self.likely_unit(&groups[0].1)) {
+            (true, Some(unit)) if groups.len() == 1 && groups[0].0 == Self::CAMPAIGN => {
+                format!("likely it is {unit}: write {options} into the campaign, or what it is")
+            }
             (true, Some(unit)) if groups.len() == 1 => format!(
                 "likely it is {unit}: say {options} (unit = \"{}\" in a campaign), or what it is",
                 unit.ascii()

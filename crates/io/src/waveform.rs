@@ -1,10 +1,10 @@
 //! Recordings of several channels that were sampled together: raw 32-bit floats, WAV, or a text table.
 
-use crate::layout::{ColumnRef, LayoutOptions};
+use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::output::AtomicFile;
 use crate::{
-    Error, ErrorKind, Input, Reading, Recording, RecordingOptions, Result, Source, TimeBase, TimeSource,
-    TimeUnit, Unit,
+    Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result, Source,
+    TimeBase, TimeSource, TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -335,16 +335,15 @@ impl Waveform {
             .line(gap.line)
             .with_hint("a sine approximation needs an unbroken recording; measure the run again"));
         }
-        if let Some(column) = recording
-            .columns
-            .iter()
-            .find(|c| c.unit != Some(options.quantity))
-        {
+        let other = |c: &&RecordedColumn| c.unit != Some(options.quantity);
+        for column in recording.columns.iter().filter(other) {
             let wanted = options.quantity;
-            let what = match column.unit {
-                Some(unit) => format!("is in {unit}, not in {wanted}"),
-                None => "has no unit".to_owned(),
+            let Some(unit) = column.unit else {
+                let campaign = vec![Layout::CAMPAIGN; options.channels.len()];
+                recording.need_units(&campaign)?;
+                continue;
             };
+            let what = format!("is in {unit}, not in {wanted}");
             let hint = match wanted {
                 Unit::Volt => "write the unit in the heading (x_V, x_mV) or `unit = \"V\"` in [recording]; a digital \
                                sensor has a file of its own, described by [output_recording]"
@@ -495,6 +494,38 @@ mod tests {
             time: None,
             time_unit: None,
             between: None,
+        }
+    }
+
+    #[test]
+    fn known_stretch_of_every_form() {
+        let folder = tempfile::tempdir().unwrap();
+        let ramp: Vec<f64> = (0..100).map(f64::from).collect();
+        let raw = folder.path().join("r.f32");
+        write_f32(&raw, &[&ramp, &ramp]).unwrap();
+        let text = folder.path().join("r.csv");
+        let rows: String = ramp.iter().map(|v| format!("{v},{v}\n")).collect();
+        std::fs::write(&text, format!("a_V,b_V\n{rows}")).unwrap();
+        for (path, format) in [(&raw, WaveformFormat::F32), (&text, WaveformFormat::Text)] {
+            let cut = |between| {
+                let between = Some(between);
+                Waveform::read(
+                    path,
+                    &WaveformOptions {
+                        between,
+                        ..options(format)
+                    },
+                )
+            };
+            let part = cut([0.0205, 0.03]).unwrap();
+            assert_eq!(part.channels[0], ramp[21..30], "{format:?}");
+            assert_eq!(part.begin_s, 0.021, "{format:?}");
+            assert!(
+                cut([0.2, 0.3])
+                    .unwrap_err()
+                    .to_string()
+                    .contains("no row lies")
+            );
         }
     }
 

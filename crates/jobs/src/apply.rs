@@ -13,8 +13,8 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
-    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, LayoutOptions, Reading, Rewriter, RowBlock,
-    RowReader, Source, Thermometer, WaitingRows, split_heading,
+    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, LayoutOptions, Reading, Rewriter,
+    RowBlock, RowReader, Source, Thermometer, WaitingRows, split_heading,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;

@@ -13,8 +13,8 @@ mod statement;
 mod transverse;
 
 pub use draft::Draft;
-pub use example::example;
 pub(crate) use draft::Unsaid;
+pub use example::example;
 pub use free_living::FreeLivingCampaign;
 pub use multi_position::{MethodModel, MethodTable, MultiPositionCampaign, RowsAre};
 pub use shaker::{Certificate, CertificateOptions, SpuriousFile};
@@ -376,7 +376,11 @@ impl CampaignFile {
     pub(crate) fn check_between(&self, table: &str, between: Option<[f64; 2]>) -> Result<()> {
         match between {
             Some([from, to]) if !(from < to && from.is_finite() && to.is_finite()) => Err(self
-                .refuse(table, "between_s", "a stretch of time ends before it begins")
+                .refuse(
+                    table,
+                    "between_s",
+                    "a stretch of time ends before it begins",
+                )
                 .with_hint("write between_s = [FROM, TO] in seconds, FROM before TO")),
             _ => Ok(()),
         }

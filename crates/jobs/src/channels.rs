@@ -151,7 +151,10 @@ impl ChannelReading {
             let by = bare.map_or(SaidBy::Person, |_| SaidBy::Nobody);
             recording.state_unit(i, wanted.unit.or(bare), by)?;
         }
-        let options: Vec<&str> = wanted.iter().map(|w| w.option.unwrap_or_default()).collect();
+        let options: Vec<&str> = wanted
+            .iter()
+            .map(|w| w.option.unwrap_or_default())
+            .collect();
         recording.need_units(&options)?;
         let mut channels = Vec::with_capacity(wanted.len());
         for column in &recording.columns {

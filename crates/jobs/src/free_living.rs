@@ -3,6 +3,7 @@
 mod calibration;
 mod floats;
 
+use crate::block_clock::stands_still;
 use crate::campaign::{FreeLivingCampaign, StreamFormat, Unsaid};
 use crate::multi_position::gravity;
 use crate::outcome::{Job, Outcome, section};
@@ -148,8 +149,13 @@ impl FreeLivingCampaign {
         };
         let per_second = clock.as_ref().map_or(1.0, |c| c.per_second);
         let rate = table.sampling_rate_hz;
-        let mut reading =
-            Reading::of(&layout, &selected, table.unit, time.zip(clock.as_ref()), rate);
+        let mut reading = Reading::of(
+            &layout,
+            &selected,
+            table.unit,
+            time.zip(clock.as_ref()),
+            rate,
+        );
         reading.between_s = table.between_s;
         selected.extend(time);
         let temperature = table
@@ -196,7 +202,10 @@ impl FreeLivingCampaign {
         }
         findings.extend(reader.findings());
         let duration = last - first.unwrap_or(last);
-        if time.is_some() && duration > 0.0 {
+        if time.is_some() && rows > 1 {
+            if duration <= 0.0 {
+                return Err(stands_still(&name));
+            }
             reading.time.rate_hz = Some((rows - 1) as f64 / duration);
         }
         let recording = reader.finish()?.with_reading(reading);

@@ -3,8 +3,8 @@
 use crate::channels::{ChannelReading, WantedChannel};
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading, Recording,
-    RecordingOptions, TimeUnit, Unit,
+    AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading,
+    Recording, RecordingOptions, TimeUnit, Unit,
 };
 use serde::{Deserialize, Serialize};
 

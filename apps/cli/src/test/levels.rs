@@ -42,7 +42,11 @@ impl Levels {
             .begin(LinearityOutcome::KIND, &[&self.table])?;
         let columns = [
             WantedChannel::new(self.level.clone(), self.level_unit, "--level-unit"),
-            WantedChannel::new(self.output_column.clone(), self.output_unit, "--output-unit"),
+            WantedChannel::new(
+                self.output_column.clone(),
+                self.output_unit,
+                "--output-unit",
+            ),
             WantedChannel::new(self.output_u.clone(), self.output_unit, "--output-unit"),
         ];
         let levels = RecordedLevels::read(Source::open(&self.table)?, &columns)?;

@@ -181,7 +181,11 @@ impl Common {
         job.standard = certificate.as_ref().map(|c| c.table.clone());
         let columns = [
             WantedChannel::new(self.input.clone(), self.input_unit, "--input-unit"),
-            WantedChannel::new(self.output_column.clone(), self.output_unit, "--output-unit"),
+            WantedChannel::new(
+                self.output_column.clone(),
+                self.output_unit,
+                "--output-unit",
+            ),
         ];
         let sources = paths.iter().map(Source::open);
         let sources = sources.collect::<Result<Vec<_>, _>>()?;

@@ -122,7 +122,11 @@ impl Shock {
         let certificate = self.standard.read()?;
         let mut channels = vec![WantedChannel::new(self.column.clone(), self.unit, "--unit")];
         if let Some(reference) = &self.reference {
-            channels.push(WantedChannel::new(reference.clone(), self.reference_unit, "--reference-unit"));
+            channels.push(WantedChannel::new(
+                reference.clone(),
+                self.reference_unit,
+                "--reference-unit",
+            ));
         }
         let recording = self.clock.read(Source::open(&self.recording)?, &channels)?;
         let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();

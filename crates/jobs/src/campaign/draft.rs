@@ -133,10 +133,13 @@ impl Draft {
         match (self.unit, layout.unit(first)) {
             (Some(unit), _) => line(format!("unit = \"{}\"", unit.ascii())),
             (None, Some(unit)) => line(format!("# unit: {unit}, by the heading")),
-            (None, None) => line(format!(
-                "# unit = \"{}\"               # likely, by the size of the outputs; or \"m/s²\", \"g\", \"mg\", \"count\", \"V\"",
-                layout.likely_unit(&signals).unwrap_or(Unit::Count)
-            )),
+            (None, None) => line(match layout.likely_unit(&signals) {
+                Some(likely) => format!(
+                    "# unit = \"{}\"               # likely, by the size of the outputs; or \"m/s²\", \"g\", \"mg\", \"count\", \"V\"",
+                    likely.ascii()
+                ),
+                None => "# unit = \"…\"                  # m/s², g, mg, count, V, …".to_owned(),
+            }),
         }
         match &self.temperature {
             Some(temperature) => line(format!("temperature = {}", column(temperature))),
@@ -363,7 +366,8 @@ impl Unsaid<'_> {
                 "sampling_rate_Hz = HZ".to_owned(),
             )),
             Some(index) => {
-                if let Err(error) = ClockUnit::of(layout, index, self.time_unit, self.rate_hz, false)
+                if let Err(error) =
+                    ClockUnit::of(layout, index, self.time_unit, self.rate_hz, false)
                 {
                     let Some(unit) = error.hint().and_then(likely_time_unit) else {
                         return Err(error);
@@ -399,10 +403,12 @@ impl Unsaid<'_> {
             [one] => one.clone(),
             all => format!("not all of the recording is said: {}", all.join("; ")),
         };
-        Err(Error::new(ErrorKind::Configuration, what).with_hint(format!(
-            "write into [recording] of the campaign: {}",
-            lines.join(", ")
-        )))
+        Err(
+            Error::new(ErrorKind::Configuration, what).with_hint(format!(
+                "write into [recording] of the campaign: {}",
+                lines.join(", ")
+            )),
+        )
     }
 }
 

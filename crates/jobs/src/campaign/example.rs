@@ -23,6 +23,7 @@ pub fn example(kind: &str, sink: &dyn Sink, watch: &dyn Watch) -> Result<()> {
         "shaker-triaxial" => {
             let mut shaker = SimulatedShaker::default();
             (shaker.phasors, shaker.configurations) = (true, 12);
+            shaker.frequencies = vec![80.0, 160.0, 315.0];
             simulated(SimulateJob::Shaker(shaker))
         }
         "spurious-motion" => simulated(SimulateJob::SpuriousMotion(
@@ -68,7 +69,10 @@ fn readings() -> Result<Vec<u8>> {
     let mut table = Table::new(["angle_deg", "out_mV"]);
     for k in 0..12 {
         let angle = 30.0 * k as f64;
-        table.push([angle, 1.2 + 980.0 * angle.to_radians().cos() + 0.05 * error(k)])?;
+        table.push([
+            angle,
+            1.2 + 980.0 * angle.to_radians().cos() + 0.05 * error(k),
+        ])?;
     }
     Ok(table.to_csv()?)
 }
@@ -86,7 +90,9 @@ fn comparison() -> Result<Vec<u8>> {
         "output_mV",
         "output_phase_deg",
     ]);
-    let runs = FREQUENCIES.iter().flat_map(|f| (1..=3).map(move |r| (f, r)));
+    let runs = FREQUENCIES
+        .iter()
+        .flat_map(|f| (1..=3).map(move |r| (f, r)));
     for (k, (f, repeat)) in runs.enumerate() {
         table.push([
             Cell::from(format!("{f} Hz {repeat}").as_str()),

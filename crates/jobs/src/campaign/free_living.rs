@@ -146,7 +146,8 @@ impl FreeLivingCampaign {
                 format!("{rate} is not a positive number"),
             ));
         }
-        self.source.check_between("recording", self.recording.between_s)?;
+        self.source
+            .check_between("recording", self.recording.between_s)?;
         match &self.gravity {
             Some(gravity) => gravity.check(&self.source),
             None => Ok(()),

@@ -1,7 +1,7 @@
 //! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
 
-use super::{CampaignFile, Unsaid};
 use super::single_axis::twice;
+use super::{CampaignFile, Unsaid};
 use proofmass_io::SegmentRow;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};

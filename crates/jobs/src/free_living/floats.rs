@@ -47,8 +47,11 @@ impl FreeLivingCampaign {
             );
         }
         let Some(unit) = table.unit else {
-            return Err(Trouble::request(format!("{name}: the unit of the axes is not said"))
-                .with_hint("raw floats have no headings: add unit = \"g\" (or \"m/s²\") to [recording]"));
+            return Err(
+                Trouble::request(format!("{name}: the unit of the axes is not said")).with_hint(
+                    "raw floats have no headings: add unit = \"g\" (or \"m/s²\") to [recording]",
+                ),
+            );
         };
         let (si, factor) = unit.si();
         if !si.is_acceleration() {

@@ -359,7 +359,9 @@ impl NoiseReading {
                 names.join(", ")
             ))
             .detail(source.name().display().to_string())
-            .with_hint("say it with --unit: m/s2, rad/s, 1 for a fractional frequency (integral in s), …"));
+            .with_hint(
+                "say it with --unit: m/s2, rad/s, 1 for a fractional frequency (integral in s), …",
+            ));
         }
         Err(layout.ask_unit(&open).at(source.name()).into())
     }

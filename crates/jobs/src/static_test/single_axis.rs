@@ -6,7 +6,7 @@ use crate::multi_position::{gravity, pauses};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Input, RecordedColumn, Recording, SaidBy, Unit};
+use proofmass_io::{Input, Layout, RecordedColumn, Recording, SaidBy, Unit};
 use proofmass_static::static_test::{Sensitivity, Tilt};
 use proofmass_static::{MeanNoise, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_uncertainty::Finding;
@@ -48,7 +48,7 @@ impl SingleAxisCampaign {
             let output = recording.columns.len() - 1;
             recording.state_unit(output, self.recording.unit, SaidBy::Person)?;
             recording.state_unit(0, Some(usual).filter(|_| output > 0), SaidBy::Nobody)?;
-            recording.need_units(&["--unit"; 2])?;
+            recording.need_units(&[Layout::CAMPAIGN; 2])?;
         }
         let names: Vec<String> = recordings
             .iter()
@@ -109,7 +109,7 @@ impl SingleAxisCampaign {
                 })
                 .collect();
         }
-        let (unit, factor) = column.unit.unwrap_or(Unit::Degree).si();
+        let (unit, factor) = column.unit.unwrap_or(Unit::One).si();
         if unit != Unit::Radian {
             return Err(Trouble::data(format!(
                 "column {:?} is in {unit}, which is no angle",

@@ -2,7 +2,7 @@
 
 use super::ValidationData;
 use super::averages::Averages;
-use crate::block_clock::BlockClock;
+use crate::block_clock::{BlockClock, stands_still};
 use crate::multi_position::{pauses, segment, shortest_pause};
 use crate::record::Record;
 use crate::recording::RecordingReading;
@@ -171,10 +171,7 @@ impl ValidationRecording {
         read.time.rate_hz = clock.rate();
         let input = reader.finish()?.with_reading(read);
         let (outputs, breaks, per) = averages.finish();
-        let rate = clock
-            .rate()
-            .ok_or_else(|| Trouble::data("the time does not advance").detail(name.clone()))?
-            / per as f64;
+        let rate = clock.rate().ok_or_else(|| stands_still(&name))? / per as f64;
         if per > 1 {
             findings.push(averaged_record(
                 &format!("means of {per} rows stand for them"),

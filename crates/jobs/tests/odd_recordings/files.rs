@@ -34,7 +34,13 @@ fn rows(stamp: impl Fn(usize) -> String, gravity: f64) -> impl Iterator<Item = [
     (0..400).map(move |i| {
         let small = gravity * 1e-4;
         let whole = gravity >= 500.0;
-        let digits = |v: f64| if whole { format!("{v:.0}") } else { format!("{v:.6}") };
+        let digits = |v: f64| {
+            if whole {
+                format!("{v:.0}")
+            } else {
+                format!("{v:.6}")
+            }
+        };
         [
             stamp(i),
             digits(small * wobble(i)),
@@ -57,7 +63,7 @@ fn seconds(i: usize) -> String {
     format!("{:.2}", i as f64 / 100.0)
 }
 
-const HEADING: &str = "t,ax_m/s2,ay_m/s2,az_m/s2,p_m";
+const HEADING: &str = "t,ax_m/s2,ay_m/s2,az_m/s2,p (m)";
 
 impl Odd {
     /// A file that all readers read alike but for tables.
@@ -81,8 +87,18 @@ impl Odd {
         let stamped = |step: usize| text(&HEADING.replace("t,", "timestamp,"), whole(step), 9.81);
         let mut all = vec![
             Self::new("ms.csv", stamped(10), Refused("--time-unit ms"), in_order),
-            Self::new("us.csv", stamped(10_000), Refused("--time-unit us"), in_order),
-            Self::new("ns.csv", stamped(10_000_000), Refused("--time-unit ns"), in_order),
+            Self::new(
+                "us.csv",
+                stamped(10_000),
+                Refused("--time-unit us"),
+                in_order,
+            ),
+            Self::new(
+                "ns.csv",
+                stamped(10_000_000),
+                Refused("--time-unit ns"),
+                in_order,
+            ),
             Self::new(
                 "since-1970.csv",
                 text(HEADING, |i| (1_700_000_000_000 + 10 * i).to_string(), 9.81),
@@ -118,7 +134,7 @@ impl Odd {
             ("mg.csv", 1000.0, "unit mg"),
         ];
         for (name, gravity, word) in likely {
-            let heading = "t_s,ax,ay,az,p_m";
+            let heading = "t_s,ax,ay,az,p (m)";
             all.push(Self::new(
                 name,
                 text(heading, seconds, gravity),
@@ -137,21 +153,24 @@ impl Odd {
             }
             text
         };
-        let read = Right("5 ax, 6 ay, 7 az in m/s² by the heading");
+        let read = Right("7 az in m/s² by the heading");
+        let seen = Some(Right("5 ax, 6 ay, 7 az in m/s² by the heading"));
         all.push(Self {
+            alone: seen,
             all: Some(Right("2 imu.gyro.x, 3 imu.gyro.y, 4 imu.gyro.z in rad/s")),
             ..Self::new(
                 "gyroscope.csv",
-                gyroscope("t_s,imu.gyro.x_rad/s,imu.gyro.y_rad/s,imu.gyro.z_rad/s,ax_m/s2,ay_m/s2,az_m/s2,p_m"),
+                gyroscope("t_s,imu.gyro.x_rad/s,imu.gyro.y_rad/s,imu.gyro.z_rad/s,ax_m/s2,ay_m/s2,az_m/s2,p (m)"),
                 read,
                 in_order,
             )
         });
         all.push(Self {
+            alone: seen,
             all: Some(Refused("the unit of wx, wy, wz is not said")),
             ..Self::new(
                 "gyroscope-without-unit.csv",
-                gyroscope("t_s,wx,wy,wz,ax_m/s2,ay_m/s2,az_m/s2,p_m"),
+                gyroscope("t_s,wx,wy,wz,ax_m/s2,ay_m/s2,az_m/s2,p (m)"),
                 read,
                 in_order,
             )
@@ -161,7 +180,7 @@ impl Odd {
             all: Some(Right("in m/s² by the heading")),
             ..Self::new(
                 "two-accelerometers.csv",
-                gyroscope("t_s,a2x_m/s2,a2y_m/s2,a2z_m/s2,ax_m/s2,ay_m/s2,az_m/s2,p_m"),
+                gyroscope("t_s,a2x_m/s2,a2y_m/s2,a2z_m/s2,ax_m/s2,ay_m/s2,az_m/s2,p (m)"),
                 read,
                 in_order,
             )
@@ -180,7 +199,9 @@ impl Odd {
                 Refused("--output-unit"),
             )
         });
-        let comma = text(HEADING, seconds, 9.81).replace(',', ";").replace('.', ",");
+        let comma = text(HEADING, seconds, 9.81)
+            .replace(',', ";")
+            .replace('.', ",");
         all.push(Self::new(
             "decimal-comma.csv",
             comma,
@@ -190,14 +211,25 @@ impl Odd {
         for (name, big) in [("utf-16.csv", false), ("utf-16-big-endian.csv", true)] {
             let units = text(HEADING, seconds, 9.81);
             let units = std::iter::once(0xFEFF).chain(units.encode_utf16());
-            let bytes = |u: u16| if big { u.to_be_bytes() } else { u.to_le_bytes() };
+            let bytes = |u: u16| {
+                if big {
+                    u.to_be_bytes()
+                } else {
+                    u.to_le_bytes()
+                }
+            };
             let refused = Refused("UTF-16");
-            all.push(Self::new(name, units.flat_map(bytes).collect::<Vec<u8>>(), refused, refused));
+            all.push(Self::new(
+                name,
+                units.flat_map(bytes).collect::<Vec<u8>>(),
+                refused,
+                refused,
+            ));
         }
         let refused = Refused("7 headings stand above 5 columns");
         all.push(Self::new(
             "seven-headings.csv",
-            text("t,ax_m/s2,ay_m/s2,az_m/s2,p_m,T_degC,q", seconds, 9.81),
+            text("t,ax_m/s2,ay_m/s2,az_m/s2,p (m),T_degC,q", seconds, 9.81),
             refused,
             refused,
         ));

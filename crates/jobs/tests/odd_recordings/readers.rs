@@ -9,7 +9,7 @@ use proofmass_io::{
 use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
 use proofmass_jobs::bias::BiasRecording;
 use proofmass_jobs::campaign::{Campaign, Draft};
-use proofmass_jobs::noise::{NoiseReading, NoiseSamples};
+use proofmass_jobs::noise::{NoiseJob, NoiseReading, NoiseSamples};
 use proofmass_jobs::response::ResponseRecordings;
 use proofmass_jobs::static_test::{ReadingColumns, StaticTest, StaticTestFiles};
 use proofmass_jobs::temperature::TemperatureRecording;
@@ -111,7 +111,10 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 fn axes(odd: &Odd) -> Vec<ColumnRef> {
-    odd.axes.iter().map(|axis| ColumnRef::from_word(axis)).collect()
+    odd.axes
+        .iter()
+        .map(|axis| ColumnRef::from_word(axis))
+        .collect()
 }
 
 fn draft(odd: &Odd, said: &Said, change: impl FnOnce(&mut Draft)) -> Answer {
@@ -210,7 +213,9 @@ fn noise_read(odd: &Odd, reading: &NoiseReading) -> Answer {
     let NoiseSamples::Slices { channels, .. } = recording.data().samples else {
         panic!("a stream");
     };
-    let z = channels.iter().find(|c| c.name == "az" || c.name == "column 4");
+    let z = channels
+        .iter()
+        .find(|c| c.name == "az" || c.name == "column 4");
     told(&[recording.input()], z.and_then(|z| mean(z.rate)))
 }
 
@@ -232,7 +237,9 @@ fn noise_stream(odd: &Odd, said: &Said) -> Answer {
     };
     while blocks.lock().unwrap().next_block()?.is_some() {}
     if blocks.lock().unwrap().rate().is_none() {
-        return Err(Trouble::data("the time stands still"));
+        let mut again = noise_reading(said).stream(source(odd))?;
+        let refused = NoiseJob::default().evaluate(&again.data(), &Unwatched);
+        return Err(refused.expect_err("a rate"));
     }
     drop(data);
     told(&[stream.finish()?], None)
@@ -276,7 +283,10 @@ fn applied(odd: &Odd, said: &Said) -> Answer {
     job.reading = recording_reading(odd, said);
     let (calibration, mut bytes) = (AnyCalibration::from(calibration()), Vec::new());
     let data = ApplyData::new(&calibration, source(odd), Destination::Bytes(&mut bytes));
-    told(&[job.evaluate(&data, &Unwatched)?.recording().clone()], None)
+    told(
+        &[job.evaluate(&data, &Unwatched)?.recording().clone()],
+        None,
+    )
 }
 
 fn bias(odd: &Odd, said: &Said) -> Answer {
@@ -293,7 +303,7 @@ fn rest(odd: &Odd, said: &Said) -> Answer {
 fn temperature(odd: &Odd, said: &Said) -> Answer {
     let mut odd_bytes = odd.bytes.clone();
     if let Ok(text) = String::from_utf8(odd_bytes.clone()) {
-        odd_bytes = text.replacen("p_m", "p_degC", 1).into_bytes();
+        odd_bytes = text.replacen("p (m)", "p (°C)", 1).into_bytes();
     }
     let source = Source::from_bytes(odd.name, odd_bytes).unwrap();
     let column = ColumnRef::from_word(odd.position);
@@ -342,7 +352,10 @@ fn velocity(odd: &Odd, said: &Said) -> Answer {
         ..AxisSensors::default()
     };
     let read = sensors.load(&files, None, &Unwatched)?;
-    told(&read.record(None).inputs, mean(&read.data().record.acceleration))
+    told(
+        &read.record(None).inputs,
+        mean(&read.data().record.acceleration),
+    )
 }
 
 fn table(odd: &Odd, _: &Said) -> Answer {
