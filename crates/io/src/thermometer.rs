@@ -23,7 +23,13 @@ impl Thermometer {
     pub fn of(layout: &Layout, index: usize) -> Result<Self> {
         let name = layout.name(index);
         let plain = name.to_lowercase().replace(['_', ' ', '.'], "");
-        let (unit, said_by) = match layout.unit(index) {
+        // In the heading of a thermometer a last C, F or K is no channel: `T_K`.
+        let last = name.rsplit(['_', ' ']).next().filter(|last| *last != name);
+        let degrees = [Unit::DegreeCelsius, Unit::DegreeFahrenheit, Unit::Kelvin];
+        let last = last
+            .and_then(Unit::recognise)
+            .filter(|u| degrees.contains(u));
+        let (unit, said_by) = match layout.unit(index).or(last) {
             Some(unit) => (unit, SaidBy::Heading),
             None if plain.contains("fahrenheit") => (Unit::DegreeFahrenheit, SaidBy::Heading),
             None => (Unit::DegreeCelsius, SaidBy::Nobody),
