@@ -179,7 +179,7 @@ pub fn cell(result: &StoredResult, table: &str, row: usize, column: &str) -> f64
     row[place].parse().expect("a number")
 }
 
-fn in_the_terminal(result: &StoredResult) -> String {
+pub fn in_the_terminal(result: &StoredResult) -> String {
     let options = terminal::Options {
         width: 200,
         colour: false,
