@@ -415,7 +415,7 @@ fn lines<S>(
     let times = waveform.times.as_ref();
     Ok(Lines {
         lines,
-        begin: times.map_or(0.0, |t| t.begin_s),
+        begin: waveform.begin_s,
         rate_uncertainty: times.map_or(0.0, |t| t.rate_u_hz / waveform.sampling_rate_hz),
         duration: waveform.duration_s(),
         rate: waveform.sampling_rate_hz,
