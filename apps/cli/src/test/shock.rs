@@ -1,7 +1,7 @@
 //! `proofmass test shock`.
 
 use super::channel_arguments::{StandardArguments, wanted};
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -150,7 +150,7 @@ impl Shock {
             inputs.push(input);
         }
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = record(format!("Shock test, {}", self.recording.display()), inputs);
+        let record = record(format!("Shock test, {}", named(&self.recording)), inputs);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

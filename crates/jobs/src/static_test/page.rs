@@ -76,7 +76,9 @@ fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
             &of(|r| r.input),
             &of(ReadingResidual::residual),
         ));
-        page = page.section(Section::new("Residuals").figure("Every reading", plot));
+        page = page.section(
+            Section::new("Residuals").figure("Residual of each reading: output less model", plot),
+        );
     }
     page.section(budget(fit))
         .section(Section::filed([readings(fit)]))

@@ -5,6 +5,7 @@ use proofmass_core::Watch;
 use proofmass_io::{Ambient, Device, Input};
 use proofmass_jobs::{Outcome, Record, StoredResult};
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 
 /// What a caller knows.
 pub fn record() -> Record {
@@ -58,5 +59,46 @@ pub struct Stop;
 impl Watch for Stop {
     fn progress(&self, _stage: &'static str, _done: u64, _of: u64) -> ControlFlow<()> {
         ControlFlow::Break(())
+    }
+}
+
+/// An onlooker that keeps what it was told.
+#[derive(Default)]
+pub struct Steps(Mutex<Vec<(&'static str, u64, u64)>>);
+
+impl Watch for Steps {
+    fn progress(&self, stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        self.0.lock().expect("steps").push((stage, done, of));
+        ControlFlow::Continue(())
+    }
+}
+
+impl Steps {
+    /// Every stage has a name and goes up; one whose steps are counted ends when all are behind, and so does the whole.
+    pub fn law_they_go_up_to_the_end(&self, kind: &str) {
+        let steps = self.0.lock().expect("steps");
+        let mut by_stage = std::collections::BTreeMap::<_, Vec<(u64, u64)>>::new();
+        for (stage, done, of) in steps.iter() {
+            by_stage.entry(*stage).or_default().push((*done, *of));
+        }
+        if std::env::var_os("PROOFMASS_REPORTS").is_some() {
+            eprintln!("STEPS {kind} {by_stage:?} LAST {:?}", steps.last());
+            return;
+        }
+        for (stage, told) in by_stage {
+            assert!(stage.len() > 2, "{kind}: a stage without a name");
+            for pair in told.windows(2) {
+                let [(before, of), (after, of_after)] = [pair[0], pair[1]];
+                assert!(
+                    before <= after && of == of_after,
+                    "{kind}, {stage}: {told:?}"
+                );
+            }
+            let (done, of) = told[told.len() - 1];
+            assert!(
+                of == 0 || done == of,
+                "{kind}, {stage} ends at {done} of {of}"
+            );
+        }
     }
 }
