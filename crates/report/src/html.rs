@@ -132,10 +132,14 @@ impl Page {
 
     /// A section that only some readers open.
     fn folded(&mut self, section: &Section) -> Result<(), Error> {
-        self.details(
-            &format!("<h3>{}</h3>", marked(&section.title)),
-            &section.blocks,
-        )
+        let rows = match &section.blocks[..] {
+            [Block::Table(table)] if table.rows.len() > LONG => {
+                format!(": {} rows", table.rows.len())
+            }
+            _ => String::new(),
+        };
+        let summary = format!("<h3>{}</h3>{rows}", marked(&section.title));
+        self.details(&summary, &section.blocks)
     }
 
     fn details(&mut self, summary: &str, blocks: &[Block]) -> Result<(), Error> {

@@ -191,7 +191,7 @@ impl Common {
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         data.findings = &findings;
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let title = format!("Frequency response, {}", recordings.name());
+        let title = format!("Frequency response, {}", named(Path::new(recordings.name())));
         let mut files = recordings.inputs();
         files.extend(certificate.map(|c| c.input));
         let record = record(title, files);

@@ -102,7 +102,7 @@ fn percent(probability: f64) -> String {
 }
 
 /// A dotted name as it is read: `S.xx.modulus[frequency=160]` is S xx modulus at 160 Hz.
-fn label(name: &str) -> String {
+pub(crate) fn label(name: &str) -> String {
     let (name, place) = name.split_once('[').unwrap_or((name, ""));
     let place = place.trim_end_matches(']');
     let place = match place.split_once('=') {
@@ -110,7 +110,12 @@ fn label(name: &str) -> String {
         Some((what, value)) => format!(", {what} {value}"),
         None => String::new(),
     };
-    format!("{}{place}", name.replace(['.', '_'], " "))
+    let words = name.split(['.', '_']).map(|word| match word {
+        "arias" => "Arias",
+        "rms" => "RMS",
+        word => word,
+    });
+    format!("{}{place}", words.collect::<Vec<_>>().join(" "))
 }
 
 /// Units in which data sheets and navigators state what SI has in m/s² and rad/s.
@@ -121,7 +126,7 @@ const TRADE: [(&str, &[(&str, f64)]); 8] = [
         &[("µg/√Hz", 1e6 / STANDARD_GRAVITY), ("m/s/√h", 60.0)],
     ),
     ("(m/s²)·√Hz", &[("mg/√h", 60.0 * 1e3 / STANDARD_GRAVITY)]),
-    ("(m/s²)/K", &[("mg/K", 1e3 / STANDARD_GRAVITY)]),
+    ("m/s²/K", &[("mg/K", 1e3 / STANDARD_GRAVITY)]),
     ("rad", &[("°", 180.0 / PI)]),
     ("rad/s", &[("°/h", 3600.0 * 180.0 / PI)]),
     ("(rad/s)/√Hz", &[("°/√h", 60.0 * 180.0 / PI)]),

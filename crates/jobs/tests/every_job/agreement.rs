@@ -57,6 +57,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
     let page = words(&file(REPORT));
     assert!(summary.contains(document["title"].as_str().expect("a title")));
     opens_with_the_answer(kind, &result, &file(REPORT));
+    law_the_opening_fits_a_terminal(kind, &result);
     // The first quantity is what a job was asked for: it stands in the terminal, on the page and in the table.
     if let Some(q) = quantities.first() {
         if q.value != 0.0 && q.expanded > 0.0 {
@@ -101,6 +102,26 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
         }
     }
     result
+}
+
+/// Result, verdict, findings and what was read take 25 lines of a hundred columns at most, before any detail.
+fn law_the_opening_fits_a_terminal(kind: &str, result: &StoredResult) {
+    let mut opening = result.summary();
+    opening.sections.clear();
+    let options = terminal::Options {
+        width: 100,
+        colour: false,
+    };
+    let text = terminal::render(&opening, &options).expect("terminal");
+    assert!(
+        text.lines().count() <= 25,
+        "{kind} opens with {} lines:\n{text}",
+        text.lines().count()
+    );
+    assert!(
+        text.lines().all(|l| l.chars().count() <= 100),
+        "{kind}:\n{text}"
+    );
 }
 
 /// Where `PROOFMASS_REPORTS` names a folder, the files of every result and its summary in a terminal of a hundred columns
