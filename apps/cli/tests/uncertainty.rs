@@ -477,14 +477,14 @@ fn what_is_asked_beside_the_outputs() {
     assert!((mean - 0.2505).abs() < 0.0005, "{mean}");
 
     // What cannot be answered is said, and nothing is written.
-    for (option, value, word) in [
-        ("--sweep", "R=50:200", "FROM:TO:STEPS"),
-        ("--sweep", "Q=50:200:4", "no input is called Q"),
-        ("--target", "P=much", "OUTPUT=U"),
-        ("--target", "Q=1", "no output is called Q"),
+    for (option, value, word, code) in [
+        ("--sweep", "R=50:200", "FROM:TO:STEPS", 2),
+        ("--sweep", "Q=50:200:4", "no input is called Q", 1),
+        ("--target", "P=much", "OUTPUT=U", 2),
+        ("--target", "Q=1", "no output is called Q", 1),
     ] {
         let other = at("other");
-        let said = refuse(&[
+        let run = proofmass(&[
             "uncertainty",
             text(&model),
             option,
@@ -492,6 +492,8 @@ fn what_is_asked_beside_the_outputs() {
             "-o",
             text(&other),
         ]);
+        let said = stderr(&run);
+        assert_eq!(run.status.code(), Some(code), "{said}");
         assert!(said.contains(word) && !other.exists(), "{said}");
     }
     // A field that is no number, with file, line and column.

@@ -16,6 +16,7 @@ mod multitaper;
 mod oscillator;
 mod power_sum;
 mod pulse_shape;
+pub mod saturation;
 mod shock_spectrum;
 mod strong_motion;
 mod trace;

@@ -52,9 +52,13 @@ impl Validation {
         self.verdict == Verdict::Validated || self.few_degrees_of_freedom
     }
 
-    /// Whether the ends are near enough to those of the trials for another calculation to build on them.
+    /// Whether the ends are near enough to those of the trials for another calculation to build on them; what the number of trials
+    /// makes of the difference speaks neither way.
     pub(crate) fn passes_on(&self) -> bool {
-        self.curvature.unwrap_or(self.relative) <= ENDS
+        let largest = self.lower.max(self.upper);
+        let by_chance = 2.0 * self.scatter / largest * self.relative;
+        let far = |relative: f64| relative - by_chance > ENDS;
+        !(largest > 0.0 && far(self.curvature.unwrap_or(self.relative)))
     }
 
     /// Whether Monte Carlo refutes the linearity of the model.

@@ -223,7 +223,7 @@ pub fn cell(result: &StoredResult, table: &str, row: usize, column: &str) -> f64
     row[place].parse().expect("a number")
 }
 
-fn in_the_terminal(result: &StoredResult) -> String {
+pub fn in_the_terminal(result: &StoredResult) -> String {
     in_a_terminal_of(200, result)
 }
 
