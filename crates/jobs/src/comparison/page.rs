@@ -76,20 +76,9 @@ fn verdict(pair: &ResponseComparison, [a, b]: [&str; 2]) -> String {
             true => "; as a whole they differ by more than chance allows",
             false => "; as a whole the differences are within chance",
         });
-    let by_size = |p: &&ComparedPoint, q: &&ComparedPoint| {
-        let [p, q] = [p, q].map(|p| p.modulus_difference.abs());
-        p.total_cmp(&q)
-    };
-    let largest = pair
-        .points
-        .iter()
-        .max_by(by_size)
-        .map_or(String::new(), |p| {
-            let [size, expanded] =
-                [p.modulus_difference.abs(), p.modulus_expanded].map(|v| 100.0 * v);
-            format!("; moduli differ by up to {} %", plus_minus(size, expanded))
-        });
-    format!("{points}{whole}{largest}.")
+    let differences = pair.points.iter().map(|p| p.modulus_difference.abs());
+    let largest = two_digits(100.0 * differences.fold(0.0, f64::max));
+    format!("{points}{whole}; moduli differ by up to {largest} %.")
 }
 
 /// Points whose differences exceed their expanded uncertainty.
