@@ -15,7 +15,8 @@ use proofmass_io::{
     AnyCalibration, ClockUnit, ColumnRef, Input, Layout, Reading, RowReader, StatedQuantity,
     Thermometer, TimeWindow, Unit,
 };
-use proofmass_report::{KeyFigure, Report, Section};
+use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot};
+use proofmass_signal::Trace;
 use proofmass_static::{
     AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
 };
@@ -274,6 +275,8 @@ impl Job for FreeLivingJob {
             )
         })?;
         watch.step("fit", 1, 1)?;
+        let still = data.still.iter();
+        let departures = still.map(|w| (w.time, departures(w, &fit))).collect();
         let mut findings = data.findings.clone();
         findings.extend(fit.findings.iter().cloned());
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
@@ -288,6 +291,7 @@ impl Job for FreeLivingJob {
             },
             temperature_range: temperature_range(&data.still),
             columns: data.columns.clone(),
+            departures,
             fit,
         })
     }
@@ -304,7 +308,20 @@ pub struct FreeLivingOutcome {
     /// Lowest and highest temperature of the still windows, °C.
     temperature_range: Option<[f64; 2]>,
     columns: Option<[ColumnRef; 3]>,
+    /// Of each still window its time, s, and ‖a‖ − 1 g before and after, mg.
+    departures: Vec<(f64, [f64; 2])>,
     fit: AutoCalibrationFit,
+}
+
+fn departures(window: &StillWindow, fit: &AutoCalibrationFit) -> [f64; 2] {
+    let of = |a: [f64; 3]| 1e3 * (a.iter().map(|v| v * v).sum::<f64>().sqrt() - 1.0);
+    let p = &fit.parameters;
+    let warmer = fit.mean_temperature.zip(window.temperature);
+    let warmer = warmer.map_or(0.0, |(mean, t)| t - mean);
+    let corrected = std::array::from_fn(|i| {
+        p.scale[i] * (window.mean[i] + p.offset[i]) + p.temperature[i] * warmer
+    });
+    [of(window.mean), of(corrected)]
 }
 
 fn temperature_range(windows: &[StillWindow]) -> Option<[f64; 2]> {
@@ -372,6 +389,14 @@ impl Outcome for FreeLivingOutcome {
                 KeyFigure::new("iterations", fit.iterations.to_string(), ""),
             ])
             .table(stated_parameters(caption, &self.quantities, six));
+        let time: Vec<f64> = self.departures.iter().map(|d| d.0 / 3600.0).collect();
+        let mut plot = XyPlot::new(Axis::linear("time", "h"), Axis::linear("‖a‖ − 1 g", "mg"))
+            .horizontal(0.0, "");
+        for (k, name) in ["before", "after"].into_iter().enumerate() {
+            let departures: Vec<f64> = self.departures.iter().map(|d| d.1[k]).collect();
+            let shown = Trace::new(&time, &departures, Trace::RUNS / 4);
+            plot = plot.series(Series::markers(name, &shown.x, &shown.y));
+        }
         page.subtitle(format!(
             "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
             fit.windows, self.seen, fit.blocks
@@ -381,5 +406,6 @@ impl Outcome for FreeLivingOutcome {
             fit.error_after_mg, fit.error_before_mg
         ))
         .section(result.summarised())
+        .shown_by("Departure of each still window from 1 g, as recorded and calibrated", plot)
     }
 }

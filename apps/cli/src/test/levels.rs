@@ -1,6 +1,6 @@
 //! `proofmass test levels`.
 
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
@@ -51,7 +51,7 @@ impl Levels {
         ];
         let levels = RecordedLevels::read(Source::open(&self.table)?, &columns)?;
         let outcome = LinearityJob::default().evaluate(&levels.data()?, &Progress::new())?;
-        let title = format!("Linearity over the level, {}", self.table.display());
+        let title = format!("Linearity over the level, {}", named(&self.table));
         let record = record(title, vec![levels.input()]);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

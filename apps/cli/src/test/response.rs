@@ -1,7 +1,7 @@
 //! `proofmass test random`, `impact`, `sweep`, `steps`.
 
 use super::channel_arguments::StandardArguments;
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -195,7 +195,10 @@ impl Common {
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         data.findings = &findings;
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let title = format!("Frequency response, {}", recordings.name());
+        let title = format!(
+            "Frequency response, {}",
+            named(Path::new(recordings.name()))
+        );
         let mut files = recordings.inputs();
         files.extend(certificate.map(|c| c.input));
         let record = record(title, files);

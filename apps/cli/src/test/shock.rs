@@ -1,7 +1,7 @@
 //! `proofmass test shock`.
 
 use super::channel_arguments::StandardArguments;
-use crate::clock::record;
+use crate::clock::{self, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -154,7 +154,10 @@ impl Shock {
             inputs.push(input);
         }
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = record(format!("Shock test, {}", self.recording.display()), inputs);
+        let record = record(
+            format!("Shock test, {}", clock::named(&self.recording)),
+            inputs,
+        );
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
