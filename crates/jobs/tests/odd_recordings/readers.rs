@@ -323,7 +323,10 @@ fn channel(odd: &Odd, said: &Said) -> Answer {
     let z = ColumnRef::from_word(odd.axes[2]);
     let wanted = [WantedChannel::new(z, said.unit, "--unit")];
     let read = clock(said).read(source(odd), &wanted)?;
-    told(std::slice::from_ref(&read.input), mean(&read.channels[0].data))
+    told(
+        std::slice::from_ref(&read.input),
+        mean(&read.channels[0].data),
+    )
 }
 
 fn response(odd: &Odd, said: &Said) -> Answer {
