@@ -255,16 +255,23 @@ mod tests {
 
     #[test]
     fn known_column_that_is_called_by_its_unit() -> Result<()> {
-        for (heading, expected) in [("V", "V"), ("mV", "mV"), ("output", "count")] {
+        let read = |heading: &str| -> Result<StaticTestFiles> {
             let text = format!("angle_deg,{heading}\n90,1.5\n270,1.6\n");
             let source = Source::from_bytes("t.csv", text.into_bytes())?;
             let columns = ReadingColumns::new(heading);
-            let files = StaticTestFiles::readings(source, &tilt()?, &"angle_deg".into(), &columns)?;
+            StaticTestFiles::readings(source, &tilt()?, &"angle_deg".into(), &columns)
+        };
+        for heading in ["V", "mV"] {
+            let files = read(heading)?;
             let StaticTestInput::Readings { unit, .. } = files.data().input else {
                 return Err(Trouble::data("no readings"));
             };
-            assert_eq!(unit, expected);
+            assert_eq!(unit, heading);
         }
+        let asked = read("output")
+            .err()
+            .and_then(|e| e.hint().map(str::to_owned));
+        assert!(asked.is_some_and(|hint| hint.contains("--output-unit")));
         Ok(())
     }
 
