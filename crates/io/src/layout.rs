@@ -290,6 +290,12 @@ impl Layout {
         self.ask_units(&columns)
     }
 
+    /// Whether a column counts the rows, one by one.
+    pub fn counts_rows(&self, index: usize) -> bool {
+        let counted = |h: &ColumnHead| h.whole && h.step == Some(1.0) && h.mean_square > 0.0;
+        self.unit(index).is_none() && self.head.get(index).is_some_and(|h| counted(h) && h.rises)
+    }
+
     /// The first column whose heading says that it is the time, counted from zero.
     pub fn time_column(&self) -> Option<usize> {
         crate::recording::time_column(self)
