@@ -1,5 +1,6 @@
 //! The shape of a delimited text: separator, decimal mark, header, comments. Sniffed, and every property can be given.
 
+mod other_format;
 pub(crate) mod sniff;
 
 use crate::column_head::ColumnHead;
