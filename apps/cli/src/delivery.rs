@@ -26,6 +26,21 @@ pub(crate) struct Delivery {
 }
 
 impl Delivery {
+    /// Whether the list of what is written is signed.
+    pub(crate) fn signs(&self) -> bool {
+        self.sign.is_some()
+    }
+
+    /// Refuses to replace a file beside the folder that nobody said may go.
+    pub(crate) fn keep(&self, file: &Path) -> Result<(), Failure> {
+        let there = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() > 0);
+        if !there || self.force || console::asked(&format!("replace {}?", file.display())) {
+            return Ok(());
+        }
+        Err(Failure::new(format!("{} is there already", file.display()))
+            .hint("name another file, or replace it with --force"))
+    }
+
     /// Begins the folder, where one is asked for: a place that is taken, or that holds results of another kind, is
     /// refused before the work, not after it.
     pub(crate) fn begin(

@@ -2,7 +2,7 @@
 
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{LARGEST_DOCUMENT, Source};
+use proofmass::io::{LARGEST_DOCUMENT, Source, doubt_of, listed};
 use proofmass::jobs::StoredResult;
 use std::path::PathBuf;
 
@@ -25,6 +25,18 @@ impl Render {
         } else {
             self.result.clone()
         };
+        if let (Some(doubt), Some(_)) = (doubt_of(&path), &self.delivery.output) {
+            return Err(Failure::new(doubt).hint(
+                "what is written from it would look like a result that nobody changed: look at it without -o, or evaluate it again",
+            ));
+        }
+        if self.delivery.signs() && !listed(&path) {
+            return Err(Failure::new(format!(
+                "no manifest.json beside {} says that it is as it was written",
+                path.display()
+            ))
+            .hint("write it without --sign, or sign the result where it is computed"));
+        }
         console::doubt(&path);
         let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         let result = StoredResult::from_json(&bytes)

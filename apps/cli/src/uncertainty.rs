@@ -78,6 +78,9 @@ impl Uncertainty {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let mut model = ModelText::read(Source::open(&self.model)?)?;
         model.ask(self.sweep.clone(), self.target.clone());
+        if let Some(file) = &self.draws {
+            self.delivery.keep(file)?;
+        }
         let folder = self
             .delivery
             .begin(UncertaintyOutcome::KIND, &[&self.model])?;

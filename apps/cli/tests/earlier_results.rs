@@ -269,3 +269,89 @@ fn known_what_is_said_of_an_altered_earlier_result() {
         }
     }
 }
+
+/// A result that was altered is not written again as one that nobody changed, and no list beside it speaks for another file.
+#[test]
+fn refuses_to_write_an_altered_result_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let model = "[[input]]\nname = \"r\"\nunit = \"V\"\nvalue = 2\nu = 0.1\n\
+                 [[output]]\nname = \"y\"\nunit = \"V\"\nexpression = \"r\"\n";
+    fs::write(here.join("m.toml"), model).unwrap();
+    let make = |arguments: &[&str]| run(here, arguments);
+    assert!(make(&["uncertainty", "m.toml", "-o", "s"]).status.success());
+    assert!(make(&["keygen", "lab"]).status.success());
+    assert!(
+        make(&["render", "s", "-o", "again", "--sign", "lab.key"])
+            .status
+            .success()
+    );
+    edit(here, "s/result.json", |r| {
+        r["quantities"][0]["value"] = json!(2.7);
+        r["estimate"]["components"][0]["value"] = json!(2.7);
+    });
+    let refused = make(&["render", "s", "-o", "washed"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains(CHANGED), "{}", stderr(&refused));
+    assert!(!here.join("washed").exists());
+    assert!(
+        make(&["render", "s"]).status.success(),
+        "it may be looked at"
+    );
+    fs::remove_file(here.join("s/manifest.json")).unwrap();
+    let refused = make(&["render", "s", "-o", "washed", "--sign", "lab.key"]);
+    assert!(
+        stderr(&refused).contains("manifest.json"),
+        "{}",
+        stderr(&refused)
+    );
+    // Beside a list that does not name it.
+    fs::copy(here.join("s/result.json"), here.join("again/monday.json")).unwrap();
+    let later = "[[earlier]]\nfile = \"again/monday.json\"\nquantities = { Y = \"y\" }\n\
+                 [[output]]\nname = \"z\"\nunit = \"V\"\nexpression = \"Y\"\n";
+    fs::write(here.join("later.toml"), later).unwrap();
+    let said = make(&["uncertainty", "later.toml", "--json", "--trials", "10000"]);
+    let result: Value = serde_json::from_slice(&said.stdout).unwrap();
+    let all = result["findings"].as_array().unwrap();
+    assert!(all.iter().any(|f| f["code"] == "earlier-result-unlisted"));
+    // Draws replace nothing that is there.
+    fs::write(here.join("notes.txt"), "mine").unwrap();
+    let refused = make(&[
+        "uncertainty",
+        "m.toml",
+        "--draws",
+        "notes.txt",
+        "--trials",
+        "10000",
+    ]);
+    assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
+    assert_eq!(fs::read_to_string(here.join("notes.txt")).unwrap(), "mine");
+}
+
+/// Warnings of an earlier result are said where it is used.
+#[test]
+fn known_warnings_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let model = "[[input]]\nname = \"x\"\nunit = \"1\"\nvalues = [0, 1, 2, 3]\n\
+                 [[input]]\nname = \"y\"\nunit = \"1\"\nvalues = [1, 5, 3, 9]\nu = 0.1\n\
+                 [[fit]]\nname = \"line\"\nx = \"x\"\ny = \"y\"\nparameters = [\"a\", \"b\"]\n\
+                 [[output]]\nname = \"b\"\nunit = \"1\"\n";
+    fs::write(here.join("m.toml"), model).unwrap();
+    assert!(
+        run(here, &["uncertainty", "m.toml", "-o", "s"])
+            .status
+            .success()
+    );
+    let later = "[[earlier]]\nfile = \"s/result.json\"\nquantities = { B = \"b\" }\n\
+                 [[output]]\nname = \"z\"\nunit = \"1\"\nexpression = \"2 * B\"\n";
+    fs::write(here.join("later.toml"), later).unwrap();
+    let said = run(
+        here,
+        &["uncertainty", "later.toml", "--json", "--trials", "10000"],
+    );
+    let result: Value = serde_json::from_slice(&said.stdout).unwrap();
+    let all = result["findings"].as_array().unwrap();
+    let warned = all.iter().find(|f| f["code"] == "earlier-result-warned");
+    assert!(warned.is_some_and(|f| f.to_string().contains("residuals of line")));
+}

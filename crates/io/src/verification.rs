@@ -459,6 +459,16 @@ pub fn doubt_of(path: &Path) -> Option<String> {
         .then(|| format!("{}: {FORGED}", list.display()))
 }
 
+/// Whether the list of a folder of results names a file in it.
+pub fn listed(path: &Path) -> bool {
+    let named = || {
+        let manifest = Manifest::read(path.parent()?).ok()??;
+        let name = path.file_name()?.to_str()?;
+        Some(manifest.files.iter().any(|f| f.name == name))
+    };
+    named().unwrap_or(false)
+}
+
 /// Where an input may lie.
 struct Places {
     /// Where it belongs: the first that is there is it.

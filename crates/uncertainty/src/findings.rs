@@ -68,6 +68,13 @@ crate::findings! {
         evidence "{doubts}",
         advice "settle it there and evaluate both again";
 
+    /// What an earlier result warns of is in its numbers, and goes on with them.
+    earlier_result_warned(file: &str, warnings: &str) =
+        "earlier-result-warned", [Warning],
+        what "the earlier result {file} has warnings, which its numbers bring along",
+        evidence "{warnings}",
+        advice "read them there, and decide whether the quantities may be used";
+
     /// The folder of an earlier result has no list of its files: an edit of it that contradicts nothing could not be told.
     earlier_result_unlisted(file: &str) =
         "earlier-result-unlisted", [Note],

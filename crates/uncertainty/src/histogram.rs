@@ -22,6 +22,11 @@ impl Histogram {
     pub(crate) fn count(values: &[f64], mean: f64, u: f64, chunk: usize) -> Self {
         let bins = 100;
         let (start, width) = (mean - 5.0 * u, 10.0 * u / bins as f64);
+        // Bins beyond the range of numbers are none.
+        let (start, width) = match start.is_finite() && (mean + 5.0 * u).is_finite() {
+            true => (start, width),
+            false => (mean, 0.0),
+        };
         let empty = || vec![0u64; bins + 2];
         // The first place is below all bins, the last above.
         let places = if width > 0.0 {

@@ -82,22 +82,37 @@ fn known_correlated_inputs_that_are_not_normal() {
 /// A straight line through points that lie 10 u beside it, in turn above and below.
 #[test]
 fn known_points_that_scatter_beyond_their_uncertainty() {
-    let line = |off: f64| {
+    let weighted = |off: f64, u: f64, weights: &str| {
         let points = (0..8).map(|k| {
             let y = 0.5 * f64::from(k) + if k % 2 == 0 { off } else { -off };
-            format!("[[input]]\nname = \"y{k}\"\nunit = \"1\"\nvalue = {y:.4}\nu = 0.01\n")
+            let u = match u > 0.0 {
+                true => format!("u = {u:?}\n"),
+                false => String::new(),
+            };
+            format!("[[input]]\nname = \"y{k}\"\nunit = \"1\"\nvalue = {y:.4}\n{u}")
         });
         let names: Vec<String> = (0..8).map(|k| format!("y{k}")).collect();
         found(&format!(
             "{}[[input]]\nname = \"x\"\nunit = \"1\"\nvalues = [0, 1, 2, 3, 4, 5, 6, 7]\n\
-             [[fit]]\nname = \"line\"\nx = \"x\"\ny = \"[{}]\"\nparameters = [\"a\", \"b\"]\nweights = \"y\"\n\
+             [[fit]]\nname = \"line\"\nx = \"x\"\ny = \"[{}]\"\nparameters = [\"a\", \"b\"]\nweights = \"{weights}\"\n\
              [[output]]\nname = \"b\"\nunit = \"1\"\n",
             points.collect::<String>(),
             names.join(", ")
         ))
     };
-    insist("residuals-exceed-uncertainty", &line(0.1));
-    spare("residuals-exceed-uncertainty", &line(0.005));
+    for weights in ["y", "equal"] {
+        insist(
+            "residuals-exceed-uncertainty",
+            &weighted(0.1, 0.01, weights),
+        );
+        spare(
+            "residuals-exceed-uncertainty",
+            &weighted(0.005, 0.01, weights),
+        );
+    }
+    // Points without any uncertainty that no line goes through, and those that one does.
+    insist("residuals-exceed-uncertainty", &weighted(0.1, 0.0, "equal"));
+    spare("residuals-exceed-uncertainty", &weighted(0.0, 0.0, "equal"));
 }
 
 #[test]

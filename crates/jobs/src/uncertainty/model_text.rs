@@ -5,9 +5,9 @@ use crate::Outcome;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    ColumnTrouble, Fate, Input, LARGEST_DOCUMENT, MANIFEST, ResultDocument, RowWriter, Source,
+    ColumnTrouble, Fate, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source,
     StatedQuantity, TrialFile, Verification, check_model, doubt_of, explain_model, fill_columns,
-    parse_model,
+    listed, parse_model,
 };
 use proofmass_uncertainty::{
     EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
@@ -49,7 +49,8 @@ impl ModelText {
             entry.estimate = document.stated().map_err(about)?.cloned();
             entry.doubts = doubts(&document);
             entry.doubts.extend(altered(&path, &document));
-            entry.unlisted = !path.with_file_name(MANIFEST).is_file();
+            entry.unlisted = !listed(&path);
+            entry.warnings = warnings(&document);
             if let Some(name) = unstated(&document, entry) {
                 return Err(Trouble::data(format!(
                     "{}: {name} is in its estimate, but no quantity that it states",
@@ -174,6 +175,14 @@ fn doubts(document: &ResultDocument) -> Vec<String> {
     let findings = document.findings.iter();
     let grave = findings.filter(|f| f.severity() == Severity::Decision && !settled(f));
     grave.map(|f| f.what().to_owned()).collect()
+}
+
+/// What a result warns of, which its numbers carry on; that Monte Carlo states a quantity settles a warning about its linearity.
+fn warnings(document: &ResultDocument) -> Vec<String> {
+    let findings = document.findings.iter();
+    let warned = findings
+        .filter(|f| f.severity() == Severity::Warning && f.code() != "linear-result-not-validated");
+    warned.map(|f| f.what().to_owned()).collect()
 }
 
 /// What was changed since the result was written: the file itself, and of models, which are small, what they were computed from.

@@ -136,6 +136,13 @@ impl Curve {
         r.iter().map(|r| r * r).sum()
     }
 
+    /// Residuals as they are at some points.
+    pub fn plain_residuals(&self, before: &[f64], parameters: &[f64]) -> Vec<f64> {
+        let mut r = vec![0.0; self.residuals()];
+        self.residual(parameters, &self.points(before), &mut r);
+        r
+    }
+
     /// Operations of one trial, roughly.
     pub fn cost(&self) -> f64 {
         let each = match self.weighing {

@@ -33,6 +33,9 @@ pub struct EarlierEntry {
     /// What needs a decision before that result is used: likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
+    /// What that result warns of: likewise.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Whether no list of files beside it says that it is as it was written: likewise.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unlisted: bool,
@@ -87,6 +90,8 @@ pub(super) struct Earlier {
     rows: Vec<Vec<usize>>,
     /// Results that need a decision, and why.
     doubts: Vec<(String, String)>,
+    /// Results with warnings, and which.
+    warnings: Vec<(String, String)>,
     /// Results that no list of files vouches for.
     unlisted: Vec<String>,
     /// Results drawn by the law of propagation for what they share, though curvature moves their ends.
@@ -114,6 +119,10 @@ impl Earlier {
             all.doubts
                 .push((entry.file.clone(), entry.doubts.join("; ")));
         }
+        let warned = entries.iter().filter(|e| !e.warnings.is_empty());
+        all.warnings = warned
+            .map(|e| (e.file.clone(), e.warnings.join("; ")))
+            .collect();
         let unlisted = entries.iter().filter(|e| e.unlisted);
         all.unlisted = unlisted.map(|e| e.file.clone()).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
@@ -421,11 +430,14 @@ impl Earlier {
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
         let doubts = self.doubts.iter();
         let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
+        let warnings = self.warnings.iter();
+        let warnings = warnings.map(|(file, what)| findings::earlier_result_warned(file, what));
         let unlisted = self.unlisted.iter();
         let unlisted = unlisted.map(|file| findings::earlier_result_unlisted(file));
         let by_law = self.by_law.iter();
         let by_law = by_law.map(|file| findings::earlier_result_linearised(file));
         doubts
+            .chain(warnings)
             .chain(unlisted)
             .chain(by_law)
             .chain(shared)

@@ -32,6 +32,9 @@ const FEWEST: usize = 10_000;
 /// Results up to this many live on the stack during an evaluation.
 const NEAR: usize = 48;
 
+/// Points of a fit, abscissae and ordinates, up to which each is held against its uncertainty.
+const MOST_POINTS: usize = 4000;
+
 impl Equations {
     pub(super) fn new(
         outputs: Vec<(String, String)>,
@@ -191,13 +194,47 @@ impl Equations {
                 fit.prepare(&before, covariance.as_ref()).map_err(refuse)?;
                 let mut parameters = vec![0.0; fit.degree + 1];
                 fit.evaluate(&before, &mut parameters);
-                findings.extend(fit.doubt(&before, &parameters));
+                let u = self.points_alone(&fit, &x, place, joint);
+                findings.extend(fit.doubt(&before, &parameters, u.as_deref()));
                 let scatter = (fit.entry.scatter == FitScatter::Residuals)
                     .then(|| fit.scatter(&before, &parameters));
                 self.blocks[block] = Block::Fit(fit);
                 Ok(scatter)
             }
         }
+    }
+}
+
+impl Equations {
+    /// Standard uncertainties of the points of a fit with equal weights and no scatter of its own: abscissae, then ordinates.
+    fn points_alone(
+        &self,
+        fit: &super::fit::Fit,
+        x: &[f64],
+        place: usize,
+        joint: &JointInputs,
+    ) -> Option<Vec<f64>> {
+        let told = fit.entry.weights == FitWeights::Equal && fit.entry.scatter == FitScatter::None;
+        let points: Vec<u32> = fit.x.iter().chain(&fit.y).copied().collect();
+        if !told || points.len() > MOST_POINTS {
+            return None;
+        }
+        let (_, jacobian) = derivatives::<8>(x, points.len(), |x, y| {
+            let mut results = vec![Dual::from(0.0); place];
+            self.run(x, &mut results);
+            for (y, &k) in y.iter_mut().zip(&points) {
+                *y = results[k as usize];
+            }
+        });
+        // What correlates the points is no reason for less.
+        let variance = |row: &[f64]| -> f64 {
+            let terms = row.iter().zip(joint.draws());
+            terms
+                .map(|(j, d)| (j * d.standard_uncertainty).powi(2))
+                .sum()
+        };
+        let rows = jacobian.chunks(x.len().max(1));
+        Some(rows.map(|row| variance(row).sqrt()).collect())
     }
 }
 

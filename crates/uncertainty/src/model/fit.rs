@@ -275,20 +275,66 @@ impl Fit {
         }
     }
 
-    /// Residuals that are larger than the uncertainties they were weighed with.
+    /// Residuals that are larger than the uncertainties of the points.
     ///
-    /// χ² exceeds its quantile of 99.9 %: one healthy fit in a thousand.
-    pub fn doubt(&self, before: &[f64], parameters: &[f64]) -> Option<Finding> {
+    /// χ² exceeds its quantile of 99.9 %: one healthy fit in a thousand. With equal weights the sum of squares is held against the sum
+    /// of the variances of the points (`u`: abscissae, then ordinates), with Satterthwaite's degrees of freedom: fewer false alarms.
+    pub fn doubt(&self, before: &[f64], parameters: &[f64], u: Option<&[f64]>) -> Option<Finding> {
         let (chi, dof) = self.chi_squared(before, parameters);
-        let limit = crate::chi_squared_quantile(0.999, dof as f64);
-        (self.entry.weights != FitWeights::Equal && dof > 0 && chi > limit).then(|| {
-            findings::residuals_exceed_uncertainty(
-                &self.entry.name,
-                &crate::scientific(chi / dof as f64, 2),
-                dof,
-                &crate::scientific(limit / dof as f64, 2),
-            )
+        if dof == 0 {
+            return None;
+        }
+        let (ratio, nu) = if self.entry.weights == FitWeights::Equal {
+            let variances = self.variances(before, parameters, u?);
+            let (sum, squares) = variances
+                .iter()
+                .fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
+            let rounding = self.scatter(before, parameters) == 0.0;
+            match (sum > 0.0, rounding) {
+                (true, _) => (chi / sum, sum * sum / squares),
+                (false, true) => return None,
+                (false, false) => (f64::INFINITY, dof as f64),
+            }
+        } else {
+            (chi / dof as f64, dof as f64)
+        };
+        let limit = crate::chi_squared_quantile(0.999, nu) / nu;
+        (ratio > limit).then(|| {
+            let told = match ratio.is_finite() {
+                true => crate::scientific(ratio, 2),
+                false => "∞ (the points have no uncertainty)".to_owned(),
+            };
+            let nu = nu.round() as usize;
+            let limit = crate::scientific(limit, 2);
+            findings::residuals_exceed_uncertainty(&self.entry.name, &told, nu, &limit)
         })
+    }
+
+    /// Variance of each residual by its own point: an abscissa counts by the slope there.
+    fn variances(&self, before: &[f64], parameters: &[f64], u: &[f64]) -> Vec<f64> {
+        let (ux, uy) = u.split_at(self.x.len());
+        let at = |shift: f64| -> Vec<f64> {
+            let mut moved = before.to_vec();
+            for (&k, u) in self.x.iter().zip(ux) {
+                moved[k as usize] += shift * u;
+            }
+            match &self.curve {
+                Some(curve) => curve.plain_residuals(&moved, parameters),
+                None => {
+                    let value = |k: u32| {
+                        let x = moved[k as usize];
+                        parameters.iter().rev().fold(0.0, |sum, p| sum * x + p)
+                    };
+                    self.x.iter().map(|&k| value(k)).collect()
+                }
+            }
+        };
+        let (here, there) = (at(0.0), at(1.0));
+        let slopes = there.iter().zip(&here).map(|(b, a)| b - a);
+        slopes
+            .zip(uy)
+            .map(|(by_x, uy)| by_x * by_x + uy * uy)
+            .collect()
     }
 }
 
