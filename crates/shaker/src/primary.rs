@@ -2,7 +2,7 @@
 
 use crate::derived::PROBABILITY;
 use crate::findings;
-use crate::interferometer::AmplitudeCheck;
+use crate::interferometer::{AmplitudeCheck, CheckMethod, QuadratureFit};
 use crate::observation::ascending;
 use crate::single_axis::{SingleAxis, TransverseMotion};
 use num_complex::Complex64;
@@ -10,7 +10,7 @@ use proofmass_core::Error;
 use proofmass_signal::transfer::turned;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Repeats,
+    Repeats, Severity,
 };
 use serde::{Deserialize, Serialize};
 
@@ -280,7 +280,7 @@ pub struct MethodCheck {
     /// Frequency in Hz.
     pub frequency: f64,
     /// The method.
-    pub method: crate::interferometer::CheckMethod,
+    pub method: CheckMethod,
     /// Runs that it could be used in.
     pub runs: usize,
     /// Modulus of S by it.
@@ -337,8 +337,8 @@ pub fn method_checks(
     let beyond = |c: &&MethodCheck| c.e_n().is_some_and(|e| e.abs() > 1.5);
     let findings = checks.iter().filter(beyond).map(|c| {
         let name = match c.method {
-            crate::interferometer::CheckMethod::FringeCounting => "fringe counting",
-            crate::interferometer::CheckMethod::MinimumPoint => "the minimum point",
+            CheckMethod::FringeCounting => "fringe counting",
+            CheckMethod::MinimumPoint => "the minimum point",
         };
         findings::methods_disagree(
             name,
@@ -359,4 +359,98 @@ pub fn sign_of_motion(means: &[SingleAxis]) -> Option<Finding> {
     let lowest = means.first()?;
     let phase = lowest.sensitivity.arg();
     (phase.abs() > TURNED).then(|| findings::motion_inverted(lowest.frequency, phase.to_degrees()))
+}
+
+/// Distance of the samples from the circle, root mean square and relative, from which on the pair is doubtful.
+const RESIDUAL: f64 = 0.05;
+/// Relative uncertainty of the acceleration by what is left of the quadrature from which on it is told.
+const REMAINDER: f64 = 1e-3;
+
+/// Whether the quadrature signals of a run cover the turn and lie on an ellipse.
+pub fn quadrature_doubts(run: &PrimaryRun, fit: &QuadratureFit) -> Vec<Finding> {
+    let mut doubts = Vec::new();
+    if fit.arc < 360.0 {
+        let [rr, _, ii] = run.correction;
+        let u = 100.0 * (rr + ii).sqrt() / run.acceleration.norm();
+        doubts.push(findings::quadrature_arc(&run.run, fit.arc, u, "").at(Severity::Warning));
+    }
+    if fit.residual > RESIDUAL || run.remainder > REMAINDER {
+        let (residual, remainder) = (100.0 * fit.residual, 100.0 * run.remainder);
+        doubts.push(findings::quadrature_residual(&run.run, residual, remainder));
+    }
+    doubts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(acceleration: Complex64, output: Complex64) -> PrimaryRun {
+        PrimaryRun {
+            run: "a".into(),
+            frequency: 160.0,
+            acceleration,
+            output,
+            noise: [[1e-8, 0.0, 1e-8], [4e-12, 0.0, 4e-12]],
+            correction: [0.0; 3],
+            remainder: 0.0,
+            transverse: None,
+            checks: vec![],
+        }
+    }
+
+    /// u² = (u_a/a)² + (u_U/U)² + u_λ² + u_d², and of the phase without the two last but one.
+    #[test]
+    fn known_budget_of_one_run_and_of_repeats() {
+        let budget = PrimaryBudget {
+            wavelength: 2e-5,
+            declared: vec![DeclaredInput {
+                name: "voltage".into(),
+                description: "voltage".into(),
+                relative: 3e-5,
+                phase: 1e-5,
+                dof: DegreesOfFreedom::INFINITE,
+            }],
+            ..PrimaryBudget::default()
+        };
+        let one = run(Complex64::new(6.0, 8.0), Complex64::new(0.0, 0.1));
+        let single = sensitivities(std::slice::from_ref(&one), "V", &budget).unwrap();
+        let e = &single[0].estimate;
+        let noise = (1e-4 / 10.0f64).hypot(2e-6 / 0.1);
+        let [m, p] = ["modulus", "phase"].map(|n| e.get(n).unwrap());
+        assert!((m.value - 0.01).abs() < 1e-15);
+        let wanted = noise.hypot(2e-5).hypot(3e-5) * 0.01;
+        assert!((m.standard_uncertainty / wanted - 1.0).abs() < 1e-9);
+        assert!((p.standard_uncertainty / noise.hypot(1e-5) - 1.0).abs() < 1e-9);
+        // Four that agree too well: the recordings say what they may scatter by, and the rest does not average out.
+        let four = vec![one; 4];
+        let single = sensitivities(&four, "V", &budget).unwrap();
+        let mean = means(&four, &single, "V").unwrap();
+        let m = mean[0].estimate.get("modulus").unwrap();
+        let wanted = (0.5 * noise).hypot(2e-5).hypot(3e-5) * 0.01;
+        assert!((m.standard_uncertainty / wanted - 1.0).abs() < 1e-9);
+        assert_eq!(mean.len(), 1);
+    }
+
+    #[test]
+    fn known_methods_that_disagree_are_told() {
+        let mut one = run(Complex64::new(10.0, 0.0), Complex64::new(0.1, 0.0));
+        let check = |acceleration| AmplitudeCheck {
+            method: CheckMethod::FringeCounting,
+            acceleration,
+            uncertainty: 0.02,
+        };
+        one.checks = vec![check(10.01)];
+        let of = |one: &PrimaryRun| {
+            let runs = std::slice::from_ref(one);
+            let single = sensitivities(runs, "V", &PrimaryBudget::default()).unwrap();
+            method_checks(runs, &means(runs, &single, "V").unwrap())
+        };
+        let (checks, findings) = of(&one);
+        assert!(findings.is_empty());
+        assert!((checks[0].departure + 1e-3).abs() < 1e-5);
+        assert!((checks[0].e_n().unwrap() + 0.25).abs() < 0.01);
+        one.checks = vec![check(10.2)];
+        assert_eq!(of(&one).1[0].code(), "methods-disagree");
+    }
 }

@@ -43,6 +43,8 @@ pub struct QuadratureFit {
 
 /// Parts of the turn by which the arc is told.
 const PARTS: usize = 36;
+/// Parts in a row without a sample from which on the turn is not full.
+const GAP: usize = 6;
 /// Distance from the circle from which on the pair is none.
 const NO_CIRCLE: f64 = 0.3;
 /// Radius below which the light is lost.
@@ -193,7 +195,14 @@ impl Quadrature {
             part.1 += c.hypot(s) - 1.0;
         }
         let filled = parts.iter().filter(|p| p.0 > 0).count();
-        let arc = 360.0 * filled as f64 / PARTS as f64;
+        // The longest gap; samples in step with the drive leave small ones on a full turn.
+        let (mut gap, mut here) = (0, 0);
+        for k in 0..2 * PARTS {
+            here = if parts[k % PARTS].0 == 0 { here + 1 } else { 0 };
+            gap = gap.max(here.min(PARTS));
+        }
+        let seen = if gap >= GAP { PARTS - gap } else { PARTS };
+        let arc = 360.0 * seen as f64 / PARTS as f64;
         // Harmonics of a part of a turn are not orthogonal, and are not told.
         let shape = [3.0, 4.0].map(|order| {
             if filled < PARTS {
