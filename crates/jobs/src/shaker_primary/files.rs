@@ -242,7 +242,7 @@ fn left_out(run: &str, why: &Unusable, rate: f64, duration: f64, frequency: f64)
             format!("channel {} is constant: no light moves in it", channel(k))
         }
         Unusable::NoCircle(residual) => format!(
-            "the channels cosine and sine draw no ellipse: they are {:.0} % of the radius off it, as where another signal stands in one of them",
+            "the channels cosine and sine draw no ellipse: they are {:.0} % of the radius off it, as where another signal stands in one of them or the motion is a small part of a fringe",
             100.0 * residual
         ),
         Unusable::Short(periods, needed) => format!(

@@ -301,7 +301,11 @@ mod tests {
     };
 
     fn samples(n: usize, turns: f64, noise: f64) -> [Vec<f64>; 2] {
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
+        samples_of(1, n, turns, noise)
+    }
+
+    fn samples_of(seed: u64, n: usize, turns: f64, noise: f64) -> [Vec<f64>; 2] {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
         let phase = |i: usize| TAU * turns * i as f64 / n as f64 - 0.4;
         let mut pair = [vec![], vec![]];
@@ -364,5 +368,25 @@ mod tests {
         }
         let lost = Quadrature::fit(&dark[0], &dark[1]);
         assert!(matches!(lost, Err(Unusable::Dropout(10, 100))), "{lost:?}");
+    }
+
+    /// The intervals of the five parameters hold on a part of the turn too, where they are wide.
+    #[test]
+    fn coverage_of_the_ellipse_on_a_part_of_a_turn() {
+        for turns in [0.4, 0.6, 3.0] {
+            let (mut held, mut all) = (0, 0);
+            for seed in 0..200 {
+                let [a, b] = samples_of(seed, 2000, turns, 5e-3);
+                let fit = Quadrature::fit(&a, &b).unwrap();
+                let found = parameters(&fit.quadrature);
+                for (k, t) in parameters(&TRUTH).into_iter().enumerate() {
+                    all += 1;
+                    held += usize::from((found[k] - t).abs() < 1.96 * fit.covariance[k][k].sqrt());
+                }
+            }
+            let share = 100.0 * held as f64 / all as f64;
+            // The five of one record are correlated: 200 records, three standard deviations.
+            assert!((90.0..=99.0).contains(&share), "{turns}: {share} %");
+        }
     }
 }

@@ -170,11 +170,18 @@ impl SineApproximationMethod {
             count_fringes(&cosine, rate / fitted)
                 .map(|(waves, u)| (CheckMethod::FringeCounting, [waves, u], self.wavelength))
         } else {
-            let about = size / (omega * omega * metres);
+            // The mean took a known part of the drive away here too.
+            let about = kept * size / (omega * omega * metres);
             let turns = phase[half..].iter().zip(&slow).map(|(p, m)| (p - m).sin());
             let at = phasors.amplitudes[0].arg();
             self.minimum(&turns.collect::<Vec<_>>(), fitted, at, about)
-                .map(|(turn, u)| (CheckMethod::MinimumPoint, [turn, u], metres))
+                .map(|(turn, u)| {
+                    (
+                        CheckMethod::MinimumPoint,
+                        [turn / kept, u / kept.abs()],
+                        metres,
+                    )
+                })
         };
         let checks = checks.map(|(method, [amplitude, u], unit)| AmplitudeCheck {
             method,
