@@ -83,6 +83,9 @@ impl StaticTestFiles {
             ..RecordingOptions::default()
         };
         let mut recording = Recording::from_source(source, &options)?;
+        if let Some(input) = recording.columns.first().filter(|c| c.unit.is_none()) {
+            plain(input, usual).map_err(|e| e.detail(name.clone()))?;
+        }
         recording.state_unit(0, Some(usual), SaidBy::Nobody)?;
         recording.state_unit(1, columns.output_unit, SaidBy::Person)?;
         recording.need_units(&["", "--output-unit"])?;
@@ -204,6 +207,31 @@ impl StaticTestFiles {
             inputs: self.inputs.clone(),
             ..Record::default()
         }
+    }
+}
+
+/// Whether the numbers of an input are so plainly in the usual unit that it need not be said: angles in degrees are, unless a turn
+/// would hold them in radians.
+fn plain(column: &RecordedColumn, usual: Unit) -> Result<()> {
+    let turn = std::f64::consts::TAU;
+    let parts_of_a_turn = column.data.iter().any(|v| v.fract() != 0.0)
+        && column.data.iter().all(|v| v.abs() <= 1.01 * turn);
+    let kind = usual.si().0;
+    match kind {
+        Unit::Radian if !parts_of_a_turn => Ok(()),
+        Unit::Radian | Unit::MetrePerSecondSquared | Unit::RadianPerSecond => {
+            let example = match kind {
+                Unit::Radian => "angle_deg or angle_rad",
+                Unit::RadianPerSecond => "speed_r/min or speed_rad/s",
+                _ => "acceleration_g or acceleration_m/s2",
+            };
+            Err(Trouble::data(format!(
+                "the unit of column {:?} is not said, and its numbers fit more than one",
+                column.name
+            ))
+            .with_hint(format!("write it into the heading, as in {example}")))
+        }
+        _ => Ok(()),
     }
 }
 
