@@ -233,7 +233,8 @@ fn refuses_bad_input_with_a_word() {
     assert!(said(&missing, &good).contains("the channel \"sine\" is missing"));
     let flat = vec![0.3; a.len()];
     assert!(said(CAMPAIGN, &[a.clone(), flat, out.clone()]).contains("channel sine is constant"));
-    assert!(said(CAMPAIGN, &[a.clone(), out.clone(), b.clone()]).contains("draw no ellipse"));
+    let other = said(CAMPAIGN, &[a.clone(), out.clone(), b.clone()]);
+    assert!(other.contains("draw no ellipse"), "{other}");
     let mut hole = a.clone();
     hole[77] = f64::NAN;
     assert!(said(CAMPAIGN, &[hole, b.clone(), out.clone()]).contains("NaN"));

@@ -46,7 +46,7 @@ const PARTS: usize = 36;
 /// Parts in a row without a sample from which on the turn is not full.
 const GAP: usize = 6;
 /// Distance from the circle from which on the pair is none.
-const NO_CIRCLE: f64 = 0.3;
+const NO_CIRCLE: f64 = 0.2;
 /// Radius below which the light is lost.
 const DARK: f64 = 0.3;
 const ITERATIONS: usize = 20;
@@ -143,15 +143,23 @@ impl Quadrature {
             }
         }
         let residual = (squares / n).sqrt();
-        if residual > NO_CIRCLE {
-            return Err(Unusable::NoCircle(residual));
-        }
-        let dark = |u: &[f64; 2]| {
-            let [c, s] = pair.corrected(*u);
-            c.hypot(s) < DARK
+        let radius = |u: [f64; 2]| {
+            let [c, s] = pair.corrected(u);
+            c.hypot(s)
         };
-        let lost = pairs().filter(dark).count();
-        if let (true, Some(first)) = (lost > 0, pairs().position(|u| dark(&u))) {
+        // Where the light is there it has to draw a circle; two signals that are no pair fill the plane.
+        let (mut lit, mut lost) = (0.0, 0usize);
+        for r in pairs().map(radius) {
+            match r < DARK {
+                true => lost += 1,
+                false => lit += (r - 1.0).powi(2),
+            }
+        }
+        let bright = (lit / (n - lost as f64).max(1.0)).sqrt();
+        if bright > NO_CIRCLE {
+            return Err(Unusable::NoCircle(bright));
+        }
+        if let Some(first) = pairs().position(|u| radius(u) < DARK) {
             return Err(Unusable::Dropout(lost, first));
         }
         let (arc, shape) = pair.around(u1, u2);
