@@ -1,6 +1,6 @@
 //! Primary calibration by laser interferometry, from raw files to the result.
 
-use proofmass_io::{AnyCalibration, f32_bytes};
+use proofmass_io::AnyCalibration;
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::simulate::{SimulateJob, SimulatedPrimary};
 use proofmass_jobs::{Gathered, Job, Memory, Sink, StoredResult, Trouble, Unwatched};
@@ -45,9 +45,12 @@ fn several(
     let mut runs = "run,frequency_Hz,file\n".to_owned();
     let mut files = Memory::new().file("campaign.toml", campaign.as_bytes());
     for (k, channels) in recordings.iter().enumerate() {
-        let views: [&[f64]; 3] = std::array::from_fn(|k| channels[k].as_slice());
         runs += &format!("{k},{frequency},{k}.f32\n");
-        files = files.file(format!("{k}.f32"), f32_bytes(&views).unwrap());
+        // Written here, for the writer of the library refuses what the reader has to.
+        let samples =
+            (0..channels[0].len()).flat_map(|k| channels.iter().map(move |c| c[k] as f32));
+        let bytes: Vec<u8> = samples.flat_map(f32::to_le_bytes).collect();
+        files = files.file(format!("{k}.f32"), bytes);
     }
     calibrate(files.file("runs.csv", runs.as_bytes()))
 }
