@@ -83,12 +83,23 @@ impl StaticTestFiles {
             ..RecordingOptions::default()
         };
         let mut recording = Recording::from_source(source, &options)?;
-        if let Some(input) = recording.columns.first().filter(|c| c.unit.is_none()) {
-            plain(input, usual).map_err(|e| e.detail(name.clone()))?;
-        }
+        let input = recording.columns.first().filter(|c| c.unit.is_none());
+        let open = input.and_then(|c| plain(c, usual).err());
         recording.state_unit(0, Some(usual), SaidBy::Nobody)?;
         recording.state_unit(1, columns.output_unit, SaidBy::Person)?;
-        recording.need_units(&["", "--output-unit"])?;
+        let needed = recording
+            .need_units(&["", "--output-unit"])
+            .map_err(Trouble::from);
+        match (open, needed) {
+            (Some(open), Err(needed)) => {
+                let hints = [&open, &needed].map(|t| t.hint().unwrap_or_default());
+                return Err(
+                    Trouble::data(format!("{open}; and {needed}")).with_hint(hints.join("; and "))
+                );
+            }
+            (Some(open), Ok(())) => return Err(open.detail(name)),
+            (None, needed) => needed?,
+        }
         let [inputs, outputs] = recording.columns.as_slice() else {
             return Err(Trouble::data("two columns are needed").detail(name));
         };
