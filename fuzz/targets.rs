@@ -184,6 +184,9 @@ pub fn campaign(data: &[u8]) {
         Campaign::ShakerSingle(campaign) => {
             let _ = campaign.load(&watch);
         }
+        Campaign::ShakerPrimary(campaign) => {
+            let _ = campaign.load(&watch);
+        }
         Campaign::SpuriousMotion(campaign) => {
             let _ = campaign.load(&watch);
         }

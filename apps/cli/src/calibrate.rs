@@ -11,8 +11,8 @@ use std::path::PathBuf;
 /// Calibrate a sensor from a campaign folder, or from one recording.
 ///
 /// A campaign is a folder with `campaign.toml` and the recordings it names. Its `kind` says what is calibrated:
-/// `multi-position`, `single-axis`, `free-living`, `shaker-triaxial`, `shaker-single`, `transverse-sensitivity` or
-/// `spurious-motion`. A recording alone, with static intervals in many positions, needs the place (`--latitude`) or
+/// `multi-position`, `single-axis`, `free-living`, `shaker-triaxial`, `shaker-single`, `shaker-primary`,
+/// `transverse-sensitivity` or `spurious-motion`. A recording alone, with static intervals in many positions, needs the place (`--latitude`) or
 /// local gravity; `proofmass init` writes a campaign for it.
 /// Results go to a folder: result.json (everything, covariance included), report.html (one file, opens without
 /// network), calibration.json (what `proofmass apply` needs) and CSV tables.

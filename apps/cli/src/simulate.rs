@@ -6,7 +6,8 @@ use proofmass::io::OutputFolder;
 use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::jobs::simulate::{
     SimulateJob, SimulateOutcome, SimulatedAxis, SimulatedExcitation, SimulatedMultiPosition,
-    SimulatedNoise, SimulatedShaker, SimulatedSpuriousMotion, SimulatedTransducer,
+    SimulatedNoise, SimulatedPrimary, SimulatedShaker, SimulatedSpuriousMotion,
+    SimulatedTransducer,
 };
 use proofmass::jobs::{Job, Sink};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,7 @@ enum Scenario {
     MultiPosition(Simulated<SimulatedMultiPosition>),
     Shaker(Shaker),
     SpuriousMotion(SpuriousMotion),
+    Primary(Simulated<SimulatedPrimary>),
     Axis(Simulated<SimulatedAxis>),
     Transducer(Simulated<SimulatedTransducer>),
     Noise(Simulated<SimulatedNoise>),
@@ -78,6 +80,7 @@ impl Simulate {
                 }
                 campaign(SimulateJob::SpuriousMotion(job), s.simulated.output)
             }
+            Scenario::Primary(s) => campaign(SimulateJob::Primary(s.job), s.output),
             Scenario::Axis(s) => axis(s.job, s.output),
             Scenario::Transducer(s) => transducer(s.job, s.output),
             Scenario::Noise(s) => noise(s.job, s.output),

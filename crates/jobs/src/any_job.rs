@@ -15,6 +15,7 @@ use crate::noise_comparison::{NoiseComparisonData, NoiseComparisonJob};
 use crate::outcome::{Job, Outcome};
 use crate::plan::PlanJob;
 use crate::response::{ModelData, ModelJob, ResponseData, ResponseJob};
+use crate::shaker_primary::{ShakerPrimaryData, ShakerPrimaryJob};
 use crate::shaker_single::{ShakerSingleData, ShakerSingleJob};
 use crate::shaker_triaxial::{ShakerTriaxialData, ShakerTriaxialJob};
 use crate::shock::{ShockData, ShockJob};
@@ -76,6 +77,8 @@ macro_rules! jobs {
             ShakerTriaxial(ShakerTriaxialData<'a>),
             /// Runs of a comparison.
             ShakerSingle(ShakerSingleData<'a>),
+            /// Runs against an interferometer.
+            ShakerPrimary(ShakerPrimaryData<'a>),
             /// Runs of a transverse test.
             Transverse(TransverseData<'a>),
             /// Runs of a vibrometer.
@@ -201,6 +204,8 @@ jobs! {
     ShakerTriaxial(ShakerTriaxialJob, ShakerTriaxialData, "shaker-triaxial", |d| only!(d, ShakerTriaxial)),
     /// A single-axis accelerometer against a reference.
     ShakerSingle(ShakerSingleJob, ShakerSingleData, "shaker-single", |d| only!(d, ShakerSingle)),
+    /// A single-axis accelerometer against a laser interferometer.
+    ShakerPrimary(ShakerPrimaryJob, ShakerPrimaryData, "shaker-primary", |d| only!(d, ShakerPrimary)),
     /// The transverse sensitivity of a single-axis accelerometer.
     Transverse(TransverseJob, TransverseData, "transverse-sensitivity", |d| only!(d, Transverse)),
     /// Motion of table and wedges beside the excitation.

@@ -5,6 +5,7 @@ mod example;
 mod free_living;
 mod multi_position;
 mod shaker;
+mod shaker_primary;
 mod shaker_single;
 mod shaker_triaxial;
 mod single_axis;
@@ -18,6 +19,7 @@ pub use example::example;
 pub use free_living::FreeLivingCampaign;
 pub use multi_position::{MethodModel, MethodTable, MultiPositionCampaign, RowsAre};
 pub use shaker::{Certificate, CertificateOptions, SpuriousFile};
+pub use shaker_primary::ShakerPrimaryCampaign;
 pub use shaker_single::ShakerSingleCampaign;
 pub use shaker_triaxial::ShakerTriaxialCampaign;
 pub use single_axis::SingleAxisCampaign;
@@ -28,7 +30,7 @@ pub(crate) use free_living::StreamFormat;
 pub(crate) use multi_position::{FileIs, GravityInput, Prefixes};
 pub(crate) use shaker::{
     DriveFrequency, Mounting, OutputRecording, PhasorQuantity, RunData, RunPhasor, RunTable,
-    ShakerBudget, ShakerRecording, ShakerRun,
+    ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
 };
 
 use crate::outcome::{Job as _, Outcome as _};
@@ -117,6 +119,8 @@ kinds! {
     ShakerTriaxial(ShakerTriaxialCampaign, "shaker-triaxial", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// A single-axis accelerometer against a reference.
     ShakerSingle(ShakerSingleCampaign, "shaker-single", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
+    /// A single-axis accelerometer against a laser interferometer.
+    ShakerPrimary(ShakerPrimaryCampaign, "shaker-primary", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// A single-axis accelerometer shaken across its axis.
     Transverse(TransverseCampaign, "transverse-sensitivity", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// Motion of table and wedges beside the excitation.
@@ -239,6 +243,7 @@ impl Campaign {
         let stated = match self {
             Self::ShakerTriaxial(c) => &mut c.method.coverage_factor,
             Self::ShakerSingle(c) => &mut c.method.coverage_factor,
+            Self::ShakerPrimary(c) => &mut c.method.coverage_factor,
             Self::Transverse(c) => &mut c.method.coverage_factor,
             other => {
                 return Err(other

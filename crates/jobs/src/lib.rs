@@ -39,6 +39,7 @@ mod record;
 mod recording;
 pub mod response;
 mod sensor_clock;
+pub mod shaker_primary;
 pub mod shaker_single;
 pub mod shaker_triaxial;
 pub mod shock;

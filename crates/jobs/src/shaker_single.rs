@@ -1,7 +1,7 @@
 //! A single-axis accelerometer against a reference on the shaker.
 
 mod files;
-mod page;
+pub(crate) mod page;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::device_output::DeviceOutput;
@@ -149,9 +149,53 @@ pub struct ShakerSingleOutcome {
 }
 
 impl ShakerSingleOutcome {
+    /// Sensitivities that were found against another reference, stated as those of a comparison: run by run, and their means.
+    pub(crate) fn stated(
+        (single, results): (Vec<SingleAxis>, Vec<SingleAxis>),
+        runs: Vec<ComparisonRow>,
+        (output, reference): (DeviceOutput, String),
+        findings: Vec<Finding>,
+        coverage_factor: Option<f64>,
+    ) -> Self {
+        Self {
+            quantities: quantities(&results, coverage_factor).collect(),
+            findings,
+            results,
+            single,
+            runs,
+            output,
+            check_standard: Vec::new(),
+            reference: Some(reference),
+            clock: None,
+            coverage_factor,
+        }
+    }
+
     /// Sensitivity at every frequency, repeats averaged.
     pub fn results(&self) -> &[SingleAxis] {
         &self.results
+    }
+
+    /// The frequency response, found by this method.
+    pub(crate) fn calibration_by(
+        &self,
+        method: &str,
+        record: &Record,
+    ) -> Result<Option<AnyCalibration>> {
+        let points: Vec<_> = self
+            .results
+            .iter()
+            .map(|r| (r.frequency, &r.estimate))
+            .collect();
+        // Without a phase there is nothing to compensate with.
+        let known = |p: &(f64, &Estimate)| p.1.index_of("phase").is_some();
+        if points.is_empty() || !points.iter().all(known) {
+            return Ok(None);
+        }
+        // The certificate behind them says nothing of the correlation of its lines.
+        let response = FrequencyResponse::from_polar("axis", &points, None)?;
+        let file = frequency_response::to_file(&response, method, self.output.of_device(), record);
+        Ok(Some(file.into()))
     }
 
     /// The check standard against what is known of it, where there is one.
@@ -180,21 +224,7 @@ impl Outcome for ShakerSingleOutcome {
     }
 
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
-        let points: Vec<_> = self
-            .results
-            .iter()
-            .map(|r| (r.frequency, &r.estimate))
-            .collect();
-        // Without a phase there is nothing to compensate with.
-        let known = |p: &(f64, &Estimate)| p.1.index_of("phase").is_some();
-        if points.is_empty() || !points.iter().all(known) {
-            return Ok(None);
-        }
-        // The certificate behind them says nothing of the correlation of its lines.
-        let response = FrequencyResponse::from_polar("axis", &points, None)?;
-        let file =
-            frequency_response::to_file(&response, "comparison", self.output.of_device(), record);
-        Ok(Some(file.into()))
+        self.calibration_by("comparison", record)
     }
 
     fn page(&self, page: Report) -> Report {
@@ -231,15 +261,8 @@ impl Job for ShakerSingleJob {
         let clock = self.clock(data, &results, &mut findings);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("comparison", 1, 1)?;
-        let quantities = results.iter().flat_map(|result| {
-            result.estimate.quantities().into_iter().map(|q| {
-                let name = format!("S.{}", q.name);
-                let quantity = Expanded::of(Quantity { name, ..q }, self.coverage_factor);
-                stated(&quantity, result.frequency)
-            })
-        });
         Ok(ShakerSingleOutcome {
-            quantities: quantities
+            quantities: quantities(&results, self.coverage_factor)
                 .chain(clock.iter().flat_map(SensorClock::quantities))
                 .collect(),
             findings,
@@ -384,8 +407,25 @@ impl ShakerSingleJob {
     }
 }
 
+/// Modulus and phase at every frequency, as they are stated.
+fn quantities(
+    results: &[SingleAxis],
+    coverage_factor: Option<f64>,
+) -> impl Iterator<Item = StatedQuantity> {
+    results.iter().flat_map(move |result| {
+        result.estimate.quantities().into_iter().map(move |q| {
+            let name = format!("S.{}", q.name);
+            let quantity = Expanded::of(Quantity { name, ..q }, coverage_factor);
+            stated(&quantity, result.frequency)
+        })
+    })
+}
+
 /// A sensitivity off its datasheet by more than tolerance and uncertainty together.
-fn against_datasheet(datasheet: Option<(f64, f64)>, results: &[SingleAxis]) -> Vec<Finding> {
+pub(crate) fn against_datasheet(
+    datasheet: Option<(f64, f64)>,
+    results: &[SingleAxis],
+) -> Vec<Finding> {
     let Some((nominal, tolerance)) = datasheet else {
         return Vec::new();
     };

@@ -5,6 +5,7 @@ mod fault;
 mod multi_position;
 mod noise;
 mod page;
+mod primary;
 mod sensor;
 mod shaker;
 mod spurious_motion;
@@ -15,6 +16,7 @@ pub use axis::{SimulatedAxis, SimulatedMotion};
 pub use fault::{Practice, PracticeFault};
 pub use multi_position::SimulatedMultiPosition;
 pub use noise::{SimulatedKind, SimulatedNoise};
+pub use primary::SimulatedPrimary;
 pub use shaker::SimulatedShaker;
 pub use spurious_motion::SimulatedSpuriousMotion;
 pub use transducer::{SimulatedExcitation, SimulatedPrinciple, SimulatedTransducer};
@@ -60,6 +62,8 @@ pub enum SimulateJob {
     Shaker(SimulatedShaker),
     /// A vibrometer along the three axes of the table, wedge by wedge.
     SpuriousMotion(SimulatedSpuriousMotion),
+    /// An accelerometer before a laser interferometer.
+    Primary(SimulatedPrimary),
     /// A driven axis with encoder and accelerometer.
     Axis(SimulatedAxis),
     /// A transducer under a shock, noise, a sweep or a step.
@@ -123,6 +127,7 @@ impl Job for SimulateJob {
             Self::MultiPosition(s) => ("multi-position", s.simulate(&desk)?),
             Self::Shaker(s) => ("shaker", s.simulate(&desk)?),
             Self::SpuriousMotion(s) => ("spurious-motion", s.simulate(&desk)?),
+            Self::Primary(s) => ("primary", s.simulate(&desk)?),
             Self::Axis(s) => ("axis", s.simulate(&desk)?),
             Self::Transducer(s) => ("transducer", s.simulate(&desk)?),
             Self::Noise(s) => ("noise", s.simulate(&desk)?),

@@ -15,12 +15,14 @@ mod axis;
 pub mod bench;
 
 mod hand_held;
+mod interferometer;
 mod transducer;
 
 pub use axis::{
     AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, DrivenAxis, MotionPoint,
 };
 pub use hand_held::{HandHeld, HandHeldRecording, Rest};
+pub use interferometer::{PrimaryBench, QuadratureInterferometer, device_response};
 pub use transducer::{
     BridgeArms, Principle, ProofMass, Transducer, TransducerBench, TransducerLimits,
     TransducerMotion, TransducerRecording,

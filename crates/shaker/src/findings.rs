@@ -380,4 +380,61 @@ findings! {
         what "the runs along the axis at {frequency} Hz are no repeats of each other",
         evidence "one is {largest:.0} % from their mean",
         advice "the transverse sensitivity is relative to their mean: measure them again, or leave one out by name";
+
+    /// The samples of a quadrature pair do not cover the turn.
+    quadrature_arc(run: &str, arc: f64, u: f64, consequence: &str) =
+        "quadrature-arc", [Decision, Warning],
+        what "the quadrature signals of run {run} cover less than a full turn{consequence}",
+        evidence "{arc:.0}° of the ellipse; the motion is known to {u:.2} % by its correction",
+        advice "drive beyond an amplitude of a quarter of the wavelength (158 nm of a helium-neon laser), or let the interferometer drift through fringes while it records";
+
+    /// The light of an interferometer was lost for a while.
+    signal_dropout(run: &str, samples: usize, seconds: f64) =
+        "signal-dropout", [Decision],
+        what "the interferometer lost its signal in run {run}, which was left out",
+        evidence "{samples} samples within three tenths of the radius, the first at {seconds:.4} s: the phase is not known across them",
+        advice "look at alignment, focus and speckle; measure the run again, or cut the stretch out with between_s";
+
+    /// The phase turns more than half a turn from sample to sample.
+    phase_too_fast(run: &str, step: f64, rate: f64, needed: f64) =
+        "phase-too-fast", [Decision],
+        what "the phase of run {run} turns too fast for the sampling rate, and the run was left out",
+        evidence "{step:.2} rad from sample to sample at {rate} Hz, of which 2.83 can be followed",
+        advice "sample at {needed:.0} Hz or faster, or drive with less velocity";
+
+    /// A run gives no phase at all.
+    interferometer_unusable(run: &str, why: &str) =
+        "interferometer-unusable", [Decision],
+        what "run {run} gives no motion and was left out",
+        evidence "{why}",
+        advice "check the channels in [recording]; measure the run again, or leave it out by name";
+
+    /// The samples are far from the corrected circle.
+    quadrature_residual(run: &str, residual: f64, remainder: f64) =
+        "quadrature-residual", [Warning],
+        what "the quadrature signals of run {run} are no ellipse",
+        evidence "{residual:.1} % of the radius, root mean square; what the correction leaves makes {remainder:.4} % of the acceleration",
+        advice "look at clipping, at stray light and at intensity that changes with the motion";
+
+    /// Two methods of the same samples disagree.
+    methods_disagree(method: &str, frequency: f64, departure: f64, e_n: f64) =
+        "methods-disagree", [Warning],
+        what "{method} disagrees with the sine approximation at {frequency} Hz",
+        evidence "{departure:+.3} %, E_n = {e_n:.2} with k = 2",
+        advice "distortion, drift within a period and a wrong correction of the quadrature do this; look at the ellipse and the harmonics of the run",
+        false_alarms "0.3 % of healthy frequencies: three standard uncertainties";
+
+    /// The device is in antiphase with the motion.
+    motion_inverted(frequency: f64, phase: f64) =
+        "motion-inverted", [Warning],
+        what "the output is in antiphase with the motion by the interferometer",
+        evidence "{phase:.1}° at {frequency} Hz",
+        advice "exchange cosine and sine in [recording], or write motion = \"against\" into [interferometer] where the phase falls while the surface moves along the axis; keep it where the device inverts";
+
+    /// Nobody said the wavelength.
+    wavelength_assumed(nanometres: f64, relative: f64) =
+        "wavelength-assumed", [Note],
+        what "the wavelength was not stated: it is taken as that of a helium-neon laser",
+        evidence "{nanometres} nm with a relative standard uncertainty of {relative:.0e}",
+        advice "write wavelength_nm and u_wavelength_relative into [interferometer]";
 }

@@ -2,7 +2,7 @@
 
 use crate::outcome::Job as _;
 use crate::simulate::{
-    SimulateJob, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
+    SimulateJob, SimulatedMultiPosition, SimulatedPrimary, SimulatedShaker, SimulatedSpuriousMotion,
 };
 use crate::store::Sink;
 use crate::trouble::{Result, Trouble};
@@ -37,6 +37,12 @@ pub fn example(kind: &str, sink: &dyn Sink, watch: &dyn Watch) -> Result<()> {
             write("runs.csv", comparison()?)?;
             write("reference.csv", certificate()?)?;
             write("campaign.toml", campaign(kind, SHAKER_SINGLE))
+        }
+        "shaker-primary" => {
+            let mut primary = SimulatedPrimary::default();
+            (primary.repeats, primary.duration) = (1, 0.1);
+            primary.frequencies = vec![80.0, 160.0, 1000.0];
+            simulated(SimulateJob::Primary(primary))
         }
         "transverse-sensitivity" => {
             write("runs.csv", turned()?)?;

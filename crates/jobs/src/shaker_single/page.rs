@@ -15,7 +15,22 @@ use proofmass_shaker::check_standard::CheckPoint;
 use proofmass_shaker::derived::Expanded;
 use proofmass_shaker::single_axis::{ComparisonRow, SingleAxis, transverse_limit};
 
-pub(super) fn add(mut page: Report, outcome: &ShakerSingleOutcome) -> Report {
+pub(super) fn add(page: Report, outcome: &ShakerSingleOutcome) -> Report {
+    let title = "Single-axis calibration by comparison with a reference";
+    let method = Section::new("Method").paragraph(
+        "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \
+         law of propagation, coverage factors from Student's t (JCGM 100:2008).",
+    );
+    with(page, outcome, title, [method])
+}
+
+/// The report of sensitivities over frequency, with the sections that are particular to how they were found.
+pub(crate) fn with(
+    mut page: Report,
+    outcome: &ShakerSingleOutcome,
+    title: &str,
+    own: impl IntoIterator<Item = Section>,
+) -> Report {
     let reference = outcome.reference.iter();
     page.meta
         .extend(reference.map(|r| ("Reference".to_owned(), r.clone())));
@@ -25,10 +40,7 @@ pub(super) fn add(mut page: Report, outcome: &ShakerSingleOutcome) -> Report {
     let repeats = repeats.filter_map(|(s, run)| row(outcome, &run.run, s));
     let run = Field::new("run", |r: &Row<'_>| r.0.0.into());
     let mut page = page
-        .subtitle(format!(
-            "Single-axis calibration by comparison with a reference: {}",
-            count(outcome.results.len(), "run")
-        ))
+        .subtitle(format!("{title}: {}", count(outcome.results.len(), "run")))
         .verdict(verdict(outcome))
         .answers(answer(outcome))
         .section(result(outcome))
@@ -46,10 +58,7 @@ pub(super) fn add(mut page: Report, outcome: &ShakerSingleOutcome) -> Report {
             .section(check_standard(points))
             .section(Section::filed([check_table(points)]));
     }
-    page.section(Section::new("Method").paragraph(
-        "Comparison with a reference transducer (ISO 16063-21): S₂ = (X₂/X₁) S₁, φ₂ = φ₂,₁ + φ₁. Uncertainty by the \
-         law of propagation, coverage factors from Student's t (JCGM 100:2008).",
-    ))
+    own.into_iter().fold(page, Report::section)
 }
 
 fn quantity(

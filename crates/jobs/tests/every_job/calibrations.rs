@@ -16,7 +16,7 @@ use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 use proofmass_jobs::free_living::{FreeLivingJob, FreeLivingWindows};
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
 use proofmass_jobs::simulate::{
-    SimulateJob, SimulatedMultiPosition, SimulatedShaker, SimulatedSpuriousMotion,
+    SimulateJob, SimulatedMultiPosition, SimulatedPrimary, SimulatedShaker, SimulatedSpuriousMotion,
 };
 use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
 use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
@@ -148,6 +148,28 @@ pub fn shaker_single(kind: &str) {
             watch,
         )
     });
+}
+
+/// Two repeats at three frequencies: one with counted fringes, one at a zero of J₁.
+pub fn shaker_primary(kind: &str) {
+    let mut primary = SimulatedPrimary::default();
+    (primary.repeats, primary.duration) = (2, 0.05);
+    primary.frequencies = vec![200.0, 400.0, 2000.0];
+    let Campaign::ShakerPrimary(campaign) = simulated(&SimulateJob::Primary(primary)) else {
+        panic!("a primary calibration");
+    };
+    let files = campaign.load(&Unwatched).expect("recordings");
+    let result = check(kind, &|watch| {
+        ask(
+            files.job.clone(),
+            &AnyData::ShakerPrimary(files.data()),
+            watch,
+        )
+    });
+    let written = result.files().expect("files");
+    for name in ["calibration.json", "methods.csv", "interferometer.csv"] {
+        assert!(written.iter().any(|(file, _)| file == name), "{name}");
+    }
 }
 
 pub fn transverse(kind: &str) {

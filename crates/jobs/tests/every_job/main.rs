@@ -38,6 +38,7 @@ walk! {
     free_living: "free-living" => "free-living" in calibrations;
     shaker_triaxial: "shaker-triaxial" => "shaker-triaxial" in calibrations;
     shaker_single: "shaker-single" => "shaker-single" in calibrations;
+    shaker_primary: "shaker-primary" => "shaker-primary" in calibrations;
     transverse: "transverse-sensitivity" => "transverse-sensitivity" in calibrations;
     spurious_motion: "spurious-motion" => "spurious-motion" in calibrations;
     validation: "validation" => "validation" in calibrations;
