@@ -16,6 +16,7 @@ use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoi
 use proofmass_dynamic::shock::PulseSearch;
 use proofmass_io::{AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity};
 use proofmass_report::Report;
+use proofmass_signal::saturation;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -242,6 +243,8 @@ impl Job for DeconvolutionJob {
         watch.step("inverse filter", 1, 1)?;
         let mut findings = data.findings.to_vec();
         findings.extend(fit.findings.iter().cloned());
+        let consequence = "what was cut off is not in the acceleration either";
+        findings.extend(saturation::clipped(data.name, record, consequence));
         let top = result.top();
         let highest = fit.residuals.iter().map(|r| r[0]).fold(0.0, f64::max);
         if result.corner > 1.05 * highest {

@@ -22,13 +22,13 @@ use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_core::numeric::EndRun;
 use proofmass_dynamic::measured::{CommonInput, Lead, by_standard, driven_band, leaking};
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
 use proofmass_dynamic::modes::resonances;
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_signal::saturation;
 use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
 use proofmass_signal::{Welch, Window};
 use proofmass_uncertainty::{Finding, Severity};
@@ -264,7 +264,7 @@ impl Job for ResponseJob {
         let mut findings = data.findings.to_vec();
         for [x, y] in &data.recordings {
             for c in [x, y] {
-                saturation(c, &mut findings);
+                findings.extend(saturation::clipped(c.name, c.data, "the response is distorted: its gain is too small, for a random excitation by the share that is cut off"));
             }
         }
         let (response, spectra) = self.estimate(data, watch, &mut findings)?;
@@ -348,30 +348,6 @@ impl Job for ResponseJob {
             fit,
             findings,
         })
-    }
-}
-
-/// Samples that stay at the very end of the range.
-fn saturation(channel: &Channel<'_>, findings: &mut Vec<Finding>) {
-    for (side, extreme) in [
-        (
-            "upper",
-            channel.data.iter().copied().fold(f64::MIN, f64::max),
-        ),
-        (
-            "lower",
-            channel.data.iter().copied().fold(f64::MAX, f64::min),
-        ),
-    ] {
-        let run = EndRun::at(channel.data, extreme);
-        if run.is_cut(4, 0.0) {
-            let EndRun { longest, elsewhere } = run;
-            findings.push(proofmass_uncertainty::findings::clipped(
-                &format!("{} stays at the {side} end of its range", channel.name),
-                &format!("{longest} samples at {extreme:.6}, at most {elsewhere} equal elsewhere"),
-                "the response is distorted",
-            ));
-        }
     }
 }
 
