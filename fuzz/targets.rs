@@ -70,6 +70,7 @@ pub fn waveform(data: &[u8]) {
             quantity: Unit::Volt,
             time: None,
             time_unit: None,
+            between: None,
         };
         if let Ok(waveform) = Waveform::from_source(source(data), &options) {
             assert!(waveform.channels.iter().flatten().all(|v| v.is_finite()));

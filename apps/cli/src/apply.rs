@@ -72,6 +72,13 @@ pub(crate) struct Apply {
     reading: RecordingReading,
 }
 
+/// Says how a recording was read.
+fn read(input: &Input) {
+    if let Some(reading) = &input.reading {
+        console::note(format!("read: {}", reading.line(&input.path)));
+    }
+}
+
 /// How --dynamic works.
 #[derive(clap::Args)]
 struct Turning {
@@ -158,6 +165,7 @@ impl Apply {
         job.corner = self.turning.corner;
         job.quiet = self.turning.quiet;
         let outcome = job.evaluate_recording(&model, &recording, &Progress::new())?;
+        read(&recording.input);
         outcome.findings().iter().for_each(console::finding);
         let result = StoredResult::new(Record::default(), &outcome)?;
         let mut file = AtomicFile::create(&self.output, &inputs)?;
@@ -223,6 +231,7 @@ impl Apply {
     }
 
     fn tell(&self, outcome: &ApplyOutcome) {
+        read(outcome.recording());
         outcome.findings().iter().for_each(console::finding);
         if let Some(statement) = outcome.statement() {
             console::note(statement);

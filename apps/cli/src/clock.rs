@@ -2,6 +2,7 @@
 
 use proofmass::io::Input;
 use proofmass::jobs::Record;
+use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Today's date, UTC, as ISO 8601; `SOURCE_DATE_EPOCH` (seconds) takes the place of the clock where results must
@@ -15,6 +16,12 @@ pub(crate) fn today() -> String {
             since.map_or(0, |d| d.as_secs())
         });
     date(seconds / 86_400)
+}
+
+/// A file as a title names it: without its folder, which stands in the line of what was read.
+pub(crate) fn named(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
 }
 
 /// What a result of today from these files is filed with.

@@ -10,6 +10,7 @@ use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 /// Prints a report as text, as wide as the terminal, with colour where a person looks at it.
@@ -95,54 +96,80 @@ pub(crate) fn needs_decision(findings: &[Finding]) -> bool {
     findings.iter().any(|f| f.severity() == Severity::Decision)
 }
 
-/// What a person sees of a long calculation: a line on standard error that appears after a second. Where no terminal
-/// shows it, one sentence tells how long a stage of more than a minute will take.
+/// After this time a person is told what is going on.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// A stage whose steps are counted, and one whose end is not known before it is reached.
+const COUNTED: &str = "{spinner} {msg} [{wide_bar}] {percent} %, {eta} to go";
+const OPEN: &str = "{spinner} {msg}, step {pos}, {elapsed}";
+
+/// What a person sees of a long calculation: a line on standard error that appears after a second and says what is done and
+/// how far it is, also where a step is long. Where no terminal shows it, one sentence tells how long a stage of more than a
+/// minute will take.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    began: Instant,
     stage: Mutex<Stage>,
+    /// Dropped with the bar, which tells who waits to show it.
+    _over: Sender<()>,
 }
 
 /// The stage that is at work.
 struct Stage {
     name: &'static str,
+    counted: bool,
     began: Instant,
     told: bool,
 }
 
+impl Stage {
+    fn new(name: &'static str, counted: bool) -> Self {
+        Self {
+            name,
+            counted,
+            began: Instant::now(),
+            told: false,
+        }
+    }
+}
+
 impl Progress {
     pub(crate) fn new() -> Self {
-        let bar = ProgressBar::hidden();
-        let style = ProgressStyle::with_template("{msg} [{wide_bar}] {percent} % {eta}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self {
-            bar,
-            began: Instant::now(),
-            stage: Mutex::new(Stage {
-                name: "",
-                began: Instant::now(),
-                told: false,
-            }),
+        let (bar, over) = (ProgressBar::hidden(), mpsc::channel());
+        if std::io::stderr().is_terminal() {
+            let shown = bar.clone();
+            std::thread::spawn(move || {
+                if over.1.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                    shown.set_draw_target(ProgressDrawTarget::stderr());
+                    shown.enable_steady_tick(PATIENCE / 4);
+                }
+            });
         }
+        let progress = Self {
+            bar,
+            stage: Mutex::new(Stage::new("starting", false)),
+            _over: over.0,
+        };
+        progress.begin(&Stage::new("starting", false));
+        progress
+    }
+
+    fn begin(&self, stage: &Stage) {
+        let style = match stage.counted {
+            true => ProgressStyle::with_template(COUNTED),
+            false => ProgressStyle::with_template(OPEN),
+        };
+        self.bar
+            .set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        self.bar.set_message(stage.name);
+        self.bar.set_position(0);
+        self.bar.reset_eta();
     }
 
     /// Says once how long a stage will take, as soon as that can be told.
-    fn estimate(&self, name: &'static str, done: u64, of: u64) {
-        let Ok(mut stage) = self.stage.try_lock() else {
-            return;
-        };
-        if stage.name != name {
-            *stage = Stage {
-                name,
-                began: Instant::now(),
-                told: false,
-            };
-        }
+    fn estimate(&self, stage: &mut Stage, done: u64, of: u64) {
         if let (false, Some(left)) = (stage.told, time_left(stage.began.elapsed(), done, of)) {
             stage.told = true;
-            drop(stage);
             let minutes = left.as_secs_f64() / 60.0;
-            note(format!("{name}: about {minutes:.0} min to go"));
+            note(format!("{}: about {minutes:.0} min to go", stage.name));
         }
     }
 }
@@ -157,16 +184,22 @@ fn time_left(elapsed: Duration, done: u64, of: u64) -> Option<Duration> {
 }
 
 impl Watch for Progress {
-    fn progress(&self, stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
-        if self.began.elapsed() > Duration::from_secs(1) && std::io::stderr().is_terminal() {
-            if self.bar.is_hidden() {
-                self.bar.set_draw_target(ProgressDrawTarget::stderr());
-            }
-            self.bar.set_message(stage);
-            self.bar.set_length(of.max(1));
-            self.bar.set_position(done.min(of.max(1)));
-        } else {
-            self.estimate(stage, done, of);
+    fn progress(&self, name: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        // Whoever comes while another thread tells something tells it next time.
+        let Ok(mut stage) = self.stage.try_lock() else {
+            return ControlFlow::Continue(());
+        };
+        if (stage.name, stage.counted) != (name, of > 0) {
+            *stage = Stage::new(name, of > 0);
+            self.begin(&stage);
+        }
+        if of > 0 {
+            self.bar.set_length(of);
+        }
+        self.bar
+            .set_position(if of > 0 { done.min(of) } else { done });
+        if self.bar.is_hidden() && !std::io::stderr().is_terminal() {
+            self.estimate(&mut stage, done, of);
         }
         ControlFlow::Continue(())
     }

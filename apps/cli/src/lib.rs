@@ -246,6 +246,108 @@ mod tests {
         calls.collect()
     }
 
+    /// What each command that reads a recording calls its columns and their units.
+    const READ: &[(&str, &[&str])] = &[
+        ("calibrate", &["columns", "unit"]),
+        ("init", &["columns", "unit"]),
+        ("apply", &["columns", "unit"]),
+        ("validate", &["columns", "unit"]),
+        ("bias", &["columns", "unit"]),
+        ("inspect", &["columns", "unit"]),
+        ("noise", &["columns", "unit"]),
+        ("test zero-g", &["columns", "unit"]),
+        ("test temperature", &["columns", "unit"]),
+        (
+            "test random",
+            &["input", "input-unit", "output-column", "output-unit"],
+        ),
+        (
+            "test impact",
+            &["input", "input-unit", "output-column", "output-unit"],
+        ),
+        (
+            "test sweep",
+            &["input", "input-unit", "output-column", "output-unit"],
+        ),
+        (
+            "test steps",
+            &["input", "input-unit", "output-column", "output-unit"],
+        ),
+        (
+            "test shock",
+            &["column", "unit", "reference", "reference-unit"],
+        ),
+        ("test step", &["column", "unit"]),
+        ("test motion", &["column", "unit"]),
+        ("test deconvolve", &["column", "unit"]),
+        (
+            "velocity estimate",
+            &["position", "unit", "acceleration", "acceleration-unit"],
+        ),
+        (
+            "velocity compare",
+            &["position", "unit", "acceleration", "acceleration-unit"],
+        ),
+        (
+            "velocity tune",
+            &["position", "unit", "acceleration", "acceleration-unit"],
+        ),
+        (
+            "velocity map",
+            &["position", "unit", "acceleration", "acceleration-unit"],
+        ),
+    ];
+
+    /// Every command and subcommand with the words that lead to it.
+    fn commands(command: &clap::Command, words: &str, all: &mut Vec<(String, clap::Command)>) {
+        for sub in command.get_subcommands() {
+            let words = format!("{words} {}", sub.get_name()).trim().to_owned();
+            all.push((words.clone(), sub.clone()));
+            commands(sub, &words, all);
+        }
+    }
+
+    #[test]
+    fn law_every_command_that_reads_a_recording_takes_what_it_does_not_say() {
+        let mut all = Vec::new();
+        commands(&help::command(), "", &mut all);
+        let reads = |command: &clap::Command| {
+            let mut named = command.get_positionals().map(|a| a.get_id().as_str());
+            named.any(|id| id == "recording" || id == "recordings")
+        };
+        for (words, command) in &all {
+            let listed = READ.iter().any(|(name, _)| name == words);
+            assert!(listed || !reads(command), "{words} reads a recording");
+        }
+        for (words, own) in READ {
+            let found = all.iter().find(|(name, _)| name == words);
+            let (_, command) = found.unwrap_or_else(|| panic!("there is no {words}"));
+            let option = |name: &str| {
+                let found = command.get_arguments().find(|a| a.get_long() == Some(name));
+                found.unwrap_or_else(|| panic!("{words} has no --{name}"))
+            };
+            for name in *own {
+                option(name);
+            }
+            for (name, values) in [
+                ("time", &["COLUMN"][..]),
+                ("time-unit", &["UNIT"]),
+                ("rate", &["HZ"]),
+                ("between", &["FROM", "TO"]),
+            ] {
+                let option = option(name);
+                let names: Vec<&str> = option
+                    .get_value_names()
+                    .unwrap_or_default()
+                    .iter()
+                    .map(|name| name.as_str())
+                    .collect();
+                assert_eq!(names, values, "{words} --{name}");
+                assert!(!option.is_required_set(), "{words} --{name}");
+            }
+        }
+    }
+
     #[test]
     fn law_every_call_of_the_page_of_tasks_is_understood() {
         let calls = calls("docs/tasks.md");

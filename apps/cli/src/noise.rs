@@ -2,7 +2,7 @@
 
 mod compare;
 
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::false_alarm_rate;
@@ -190,7 +190,7 @@ impl Noise {
             };
             write_imu_yaml(yaml, path, &imu.to_text())?;
         }
-        let record = record(format!("Noise of {}", path.display()), vec![input]);
+        let record = record(format!("Noise of {}", named(path)), vec![input]);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

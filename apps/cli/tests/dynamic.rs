@@ -552,5 +552,5 @@ fn known_motion_of_a_file() {
         "--unit",
         "V",
     ]);
-    assert!(said.contains("by its heading"), "{said}");
+    assert!(said.contains("the heading says g, V is stated"), "{said}");
 }

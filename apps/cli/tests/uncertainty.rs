@@ -54,7 +54,12 @@ fn published_end_gauge_gum_h1() {
         "100000",
     ]);
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
-    assert_says(&said, &["50000838", "Budget of l", "validated"]);
+    // Terms of second order and few degrees of freedom move the ends by less than half a unit of one digit.
+    assert_says(
+        &said,
+        &["50000838", "Budget of l", "The law of propagation holds"],
+    );
+    assert!(!said.contains("not-validated"), "{said}");
     let result = json(&output.join("result.json"));
     let (value, u, _) = quantity(&result, "l");
     assert!((value - 50_000_838.0).abs() < 0.5, "{value}");

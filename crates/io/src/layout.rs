@@ -192,23 +192,30 @@ impl Layout {
                 .as_ref()
                 .and_then(|h| h.get(index))
                 .and_then(|heading| match split_heading(heading) {
-                    // A heading that is a unit of time and nothing else: `millis`, `seconds`.
-                    (_, None) if heading.trim().len() > 1 => {
-                        Unit::recognise(heading).filter(|u| u.is_time() && *u != Unit::Minute)
-                    }
+                    // A heading that is a unit of a raw output or of time and nothing else: `V`, `millis`, `seconds`.
+                    (_, None) => Unit::recognise(heading).filter(|u| {
+                        u.is_raw() || u.is_time() && *u != Unit::Minute && heading.trim().len() > 1
+                    }),
                     (_, unit) => unit,
                 })
         })
     }
 
-    /// The unit that outputs at rest may have, by the size of their norm in the head: some 9.8, 1 or 1000.
+    /// The unit that outputs at rest may have, by the size of their norm in the head: some 9.8, 1 or 1000. Of more than three
+    /// columns any three that stand side by side may be those of an accelerometer.
     pub fn likely_unit(&self, columns: &[usize]) -> Option<Unit> {
+        if columns.len() > 3 {
+            let threes = || columns.windows(3).map(|three| self.likely_unit(three));
+            let acceleration = threes().flatten().find(|u| u.is_acceleration());
+            return acceleration.or_else(|| threes().all(|u| u.is_some()).then_some(Unit::Count));
+        }
         let norm = self.norm(columns);
         [
             (Unit::MetrePerSecondSquared, 9.806_65),
             (Unit::StandardGravity, 1.0),
             (Unit::MilliGravity, 1000.0),
             (Unit::Gal, 980.665),
+            (Unit::MillimetrePerSecondSquared, 9806.65),
         ]
         .into_iter()
         .find(|(_, g)| (norm / g - 1.0).abs() < if columns.len() == 3 { 0.15 } else { 0.02 })
@@ -225,25 +232,62 @@ impl Layout {
         squares.map(|h| h.mean_square).sum::<f64>().sqrt()
     }
 
-    /// The question for the unit of some columns that have none in their headings; its likely one is named.
-    pub fn ask_unit(&self, columns: &[usize]) -> Error {
-        let names: Vec<String> = columns.iter().map(|&i| self.name(i)).collect();
-        let norm = crate::time_unit::short(self.norm(columns));
-        let size = match columns.len() {
-            1 => format!("its root mean square is about {norm}"),
-            _ => format!("their norm is about {norm}"),
-        };
-        let what = format!("the unit of {} is not said; {size}", names.join(", "));
-        let error = Error::new(ErrorKind::Column, what);
-        match self.likely_unit(columns) {
-            Some(unit) => error.with_hint(format!(
-                "likely it is {unit}: say --unit {} (unit = \"{}\" in a campaign), or what it is",
-                unit.ascii(),
-                unit.ascii()
-            )),
-            None => error
-                .with_hint("say it with --unit: m/s2, g, mg, count, V, … (`unit` in a campaign)"),
+    /// In place of an option: the unit is said in a campaign.
+    pub const CAMPAIGN: &'static str = "unit";
+
+    /// The question for the unit of columns that have none in their headings, each with the option that says it; the likely one
+    /// is named.
+    pub fn ask_units(&self, columns: &[(usize, &str)]) -> Error {
+        let mut groups: Vec<(&str, Vec<usize>)> = Vec::new();
+        for &(index, option) in columns {
+            match groups.iter_mut().find(|group| group.0 == option) {
+                Some(group) => group.1.push(index),
+                None => groups.push((option, vec![index])),
+            }
         }
+        let mut what = Vec::new();
+        let mut options = Vec::new();
+        let mut all_likely = true;
+        for (option, indices) in &groups {
+            let names: Vec<String> = indices.iter().map(|&i| self.name(i)).collect();
+            let norm = crate::time_unit::short(self.norm(indices));
+            let size = match indices.len() {
+                1 => format!("its root mean square is about {norm}"),
+                _ => format!("their norm is about {norm}"),
+            };
+            what.push(format!(
+                "the unit of {} is not said; {size}",
+                names.join(", ")
+            ));
+            let likely = self.likely_unit(indices);
+            all_likely &= likely.is_some();
+            let word = likely.map_or("UNIT", Unit::ascii);
+            options.push(match *option {
+                Self::CAMPAIGN => format!("unit = \"{word}\""),
+                option => format!("{option} {word}"),
+            });
+        }
+        let options = options.join(" ");
+        let hint = match (all_likely, self.likely_unit(&groups[0].1)) {
+            (true, Some(unit)) if groups.len() == 1 && groups[0].0 == Self::CAMPAIGN => {
+                format!("likely it is {unit}: write {options} into the campaign, or what it is")
+            }
+            (true, Some(unit)) if groups.len() == 1 => format!(
+                "likely it is {unit}: say {options} (unit = \"{}\" in a campaign), or what it is",
+                unit.ascii()
+            ),
+            (true, _) => format!("likely so: say {options}, or what they are"),
+            (false, _) => format!(
+                "say {options}: m/s2, g, mg, rad/s, count, V, N, 1 for a pure number, … (`unit` in a campaign, or in the heading)"
+            ),
+        };
+        Error::new(ErrorKind::Column, what.join("; and ")).with_hint(hint)
+    }
+
+    /// The same where one option says the unit of all of them.
+    pub fn ask_unit(&self, columns: &[usize]) -> Error {
+        let columns: Vec<(usize, &str)> = columns.iter().map(|&i| (i, "--unit")).collect();
+        self.ask_units(&columns)
     }
 
     /// The first column whose heading says that it is the time, counted from zero.

@@ -1,7 +1,7 @@
 //! How a recording was read: its columns, their units, its rate, and who said so of each.
 
 use crate::time_unit::{hertz, short};
-use crate::{ClockUnit, Layout, SaidBy, TimeUnit, Unit};
+use crate::{ClockUnit, Layout, SaidBy, Thermometer, TimeUnit, Unit};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -14,6 +14,9 @@ pub struct Reading {
     pub columns: Vec<ReadColumn>,
     /// The clock.
     pub time: ReadTime,
+    /// The thermometer, where its temperatures were read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<ReadColumn>,
     /// The stretch that was read, s, where it is not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between_s: Option<[f64; 2]>,
@@ -100,8 +103,19 @@ impl Reading {
                 unit: clock.map(|(_, unit)| unit.unit),
                 by: clock.map_or(SaidBy::Person, |(_, unit)| unit.said_by),
             },
+            temperature: None,
             between_s: None,
             gravity: None,
+        }
+    }
+
+    /// The column of a thermometer.
+    pub fn thermometer(layout: &Layout, index: usize, thermometer: &Thermometer) -> ReadColumn {
+        ReadColumn {
+            number: index + 1,
+            heading: layout.header.is_some().then(|| layout.name(index)),
+            unit: Some(thermometer.unit),
+            unit_by: thermometer.said_by,
         }
     }
 
@@ -175,6 +189,15 @@ impl fmt::Display for Reading {
             }
             (None, _) if time.rate_hz.is_some() => write!(f, " {}", time.by)?,
             _ => {}
+        }
+        if let Some(column) = &self.temperature {
+            write!(f, "; temperature by column {}", column.number)?;
+            if let Some(heading) = &column.heading {
+                write!(f, " {heading}")?;
+            }
+            if let Some(unit) = column.unit {
+                write!(f, " in {unit} {}", column.unit_by)?;
+            }
         }
         if let Some([from, to]) = self.between_s {
             write!(f, "; between {from} s and {to} s")?;

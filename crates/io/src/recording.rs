@@ -5,8 +5,8 @@ use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
 use crate::time_base::TimeBaseBuilder;
 use crate::{
-    ClockUnit, Error, ErrorKind, Reading, Result, Source, TimeBase, TimeUnit, TimeWindow, Unit,
-    split_heading,
+    ClockUnit, Error, ErrorKind, Reading, Result, SaidBy, Source, Thermometer, TimeBase, TimeUnit,
+    TimeWindow, Unit, split_heading,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -56,7 +56,7 @@ pub struct RecordingOptions {
     pub time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz.
     pub sampling_rate_hz: Option<f64>,
-    /// Temperature column, °C.
+    /// Temperature column: °C, or what its heading says.
     pub temperature: Option<ColumnRef>,
     /// Unit of the signals where the headings do not say it.
     pub unit: Option<Unit>,
@@ -95,7 +95,7 @@ pub struct Recording {
     pub layout: Layout,
     /// The signals in the order asked for.
     pub columns: Vec<RecordedColumn>,
-    /// Temperature, where asked for.
+    /// Temperature in °C, where asked for.
     pub temperature: Option<RecordedColumn>,
     /// Times.
     pub time: TimeBase,
@@ -202,6 +202,9 @@ impl Recording {
             .map(|c| layout.find(c))
             .transpose()?;
         selected.extend(temperature);
+        let thermometer = temperature
+            .map(|index| Thermometer::of(&layout, index))
+            .transpose()?;
 
         let mut findings = layout.findings();
         findings.extend(unused_time(&layout, options, &selected));
@@ -218,6 +221,9 @@ impl Recording {
             options.sampling_rate_hz,
         );
         reading.between_s = options.between;
+        reading.temperature = temperature
+            .zip(thermometer.as_ref())
+            .map(|(index, thermometer)| Reading::thermometer(&layout, index, thermometer));
         let window = options.between.map(|between| match (&clock, rate) {
             (Some(clock), _) => TimeWindow::by_column(between, signals, clock.per_second),
             (None, rate) => TimeWindow::by_rate(between, rate.unwrap_or(1.0)),
@@ -321,10 +327,13 @@ impl Recording {
             }
         }
 
-        let temperature = temperature.map(|index| RecordedColumn {
-            name: layout.name(index),
-            unit: layout.unit(index),
-            data: data.pop().unwrap_or_default(),
+        let temperature = temperature.zip(thermometer).map(|(index, thermometer)| {
+            let numbers = data.pop().unwrap_or_default();
+            RecordedColumn {
+                name: layout.name(index),
+                unit: Some(Unit::DegreeCelsius),
+                data: numbers.iter().map(|v| thermometer.celsius(*v)).collect(),
+            }
         });
         if time.is_some() {
             data.pop();
@@ -410,13 +419,39 @@ impl Recording {
         &self.reading
     }
 
-    /// States the unit of a signal whose heading does not say it.
-    pub fn state_unit(&mut self, column: usize, unit: Option<Unit>) {
-        if let Some(own) = self.columns.get_mut(column)
-            && own.unit.is_none()
-        {
+    /// States the unit of a signal whose heading does not say it, and who says it: what nobody says gives way to the heading.
+    ///
+    /// # Errors
+    /// A person says another unit than the heading.
+    pub fn state_unit(&mut self, column: usize, unit: Option<Unit>, by: SaidBy) -> Result<()> {
+        let read = self.reading.columns.get(column);
+        let (Some(own), Some(index)) = (self.columns.get_mut(column), read.map(|c| c.number - 1))
+        else {
+            return Ok(());
+        };
+        if by == SaidBy::Person {
+            signal_unit(&self.layout, index, unit).map_err(|e| e.at(&self.path))?;
+        }
+        if own.unit.is_none() {
             own.unit = unit;
-            self.reading.state_unit(column, unit, crate::SaidBy::Person);
+            self.reading.state_unit(column, unit, by);
+        }
+        Ok(())
+    }
+
+    /// Asks for the units of the signals that have none; each option belongs to a signal and says its unit, in their order.
+    ///
+    /// # Errors
+    /// One of them is not known: all that are not are named, with the options to type.
+    pub fn need_units(&self, options: &[&str]) -> Result<()> {
+        let columns = self.columns.iter().zip(&self.reading.columns).zip(options);
+        let open: Vec<(usize, &str)> = columns
+            .filter(|((column, _), _)| column.unit.is_none())
+            .map(|((_, read), option)| (read.number - 1, *option))
+            .collect();
+        match open.is_empty() {
+            true => Ok(()),
+            false => Err(self.layout.ask_units(&open).at(&self.path)),
         }
     }
 
@@ -503,7 +538,7 @@ pub(crate) fn signal_unit(
         .column(layout.name(index))
         .line(layout.first_data_line.saturating_sub(1).max(1))
         .with_hint(
-            "leave --unit (`unit` in a campaign) out, or correct the heading: the heading counts",
+            "leave the option (`unit` in a campaign) out, or correct the heading: the heading counts",
         )),
         (given, stated) => Ok(given.or(stated)),
     }

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 /// Name of the form.
 pub const RESULT_SCHEMA: &str = "proofmass.result";
+/// What to do about a result that contradicts itself.
+const CHANGED: &str =
+    "the file was changed: evaluate the result again, or fetch it from where it was computed";
 /// Version of the form.
 pub const RESULT_VERSION: u32 = 2;
 
@@ -267,7 +270,7 @@ impl ResultDocument {
     /// The estimate behind the quantities: the one way to it, which refuses an estimate that says otherwise than the quantities.
     ///
     /// # Errors
-    /// A value, u or unit of the estimate that is not the stated one.
+    /// A value, u, unit or covariance of the estimate that is not the stated one, or a stated U that is not k u.
     pub fn stated(&self) -> Result<Option<&Estimate>> {
         let Some(estimate) = &self.estimate else {
             return Ok(None);
@@ -300,8 +303,56 @@ impl ResultDocument {
                     "an earlier version kept the linear result beside the stated one: evaluate it again with this one",
                 ));
             }
+            let product = q.k.zip(q.u).map(|(k, u)| k * u);
+            if let Some(product) = product.filter(|_| q.interval.is_none())
+                && (q.expanded - product).abs() > 1e-6 * product
+            {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    format!(
+                        "states {} with U = {}, but k u is {product}",
+                        q.name, q.expanded
+                    ),
+                )
+                .column(&q.name)
+                .with_hint(CHANGED));
+            }
         }
+        self.covariance_is_of(estimate)?;
         Ok(Some(estimate))
+    }
+
+    /// That the joint covariance, where one is stated, is that of the estimate.
+    fn covariance_is_of(&self, estimate: &Estimate) -> Result<()> {
+        let Some(stated) = &self.covariance else {
+            return Ok(());
+        };
+        let all = estimate.covariance();
+        let places: Vec<Option<usize>> =
+            stated.names.iter().map(|n| estimate.index_of(n)).collect();
+        for (i, a) in places.iter().enumerate() {
+            for (j, b) in places.iter().enumerate().take(i + 1) {
+                let (Some(a), Some(b)) = (*a, *b) else {
+                    continue;
+                };
+                let product = all.standard_uncertainty(a) * all.standard_uncertainty(b);
+                if (stated.matrix[(i, j)] - all[(a, b)]).abs() > 1e-6 * product {
+                    return Err(Error::new(
+                        ErrorKind::Format,
+                        format!(
+                            "states the covariance of {} and {} as {}, but its estimate has {}",
+                            stated.names[i],
+                            stated.names[j],
+                            stated.matrix[(i, j)],
+                            all[(a, b)]
+                        ),
+                    )
+                    .column(&stated.names[i])
+                    .with_hint(CHANGED));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// States a quantity outside the estimate, such as local gravity.

@@ -1,6 +1,6 @@
 //! `trials.csv` beside a result.json: the trials of quantities that no covariance states.
 
-use crate::{Error, ErrorKind, Result, ResultDocument, Source};
+use crate::{Error, ErrorKind, Result, ResultDocument, Source, StatedQuantity};
 use proofmass_uncertainty::{TrialColumn, TrialTable};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -84,11 +84,27 @@ impl TrialFile {
         Ok(Some(file))
     }
 
-    /// The table, from the bytes of the file.
+    /// The table, from the bytes of the file, for the result that names it.
     ///
     /// # Errors
-    /// Other bytes than those that were written with the result.
-    pub fn table(&self, bytes: Vec<u8>) -> Result<TrialTable> {
+    /// Other bytes than those that were written with the result; trials that are not of what the result states.
+    pub fn table(&self, bytes: Vec<u8>, result: &ResultDocument) -> Result<TrialTable> {
+        let table = self.rows_of(bytes)?;
+        for column in table.columns.iter().filter(|c| !c.cause) {
+            let stated = result.quantities.iter().find(|q| q.name == column.name);
+            if !stated.is_some_and(|q| is_of(column, q)) {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    "its trials are not of what the result states",
+                )
+                .column(&column.name)
+                .with_hint("one of both was changed: evaluate the result again"));
+            }
+        }
+        Ok(table)
+    }
+
+    fn rows_of(&self, bytes: Vec<u8>) -> Result<TrialTable> {
         let wrong = |what: &str| Error::new(ErrorKind::Format, what);
         if Source::from_bytes(&*self.file, bytes.clone())?
             .finish()?
@@ -120,4 +136,33 @@ impl TrialFile {
             false => Err(damaged()),
         }
     }
+}
+
+/// Trials that an interval rests on at least.
+const LEAST: f64 = 10_000.0;
+
+/// Whether these are trials of the quantity: its unit and value, by the road that states it; where Monte Carlo does, the stated
+/// interval holds its share of them.
+fn is_of(column: &TrialColumn, stated: &StatedQuantity) -> bool {
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * column.scale.abs() + 1e-12 * a.abs();
+    let by_law = stated.method.as_deref() == Some("law-of-propagation");
+    if column.unit != stated.unit
+        || !near(column.value, stated.value)
+        || !stated.u.is_none_or(|u| near(column.scale, u))
+        || column.by_trials == by_law
+    {
+        return false;
+    }
+    if stated.method.as_deref() != Some("monte-carlo") {
+        return true;
+    }
+    let reach = stated.expanded;
+    let [low, high] = stated
+        .interval
+        .unwrap_or([stated.value - reach, stated.value + reach]);
+    let inside = column.trials.iter().filter(|y| (low..=high).contains(*y));
+    let share = inside.count() as f64 / column.trials.len() as f64;
+    // Five standard deviations.
+    let p = stated.probability;
+    (share - p).abs() <= 5.0 * (p * (1.0 - p) / LEAST).sqrt()
 }

@@ -1,10 +1,10 @@
 //! Recordings of several channels that were sampled together: raw 32-bit floats, WAV, or a text table.
 
-use crate::layout::{ColumnRef, LayoutOptions};
+use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::output::AtomicFile;
 use crate::{
-    Error, ErrorKind, Input, Recording, RecordingOptions, Result, Source, TimeBase, TimeSource,
-    TimeUnit, Unit,
+    Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result, Source,
+    TimeBase, TimeSource, TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -46,6 +46,8 @@ pub struct WaveformOptions {
     pub time: Option<ColumnRef>,
     /// Unit of the time column where the heading does not say it.
     pub time_unit: Option<TimeUnit>,
+    /// The stretch to be read, from one time on and before another, s; all without it.
+    pub between: Option<[f64; 2]>,
 }
 
 /// When the samples of a recording were taken, by its own time stamps.
@@ -92,8 +94,12 @@ pub struct Waveform {
     pub sampling_rate_hz: f64,
     /// Samples in the order in which the channels were asked for.
     pub channels: Vec<Vec<f64>>,
+    /// Time of the first sample, s: by its stamps where the file has them, else by the number of its row.
+    pub begin_s: f64,
     /// Time stamps, where the file has them.
     pub times: Option<SampleTimes>,
+    /// How it was read, where it is a text table.
+    pub reading: Option<Reading>,
     /// What the reader noticed.
     pub findings: Vec<Finding>,
 }
@@ -117,6 +123,7 @@ impl Waveform {
     ///     quantity: Unit::Volt,
     ///     time: None,
     ///     time_unit: None,
+    ///     between: None,
     /// })?;
     /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
     /// # Ok::<(), proofmass_io::Error>(())
@@ -136,11 +143,34 @@ impl Waveform {
     pub fn from_source(source: Source, options: &WaveformOptions) -> Result<Self> {
         let name = source.name().to_path_buf();
         match options.format {
-            WaveformFormat::F32 => Self::read_f32(source, options),
-            WaveformFormat::Wav => Self::read_wav(source, options),
+            WaveformFormat::F32 => Self::read_f32(source, options).and_then(|w| w.cut(options)),
+            WaveformFormat::Wav => Self::read_wav(source, options).and_then(|w| w.cut(options)),
             WaveformFormat::Text => Self::read_text(source, options),
         }
         .map_err(|e| e.at(&name))
+    }
+
+    /// The stretch that was asked for, by the number of the row and the rate.
+    fn cut(mut self, options: &WaveformOptions) -> Result<Self> {
+        let Some([from, to]) = options.between else {
+            return Ok(self);
+        };
+        let (rate, samples) = (self.sampling_rate_hz, self.samples());
+        let row = |t: f64| (t * rate).ceil().clamp(0.0, samples as f64) as usize;
+        let rows = row(from)..row(to);
+        if rows.len() < 2 {
+            let until = (samples as f64 - 1.0) / rate;
+            return Err(Error::new(
+                ErrorKind::Time,
+                format!("no row lies between {from} s and {to} s; the last time is {until} s"),
+            )
+            .with_hint("correct `between_s` in [recording]"));
+        }
+        for channel in &mut self.channels {
+            *channel = channel[rows.clone()].to_vec();
+        }
+        self.begin_s = rows.start as f64 / rate;
+        Ok(self)
     }
 
     /// Number of samples of each channel.
@@ -158,7 +188,7 @@ impl Waveform {
         Input {
             path: self.path.display().to_string(),
             sha256: self.sha256.clone(),
-            reading: None,
+            reading: self.reading.clone().map(Box::new),
         }
     }
 
@@ -198,7 +228,9 @@ impl Waveform {
             sha256: input.sha256,
             sampling_rate_hz: rate(options.sampling_rate_hz)?,
             channels,
+            begin_s: 0.0,
             times: None,
+            reading: None,
             findings: Vec::new(),
         })
     }
@@ -269,7 +301,9 @@ impl Waveform {
             sha256: input.sha256,
             sampling_rate_hz: stated,
             channels,
+            begin_s: 0.0,
             times: None,
+            reading: None,
             findings: Vec::new(),
         })
     }
@@ -285,6 +319,7 @@ impl Waveform {
                 unit: options.unit,
                 time: options.time.clone(),
                 time_unit: options.time_unit,
+                between: options.between,
                 ..RecordingOptions::default()
             },
         )?
@@ -300,16 +335,15 @@ impl Waveform {
             .line(gap.line)
             .with_hint("a sine approximation needs an unbroken recording; measure the run again"));
         }
-        if let Some(column) = recording
-            .columns
-            .iter()
-            .find(|c| c.unit != Some(options.quantity))
-        {
+        let other = |c: &&RecordedColumn| c.unit != Some(options.quantity);
+        for column in recording.columns.iter().filter(other) {
             let wanted = options.quantity;
-            let what = match column.unit {
-                Some(unit) => format!("is in {unit}, not in {wanted}"),
-                None => "has no unit".to_owned(),
+            let Some(unit) = column.unit else {
+                let campaign = vec![Layout::CAMPAIGN; options.channels.len()];
+                recording.need_units(&campaign)?;
+                continue;
             };
+            let what = format!("is in {unit}, not in {wanted}");
             let hint = match wanted {
                 Unit::Volt => "write the unit in the heading (x_V, x_mV) or `unit = \"V\"` in [recording]; a digital \
                                sensor has a file of its own, described by [output_recording]"
@@ -320,10 +354,17 @@ impl Waveform {
                 .column(&column.name)
                 .with_hint(hint));
         }
+        let times = SampleTimes::of(&recording.time, recording.samples());
+        // The rows of a stated rate are counted from the first that was read.
+        let rate = recording.time.rate_hz();
+        let first = |[from, _]: [f64; 2]| (from.max(0.0) * rate).ceil() / rate;
+        let first = options.between.map_or(0.0, first);
         Ok(Self {
             path,
-            sampling_rate_hz: recording.time.rate_hz(),
-            times: SampleTimes::of(&recording.time, recording.samples()),
+            sampling_rate_hz: rate,
+            begin_s: times.as_ref().map_or(first, |t| t.begin_s),
+            times,
+            reading: Some(recording.reading().clone()),
             findings: recording.findings().to_vec(),
             sha256: recording.sha256,
             channels: recording.columns.into_iter().map(|c| c.data).collect(),
@@ -452,6 +493,39 @@ mod tests {
             quantity: Unit::Volt,
             time: None,
             time_unit: None,
+            between: None,
+        }
+    }
+
+    #[test]
+    fn known_stretch_of_every_form() {
+        let folder = tempfile::tempdir().unwrap();
+        let ramp: Vec<f64> = (0..100).map(f64::from).collect();
+        let raw = folder.path().join("r.f32");
+        write_f32(&raw, &[&ramp, &ramp]).unwrap();
+        let text = folder.path().join("r.csv");
+        let rows: String = ramp.iter().map(|v| format!("{v},{v}\n")).collect();
+        std::fs::write(&text, format!("a_V,b_V\n{rows}")).unwrap();
+        for (path, format) in [(&raw, WaveformFormat::F32), (&text, WaveformFormat::Text)] {
+            let cut = |between| {
+                let between = Some(between);
+                Waveform::read(
+                    path,
+                    &WaveformOptions {
+                        between,
+                        ..options(format)
+                    },
+                )
+            };
+            let part = cut([0.0205, 0.03]).unwrap();
+            assert_eq!(part.channels[0], ramp[21..30], "{format:?}");
+            assert_eq!(part.begin_s, 0.021, "{format:?}");
+            assert!(
+                cut([0.2, 0.3])
+                    .unwrap_err()
+                    .to_string()
+                    .contains("no row lies")
+            );
         }
     }
 

@@ -136,3 +136,96 @@ fn a_stretch_is_read_and_damage_outside_of_it_is_not() {
     let nothing = read(&text, |o| o.between = Some([7.0, 8.0])).unwrap_err();
     assert!(nothing.to_string().contains("no row lies"), "{nothing}");
 }
+
+#[test]
+fn temperatures_become_degrees_celsius() {
+    // The same 20 °C, but for the last, which nobody would take for °C.
+    for (heading, number, told) in [
+        ("T_degC", 20.0, Some("in °C by the heading")),
+        ("T (°F)", 68.0, Some("in °F by the heading")),
+        ("temperature fahrenheit", 68.0, Some("in °F by the heading")),
+        ("T_K", 293.15, Some("in K by the heading")),
+        ("T", 20.0, Some("in °C assumed")),
+        ("T", 293.15, None),
+    ] {
+        let rows = (0..50).map(|i| format!("{:.2},0.1,0.2,9.8,{number}\n", f64::from(i) / 100.0));
+        let text = format!("t_s,ax,ay,az,{heading}\n{}", rows.collect::<String>());
+        let read = read(&text, |o| o.temperature = Some(5.into()));
+        let Some(told) = told else {
+            let refused = read.unwrap_err();
+            assert!(
+                refused.hint().unwrap().contains("T_K or T_degC"),
+                "{refused}"
+            );
+            continue;
+        };
+        let read = read.unwrap();
+        let temperature = read.temperature.as_ref().unwrap();
+        assert_eq!(temperature.unit, Some(Unit::DegreeCelsius));
+        assert!((temperature.data[7] - 20.0).abs() < 1e-12, "{heading}");
+        let line = read.reading().to_string();
+        assert!(line.contains(told), "{line}");
+    }
+}
+
+#[test]
+fn units_that_nobody_says_are_asked_for_together() {
+    let text = text(
+        "t_s,force,ay,az",
+        |i| format!("{:.2}", i as f64 / 100.0),
+        1000.0,
+    );
+    let mut recording = read(&text, |o| o.columns = vec!["force".into(), "az".into()]).unwrap();
+    let asked = recording
+        .need_units(&["--input-unit", "--output-unit"])
+        .unwrap_err();
+    let hint = asked.hint().unwrap();
+    assert!(
+        hint.contains("--input-unit UNIT --output-unit mg"),
+        "{hint}"
+    );
+    recording
+        .state_unit(0, Some(Unit::Newton), SaidBy::Person)
+        .unwrap();
+    let asked = recording
+        .need_units(&["--input-unit", "--output-unit"])
+        .unwrap_err();
+    assert!(
+        asked.to_string().contains("the unit of az is not said"),
+        "{asked}"
+    );
+    recording
+        .state_unit(1, Some(Unit::MilliGravity), SaidBy::Person)
+        .unwrap();
+    recording
+        .need_units(&["--input-unit", "--output-unit"])
+        .unwrap();
+    // A heading that is a unit says it, and a person who says another one is told so.
+    let volts = text.replacen("az", "mV", 1);
+    let mut recording = read(&volts, |o| o.columns = vec!["mV".into()]).unwrap();
+    assert_eq!(recording.columns[0].unit, Some(Unit::Millivolt));
+    let refused = recording
+        .state_unit(0, Some(Unit::Count), SaidBy::Person)
+        .unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("the heading says mV, count is stated")
+    );
+}
+
+#[test]
+fn an_accelerometer_among_other_columns_is_seen() {
+    let text = text(
+        "t_s,ax,ay,az",
+        |i| format!("{:.2},0.3", i as f64 / 100.0),
+        9.81,
+    );
+    let text = text.replacen("t_s,", "t_s,battery,", 1);
+    let mut source = Source::from_bytes("odd.csv", text).unwrap();
+    let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+    assert_eq!(
+        layout.likely_unit(&[1, 2, 3, 4]),
+        Some(Unit::MetrePerSecondSquared)
+    );
+}

@@ -10,12 +10,11 @@ pub use outcome::{ApplyOutcome, FilterFigures};
 use crate::block_clock::BlockClock;
 use crate::outcome::Job;
 use crate::recording::RecordingReading;
-use crate::recording::stretch;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
-    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, LayoutOptions, Rewriter, RowBlock,
-    RowReader, Source, Unit, WaitingRows, split_heading,
+    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, LayoutOptions, Reading, Rewriter,
+    RowBlock, RowReader, Source, Thermometer, WaitingRows, split_heading,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -122,7 +121,7 @@ impl Job for ApplyJob {
         let calibration = data.calibration;
         let mut source = source;
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
-        let (mut columns, mut factors, mut headings) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut columns, mut headings) = (Vec::new(), Vec::new());
         let unit = match calibration {
             AnyCalibration::FrequencyResponse(file) => file.output_unit,
             AnyCalibration::Triaxial(file) => file.output_unit,
@@ -131,22 +130,27 @@ impl Job for ApplyJob {
         for signal in self.reading.signals(calibration)? {
             let index = layout.find(&signal).map_err(|e| about(e.into()))?;
             let column = layout.name(index);
-            let wanted = calibration.input_unit();
-            factors.push(self.reading.factor(wanted, &column, layout.unit(index))?);
             columns.push(index);
             let bare = split_heading(&column).0.replace(' ', "_");
             headings.push((index, format!("{bare}_{}", unit.ascii())));
         }
+        let factors = self
+            .reading
+            .factors(calibration.input_unit(), &layout, &columns)
+            .map_err(about)?;
         let temperature = self.thermometer(calibration, &layout).map_err(about)?;
-        let kelvin = temperature.is_some_and(|(_, kelvin)| kelvin);
+        let signals = columns.clone();
         columns.extend(temperature.map(|(index, _)| index));
+        let (clock, timed) = self.clock(&layout, &mut columns)?;
+        let timed = timed.as_ref().map(|(index, unit)| (*index, unit));
+        let mut reading = self.reading.of_stream(&layout, &signals, timed)?;
+        reading.temperature =
+            temperature.map(|(index, told)| Reading::thermometer(&layout, index, &told));
         let mut work = Work {
             job: self,
             calibration,
-            temperature: temperature
-                .is_some()
-                .then_some(if kelvin { 273.15 } else { 0.0 }),
-            clock: self.clock(&layout, &mut columns)?,
+            temperature: temperature.map(|(_, told)| told),
+            clock,
             compensation: None,
             factors,
             waiting: WaitingRows::new(headings.len()),
@@ -159,8 +163,7 @@ impl Job for ApplyJob {
             },
             name: name.clone(),
         };
-        let between = stretch(self.reading.between.as_deref())?;
-        let window = match (between, &work.clock) {
+        let window = match (reading.between_s, &work.clock) {
             (None, _) => None,
             (between, Some(clock)) => clock.window(between, columns.len() - 1),
             (Some(_), None) => {
@@ -183,13 +186,16 @@ impl Job for ApplyJob {
         }
         work.end_of_stretch()?;
         let mut findings = reader.findings();
-        let recording = reader.finish()?;
         let Work {
             compensation,
             figures,
             mut writer,
+            clock,
             ..
         } = work;
+        let rate = clock.as_ref().and_then(BlockClock::rate);
+        reading.time.rate_hz = rate.or(self.reading.rate);
+        let recording = reader.finish()?.with_reading(reading);
         let kept = writer.file().is_none_or(|file| file.is_kept());
         let sha256 = kept.then(|| writer.sha256());
         if figures.written == 0 {
@@ -227,12 +233,12 @@ impl Job for ApplyJob {
 }
 
 impl ApplyJob {
-    /// Column of the temperature, and whether it is in K; what follows the temperature is not applied without it.
+    /// Column of the temperature, and how it is read; what follows the temperature is not applied without it.
     fn thermometer(
         &self,
         calibration: &AnyCalibration,
         layout: &Layout,
-    ) -> Result<Option<(usize, bool)>> {
+    ) -> Result<Option<(usize, Thermometer)>> {
         let follows = match calibration {
             AnyCalibration::Triaxial(file) => file.temperature.as_ref(),
             _ => None,
@@ -255,23 +261,16 @@ impl ApplyJob {
             .with_hint("add --temperature COLUMN")),
             (Some(_), Some(column)) => {
                 let index = layout.find(column)?;
-                match layout.unit(index) {
-                    None | Some(Unit::DegreeCelsius) => Ok(Some((index, false))),
-                    Some(Unit::Kelvin) => Ok(Some((index, true))),
-                    Some(other) => Err(Trouble::data(format!(
-                        "column {:?} is in {other}, which is no temperature",
-                        layout.name(index)
-                    ))),
-                }
+                Ok(Some((index, Thermometer::of(layout, index)?)))
             }
         }
     }
 
     /// What tells the times of the samples, which only a filter needs; a time column is added to those that are read.
-    fn clock(&self, layout: &Layout, columns: &mut Vec<usize>) -> Result<Option<BlockClock>> {
+    fn clock(&self, layout: &Layout, columns: &mut Vec<usize>) -> Result<Timed> {
         let filters = matches!(self.method, CompensationMethod::Filter(_));
         if !filters && self.reading.between.is_none() {
-            return Ok(None);
+            return Ok((None, None));
         }
         let reading = &self.reading;
         let time = match &reading.time {
@@ -283,20 +282,24 @@ impl ApplyJob {
             (Some(index), rate) => {
                 columns.push(index);
                 let unit = ClockUnit::of(layout, index, reading.time_unit, rate, false)?;
-                Some(BlockClock::stamped(unit.per_second, rate))
+                let clock = BlockClock::stamped(unit.per_second, rate);
+                (Some(clock), Some((index, unit)))
             }
-            (None, Some(rate)) => Some(BlockClock::steady(rate)),
-            (None, None) => None,
+            (None, Some(rate)) => (Some(BlockClock::steady(rate)), None),
+            (None, None) => (None, None),
         })
     }
 }
+
+/// What tells the times of the samples, and the column with its unit where one does.
+type Timed = (Option<BlockClock>, Option<(usize, ClockUnit)>);
 
 /// A recording on its way: rows wait for the samples that a filter completes.
 struct Work<'a> {
     job: &'a ApplyJob,
     calibration: &'a AnyCalibration,
-    /// The next column after the outputs is the temperature; what is to be taken off it for °C.
-    temperature: Option<f64>,
+    /// The next column after the outputs is the temperature, which is read so.
+    temperature: Option<Thermometer>,
     clock: Option<BlockClock>,
     /// Made at the first block, which tells the rate.
     compensation: Option<CompensationStream>,
@@ -350,7 +353,7 @@ impl Work<'_> {
         let slices: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
         self.figures.read += rows.len() as u64;
         let outputs = self.factors.len();
-        let celsius = |zero| block.scaled(outputs, rows.clone(), zero, 1.0);
+        let celsius = |t: Thermometer| block.scaled(outputs, rows.clone(), t.zero, t.factor);
         let temperature: Option<Vec<f64>> = self.temperature.map(celsius);
         if let (Some(temperature), AnyCalibration::Triaxial(file)) =
             (&temperature, self.calibration)

@@ -1,7 +1,15 @@
 //! The clock of a recording that goes by block by block.
 
+use crate::trouble::Trouble;
 use proofmass_io::TimeWindow;
 use proofmass_signal::clock::ClockEstimator;
+
+/// Times that all are the same.
+pub(crate) fn stands_still(name: &str) -> Trouble {
+    Trouble::data("the clock stands still: its times do not advance")
+        .detail(name)
+        .with_hint("name another column with --time, or give --rate HZ (`sampling_rate_Hz` in a campaign) in place of the times")
+}
 
 /// What is known of the times while the recording goes by.
 pub(crate) struct BlockClock {

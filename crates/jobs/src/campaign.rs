@@ -1,6 +1,7 @@
 //! `campaign.toml`: what was measured, with what, and how it is to be evaluated. One file per kind.
 
 mod draft;
+mod example;
 mod free_living;
 mod multi_position;
 mod shaker;
@@ -12,6 +13,8 @@ mod statement;
 mod transverse;
 
 pub use draft::Draft;
+pub(crate) use draft::Unsaid;
+pub use example::example;
 pub use free_living::FreeLivingCampaign;
 pub use multi_position::{MethodModel, MethodTable, MultiPositionCampaign, RowsAre};
 pub use shaker::{Certificate, CertificateOptions, SpuriousFile};
@@ -366,6 +369,20 @@ impl CampaignFile {
             },
             text: String::new(),
             store: Arc::new(Memory::new()),
+        }
+    }
+
+    /// Refuses a stretch of time (`between_s` of a table) that ends before it begins.
+    pub(crate) fn check_between(&self, table: &str, between: Option<[f64; 2]>) -> Result<()> {
+        match between {
+            Some([from, to]) if !(from < to && from.is_finite() && to.is_finite()) => Err(self
+                .refuse(
+                    table,
+                    "between_s",
+                    "a stretch of time ends before it begins",
+                )
+                .with_hint("write between_s = [FROM, TO] in seconds, FROM before TO")),
+            _ => Ok(()),
         }
     }
 

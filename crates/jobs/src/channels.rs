@@ -2,7 +2,7 @@
 
 use crate::recording::stretch;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, Source, TimeUnit, Unit};
+use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, SaidBy, Source, TimeUnit, Unit};
 use proofmass_uncertainty::Finding;
 
 /// A channel that is wanted, and its unit where the heading does not say it.
@@ -12,6 +12,28 @@ pub struct WantedChannel {
     pub column: ColumnRef,
     /// Unit, where the heading does not say it.
     pub unit: Option<Unit>,
+    /// The option that says this unit, by which it is asked for; none where the numbers need no unit.
+    pub option: Option<&'static str>,
+}
+
+impl WantedChannel {
+    /// A channel whose unit is asked for by an option where neither heading nor `unit` says it.
+    pub fn new(column: ColumnRef, unit: Option<Unit>, option: &'static str) -> Self {
+        Self {
+            column,
+            unit,
+            option: Some(option),
+        }
+    }
+
+    /// Numbers that need no unit, or have it from elsewhere.
+    pub fn bare(column: ColumnRef) -> Self {
+        Self {
+            column,
+            unit: None,
+            option: None,
+        }
+    }
 }
 
 /// How the channels of a recording are to be read.
@@ -45,7 +67,7 @@ pub struct ChannelReading {
 pub struct RecordedChannel {
     /// Name without unit.
     pub name: String,
-    /// Unit of the numbers; `U` where none is known.
+    /// Unit of the numbers; 1 where none is needed.
     pub unit: String,
     /// One number per sample.
     pub data: Vec<f64>,
@@ -101,7 +123,7 @@ impl ChannelReading {
     /// Reads the wanted channels.
     ///
     /// # Errors
-    /// What the reader refuses; a unit that contradicts its heading; samples that are missing or a clock with gaps, over
+    /// What the reader refuses; a unit that contradicts its heading, or that nobody says; samples that are missing or a clock with gaps, over
     /// which no transform holds.
     pub fn read(&self, source: Source, wanted: &[WantedChannel]) -> Result<RecordedChannels> {
         let name = source.name().display().to_string();
@@ -125,32 +147,25 @@ impl ChannelReading {
         }
         let rate = self.rate.unwrap_or_else(|| recording.time.rate_hz());
         for (i, wanted) in wanted.iter().enumerate() {
-            recording.state_unit(i, wanted.unit);
+            let bare = wanted.option.is_none().then_some(Unit::One);
+            let by = bare.map_or(SaidBy::Person, |_| SaidBy::Nobody);
+            recording.state_unit(i, wanted.unit.or(bare), by)?;
         }
+        let options: Vec<&str> = wanted
+            .iter()
+            .map(|w| w.option.unwrap_or_default())
+            .collect();
+        recording.need_units(&options)?;
         let mut channels = Vec::with_capacity(wanted.len());
-        for (column, wanted) in recording.columns.iter().zip(wanted) {
-            let unit = match (column.unit, wanted.unit) {
-                (Some(heading), Some(given)) if heading != given => {
-                    return Err(Trouble::request(format!(
-                        "column {:?} is in {heading} by its heading, in {given} by the options",
-                        column.name
-                    ))
-                    .with_hint("remove the option, or correct the heading"));
-                }
-                (Some(unit), _) | (None, Some(unit)) => Some(unit),
-                (None, None) => None,
-            };
-            let (si, factor) = unit.map_or((None, 1.0), |u| {
-                let (si, factor) = u.si();
-                (Some(si), factor)
-            });
+        for column in &recording.columns {
+            let (si, factor) = column.unit.unwrap_or(Unit::One).si();
             let data = match factor {
                 1.0 => column.data.clone(),
                 f => column.data.iter().map(|v| f * v).collect(),
             };
             channels.push(RecordedChannel {
                 name: column.name.clone(),
-                unit: si.map_or_else(|| "U".to_owned(), |u| u.to_string()),
+                unit: si.to_string(),
                 data,
             });
         }

@@ -3,7 +3,8 @@
 mod calibration;
 mod floats;
 
-use crate::campaign::{FreeLivingCampaign, StreamFormat};
+use crate::block_clock::stands_still;
+use crate::campaign::{FreeLivingCampaign, StreamFormat, Unsaid};
 use crate::multi_position::gravity;
 use crate::outcome::{Job, Outcome, section};
 use crate::page::parameters::stated_parameters;
@@ -11,10 +12,11 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, Watch};
 use proofmass_io::{
-    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, RowReader, StatedQuantity, TimeWindow,
-    Unit,
+    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, Reading, RowReader, StatedQuantity,
+    Thermometer, TimeWindow, Unit,
 };
-use proofmass_report::{KeyFigure, Report, Section};
+use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot};
+use proofmass_signal::Trace;
 use proofmass_static::{
     AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
 };
@@ -97,31 +99,34 @@ impl FreeLivingCampaign {
         let axes = [&table.columns.x, &table.columns.y, &table.columns.z];
         let mut selected = Vec::new();
         let mut factors = [1.0; 3];
-        for (axis, column) in axes.into_iter().enumerate() {
-            let index = layout.find(column)?;
-            let unit = layout
-                .unit(index)
-                .or(table.unit)
-                .unwrap_or(Unit::StandardGravity);
+        for column in axes {
+            selected.push(layout.find(column)?);
+        }
+        let time = table.time.as_ref().map(|t| layout.find(t)).transpose()?;
+        let unsaid = Unsaid {
+            signals: &selected,
+            unit: table.unit,
+            time,
+            time_unit: table.time_unit,
+            rate_hz: table.sampling_rate_hz,
+            timeless: false,
+        };
+        unsaid
+            .refuse(&layout, false)
+            .map_err(|e| e.at(source.name()))?;
+        for (factor_of, &index) in factors.iter_mut().zip(&selected) {
+            let unit = layout.unit(index).or(table.unit).unwrap_or(Unit::One);
             let (si, factor) = unit.si();
             if !si.is_acceleration() {
                 return Err(Trouble::data(format!("{name}: {unit} is no acceleration"))
                     .with_hint("auto-calibration needs outputs in g or m/s²"));
             }
-            factors[axis] = factor / proofmass_core::STANDARD_GRAVITY;
-            selected.push(index);
+            *factor_of = factor / proofmass_core::STANDARD_GRAVITY;
         }
-        let time = match (&table.time, table.sampling_rate_hz) {
-            (Some(column), _) => Some(layout.find(column)?),
-            (None, Some(_)) => None,
-            (None, None) => layout.time_column(),
+        let time = match table.sampling_rate_hz {
+            Some(_) => time,
+            None => time.or_else(|| layout.time_column()),
         };
-        if time.is_none() && table.sampling_rate_hz.is_none() {
-            return Err(Trouble::data(format!(
-                "{name}: neither a time column nor a sampling rate is known"
-            ))
-            .with_hint("add `time` or `sampling_rate_Hz` to [recording]"));
-        }
         let clock = time
             .map(|column| {
                 ClockUnit::of(
@@ -144,6 +149,15 @@ impl FreeLivingCampaign {
             _ => None,
         };
         let per_second = clock.as_ref().map_or(1.0, |c| c.per_second);
+        let rate = table.sampling_rate_hz;
+        let mut reading = Reading::of(
+            &layout,
+            &selected,
+            table.unit,
+            time.zip(clock.as_ref()),
+            rate,
+        );
+        reading.between_s = table.between_s;
         selected.extend(time);
         let temperature = table
             .temperature
@@ -151,6 +165,11 @@ impl FreeLivingCampaign {
             .map(|c| layout.find(c))
             .transpose()?;
         selected.extend(temperature);
+        let thermometer = temperature
+            .map(|index| Thermometer::of(&layout, index))
+            .transpose()?;
+        let told = temperature.zip(thermometer.as_ref());
+        reading.temperature = told.map(|(index, told)| Reading::thermometer(&layout, index, told));
         let temperature_slot = temperature.map(|_| selected.len() - 1);
 
         let mut windows = StillWindows::new(self.job()?.rule)?;
@@ -159,6 +178,7 @@ impl FreeLivingCampaign {
         let mut reader = RowReader::new(source, layout, &selected)?.between(window);
         let size = reader.size().unwrap_or(0);
         let mut rows = 0usize;
+        let (mut first, mut last) = (None, 0.0);
         while let Some(block) = reader.next_block()? {
             watch.step("reading", reader.bytes_read(), size)?;
             let [x, y, z] = [0, 1, 2].map(|axis| block.column(axis));
@@ -173,16 +193,24 @@ impl FreeLivingCampaign {
                     y[row] * factors[1],
                     z[row] * factors[2],
                 ];
-                windows.push(
-                    at,
-                    output,
-                    temperature_slot.map(|slot| block.column(slot)[row]),
-                );
+                let temperature = temperature_slot.zip(thermometer.as_ref());
+                let temperature = temperature.map(|(slot, t)| t.celsius(block.column(slot)[row]));
+                first = first.or(Some(at));
+                last = at;
+                windows.push(at, output, temperature);
             }
             rows += block.rows();
         }
         findings.extend(reader.findings());
-        let inputs = vec![self.source.input.clone(), reader.finish()?];
+        let duration = last - first.unwrap_or(last);
+        if time.is_some() && rows > 1 {
+            if duration <= 0.0 {
+                return Err(stands_still(&name));
+            }
+            reading.time.rate_hz = Some((rows - 1) as f64 / duration);
+        }
+        let recording = reader.finish()?.with_reading(reading);
+        let inputs = vec![self.source.input.clone(), recording];
         Ok(FreeLivingWindows {
             seen: windows.seen(),
             still: windows.finish(),
@@ -247,6 +275,8 @@ impl Job for FreeLivingJob {
             )
         })?;
         watch.step("fit", 1, 1)?;
+        let still = data.still.iter();
+        let departures = still.map(|w| (w.time, departures(w, &fit))).collect();
         let mut findings = data.findings.clone();
         findings.extend(fit.findings.iter().cloned());
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
@@ -261,6 +291,7 @@ impl Job for FreeLivingJob {
             },
             temperature_range: temperature_range(&data.still),
             columns: data.columns.clone(),
+            departures,
             fit,
         })
     }
@@ -277,7 +308,20 @@ pub struct FreeLivingOutcome {
     /// Lowest and highest temperature of the still windows, °C.
     temperature_range: Option<[f64; 2]>,
     columns: Option<[ColumnRef; 3]>,
+    /// Of each still window its time, s, and ‖a‖ − 1 g before and after, mg.
+    departures: Vec<(f64, [f64; 2])>,
     fit: AutoCalibrationFit,
+}
+
+fn departures(window: &StillWindow, fit: &AutoCalibrationFit) -> [f64; 2] {
+    let of = |a: [f64; 3]| 1e3 * (a.iter().map(|v| v * v).sum::<f64>().sqrt() - 1.0);
+    let p = &fit.parameters;
+    let warmer = fit.mean_temperature.zip(window.temperature);
+    let warmer = warmer.map_or(0.0, |(mean, t)| t - mean);
+    let corrected = std::array::from_fn(|i| {
+        p.scale[i] * (window.mean[i] + p.offset[i]) + p.temperature[i] * warmer
+    });
+    [of(window.mean), of(corrected)]
 }
 
 fn temperature_range(windows: &[StillWindow]) -> Option<[f64; 2]> {
@@ -345,6 +389,14 @@ impl Outcome for FreeLivingOutcome {
                 KeyFigure::new("iterations", fit.iterations.to_string(), ""),
             ])
             .table(stated_parameters(caption, &self.quantities, six));
+        let time: Vec<f64> = self.departures.iter().map(|d| d.0 / 3600.0).collect();
+        let mut plot = XyPlot::new(Axis::linear("time", "h"), Axis::linear("‖a‖ − 1 g", "mg"))
+            .horizontal(0.0, "");
+        for (k, name) in ["before", "after"].into_iter().enumerate() {
+            let departures: Vec<f64> = self.departures.iter().map(|d| d.1[k]).collect();
+            let shown = Trace::new(&time, &departures, Trace::RUNS / 4);
+            plot = plot.series(Series::markers(name, &shown.x, &shown.y));
+        }
         page.subtitle(format!(
             "Auto-calibration from {} still windows of {} ({} independent blocks of time)",
             fit.windows, self.seen, fit.blocks
@@ -354,5 +406,6 @@ impl Outcome for FreeLivingOutcome {
             fit.error_after_mg, fit.error_before_mg
         ))
         .section(result.summarised())
+        .shown_by("Departure of each still window from 1 g, as recorded and calibrated", plot)
     }
 }

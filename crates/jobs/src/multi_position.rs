@@ -155,6 +155,7 @@ impl MultiPositionJob {
         data: &MultiPositionData<'_>,
         samples: &Samples<'_>,
         settings: &MultiPosition,
+        watch: &dyn Watch,
     ) -> Result<StandstillCalibration> {
         let explain =
             |error, given: Option<&[Segment]>| explanation::explain(error, self, data, given);
@@ -164,9 +165,17 @@ impl MultiPositionJob {
         }
         let mut sweep = match data.segments {
             Some(given) => ThresholdSweep::given(given.to_vec()),
-            None => ThresholdSweep::run(samples, data.rate, data.breaks, &self.search, settings)
-                .map_err(|error| explain(error, None))?,
+            None => ThresholdSweep::run(
+                samples,
+                data.rate,
+                data.breaks,
+                &self.search,
+                settings,
+                watch,
+            )
+            .map_err(|error| explain(error, None))?,
         };
+        watch.step("fit", 0, 3)?;
         sweep.exclude(&self.exclude).map_err(|unknown| {
             Trouble::request(format!("no standstill is called {unknown:?}")).with_hint(
                 "`exclude` in [standstill] lists numbers as in standstills.csv, or labels",
@@ -308,7 +317,7 @@ impl Job for MultiPositionJob {
         data: &MultiPositionData<'_>,
         watch: &dyn Watch,
     ) -> Result<MultiPositionOutcome> {
-        watch.step("standstills and fit", 0, 2)?;
+        watch.step("standstills", 0, 1)?;
         let settings = self.settings(data)?;
         let [x, y, z] = data.outputs;
         let steady: Vec<f64>;
@@ -327,8 +336,8 @@ impl Job for MultiPositionJob {
             Some(temperature) => samples.at_temperatures(temperature)?,
             None => samples,
         };
-        let calibration = self.calibrate(data, &samples, &settings)?;
-        watch.step("standstills and fit", 1, 2)?;
+        let calibration = self.calibrate(data, &samples, &settings, watch)?;
+        watch.step("fit", 1, 3)?;
         let findings = self.findings(data, &samples, &calibration);
         let searched = calibration.sweep.threshold.is_some();
         let windowed = searched
@@ -341,8 +350,9 @@ impl Job for MultiPositionJob {
             })
             .flatten();
         let figures = Figures::new(data, windowed.as_ref(), &calibration);
-        watch.step("standstills and fit", 2, 2)?;
+        watch.step("fit", 2, 3)?;
         let models = calibration.fit.models(&settings);
+        watch.step("fit", 3, 3)?;
         Ok(MultiPositionOutcome::new(
             self,
             data,

@@ -268,8 +268,11 @@ impl NoiseJob {
             );
         }
         let rate = blocks.rate().ok_or_else(|| {
-            Trouble::request(format!("the sampling rate of {} is not known", data.name))
-                .with_hint("give the rate in hertz, or a time column")
+            Trouble::request(format!(
+                "the sampling rate of {} is not known, or its clock stands still",
+                data.name
+            ))
+            .with_hint("give the rate in hertz (--rate HZ), or a time column whose times advance")
         })?;
         let mut analysis = record
             .analyse(rate, &self.options)

@@ -17,7 +17,7 @@ use proofmass_signal::sine::Frequency;
 use proofmass_uncertainty::Finding;
 use rayon::prelude::*;
 use sensor_files::{elsewhere, together, tolerance};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Phasors of all runs, in the order of the table, and what was noticed on the way.
 pub(crate) struct Observed {
@@ -89,17 +89,22 @@ pub(crate) fn observe<S: Sync + Clone>(
         inputs: vec![table.input.clone()],
         findings: Vec::new(),
     };
-    let done = AtomicU64::new(0);
+    let done = Mutex::new(0);
     let rows: Vec<Row<'_, S>> = table.runs.chunk_by(|a, b| a.line == b.line).collect();
     let all = rows.len() as u64;
+    let told = |more: u64| {
+        let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+        *done += more;
+        watch.step("recordings", *done, all)
+    };
     let outcomes = rows
         .par_iter()
         .map(|row| match (&row[0].data, &recording) {
             (RunData::Recording(name), Some((settings, options))) => {
-                watch.step("recordings", done.load(Ordering::Relaxed), all)?;
+                told(0)?;
                 let bench = Bench { settings, options };
                 let outcome = bench.row(table, row, name, sensor.as_ref())?;
-                watch.step("recordings", done.fetch_add(1, Ordering::Relaxed) + 1, all)?;
+                told(1)?;
                 Ok(outcome)
             }
             (RunData::Phasors(phasors), _) => Ok(RowOutcome {
@@ -415,7 +420,7 @@ fn lines<S>(
     let times = waveform.times.as_ref();
     Ok(Lines {
         lines,
-        begin: times.map_or(0.0, |t| t.begin_s),
+        begin: waveform.begin_s,
         rate_uncertainty: times.map_or(0.0, |t| t.rate_u_hz / waveform.sampling_rate_hz),
         duration: waveform.duration_s(),
         rate: waveform.sampling_rate_hz,

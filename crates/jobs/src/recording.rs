@@ -3,8 +3,8 @@
 use crate::channels::{ChannelReading, WantedChannel};
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    AnyCalibration, CalibrationFile, ColumnRef, LayoutOptions, RecordedColumn, RecordingOptions,
-    TimeUnit, Unit,
+    AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading,
+    Recording, RecordingOptions, TimeUnit, Unit,
 };
 use serde::{Deserialize, Serialize};
 
@@ -110,10 +110,7 @@ impl RecordingReading {
             between: self.between.clone(),
             table: false,
         };
-        let wanted = WantedChannel {
-            column: column.clone(),
-            unit: self.unit,
-        };
+        let wanted = WantedChannel::new(column.clone(), self.unit, "--unit");
         Ok((reading, wanted))
     }
 
@@ -160,9 +157,10 @@ impl RecordingReading {
     ///
     /// # Errors
     /// Units that differ, or that nobody states.
-    pub fn common_unit(&self, columns: [&RecordedColumn; 3]) -> Result<Unit> {
+    pub fn common_unit(&self, recording: &Recording) -> Result<Unit> {
+        recording.need_units(&["--unit"; 3])?;
         let mut common = self.unit;
-        for column in columns {
+        for column in recording.columns.iter().take(3) {
             match (column.unit, common) {
                 (Some(own), Some(unit)) if own != unit => {
                     return Err(Trouble::request(format!(
@@ -181,13 +179,45 @@ impl RecordingReading {
         })
     }
 
+    /// How the columns of a recording that goes by as a stream are read, with the rate once it is known.
+    pub(crate) fn of_stream(
+        &self,
+        layout: &Layout,
+        signals: &[usize],
+        clock: Option<(usize, &ClockUnit)>,
+    ) -> Result<Reading> {
+        let mut reading = Reading::of(layout, signals, self.unit, clock, self.rate);
+        reading.between_s = stretch(self.between.as_deref())?;
+        Ok(reading)
+    }
+
+    /// Factors from the units of columns to the input unit of the calibration.
+    ///
+    /// # Errors
+    /// Units that contradict each other or the calibration; a unit that nobody states is asked for by the one that the numbers show.
+    pub(crate) fn factors(
+        &self,
+        wanted: Unit,
+        layout: &Layout,
+        signals: &[usize],
+    ) -> Result<Vec<f64>> {
+        let open = |i: &&usize| layout.unit(**i).is_none();
+        let open: Vec<usize> = signals.iter().filter(open).copied().collect();
+        let likely = layout.likely_unit(&open).filter(|u| u.is_acceleration());
+        if self.unit.is_none() && !open.is_empty() && likely.is_some() {
+            return Err(layout.ask_unit(&open).into());
+        }
+        let factor = |&i: &usize| self.factor(wanted, &layout.name(i), layout.unit(i));
+        signals.iter().map(factor).collect()
+    }
+
     /// Factor from the unit of a column to the input unit of the calibration, or why there is none.
     ///
     /// `heading` is the unit that stands in the heading of the column.
     ///
     /// # Errors
     /// Units that contradict each other or the calibration, or one that nobody states.
-    pub fn factor(&self, wanted: Unit, name: &str, heading: Option<Unit>) -> Result<f64> {
+    fn factor(&self, wanted: Unit, name: &str, heading: Option<Unit>) -> Result<f64> {
         let unit = match (heading, self.unit) {
             (Some(heading), Some(given)) if heading != given => {
                 return Err(Trouble::request(format!(

@@ -322,6 +322,7 @@ impl Job for ResponseJob {
             }
             None => None,
         };
+        watch.step("response", 2, 2)?;
         let points = self.input().on(ResponsePoints::of(&response, &unit))?;
         let fitted = fit.as_ref().and_then(|f| {
             let q = f.estimate.get("mode.1.damping")?;

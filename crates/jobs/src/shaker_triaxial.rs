@@ -170,6 +170,7 @@ impl Job for ShakerTriaxialJob {
                 other => other.into(),
             })?
         };
+        watch.step("Monte Carlo", 1, 1)?;
         adopt(&mut calibration, &checks);
         // Those of files and runs, then of the first result, the gravest first.
         let mut findings = data.findings.to_vec();

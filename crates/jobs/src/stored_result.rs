@@ -162,7 +162,7 @@ impl StoredResult {
     pub fn with_files_beside(mut self, read: impl Fn(&str) -> Result<Vec<u8>>) -> Result<Self> {
         if let Some(trials) = TrialFile::in_result(&self.document)? {
             let bytes = read(&trials.file)?;
-            trials.table(bytes.clone())?;
+            trials.table(bytes.clone(), &self.document)?;
             self.beside = vec![(trials.file, bytes)];
         }
         Ok(self)

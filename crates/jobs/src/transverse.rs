@@ -200,6 +200,8 @@ impl Job for TransverseJob {
             findings.extend(doubts);
             results.push(result);
         }
+        let all = frequencies.len() as u64;
+        watch.step("frequencies", all, all)?;
         findings.extend(self.against_datasheet(&results));
         if let Some(k) = self.coverage_factor {
             for result in &mut results {

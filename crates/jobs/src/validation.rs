@@ -131,7 +131,7 @@ impl Job for ValidationJob {
     type Outcome = ValidationOutcome;
 
     fn evaluate(&self, data: &ValidationData<'_>, watch: &dyn Watch) -> Result<ValidationOutcome> {
-        watch.step("standstills", 0, 2)?;
+        watch.step("comparison", 0, 2)?;
         let file = data.calibration;
         let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
         let [x, y, z] = data.outputs;

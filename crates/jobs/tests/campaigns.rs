@@ -1,8 +1,11 @@
 //! Campaigns as people write them.
 
+use proofmass_core::Unwatched;
 use proofmass_io::{Result, Unit};
-use proofmass_jobs::campaign::{Campaign, MethodModel};
+use proofmass_jobs::campaign::{Campaign, Draft, KINDS, MethodModel, example};
+use proofmass_jobs::{Gathered, Memory};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Recordings of others; only tests that are ignored without them ask for them.
 fn reference_data() -> PathBuf {
@@ -108,4 +111,81 @@ fn crosscheck_ferraris_sample_through_a_campaign() {
         let expected = k[axis] * 9.81 * up[axis] + b[axis];
         assert!((mean - expected).abs() < 3.0, "{label}: {mean}, {expected}");
     }
+}
+
+/// What `init --kind` writes is a campaign of that kind whose tables give a result, or that asks for the measurement by name.
+#[test]
+fn law_the_example_of_every_kind_runs() {
+    for kind in KINDS {
+        let files = Gathered::default();
+        example(kind, &files, &Unwatched).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        let campaign = Campaign::read(Arc::new(files.into_memory()), "campaign.toml");
+        let campaign = campaign.unwrap_or_else(|e| panic!("{kind}: {e} {:?}", e.hint()));
+        assert_eq!(campaign.kind(), *kind);
+        match campaign.evaluate(None, &Unwatched) {
+            // The motion of a table is a table of ratios.
+            Ok(result) => {
+                assert!(
+                    !result.quantities().is_empty() || *kind == "spurious-motion",
+                    "{kind}"
+                );
+            }
+            Err(refused) => {
+                assert_eq!(*kind, "free-living", "{refused} {:?}", refused.hint());
+                assert!(refused.to_string().contains("wrist.csv"), "{refused}");
+            }
+        }
+    }
+    let nothing = example("nothing", &Gathered::default(), &Unwatched).unwrap_err();
+    assert!(nothing.hint().unwrap().contains("shaker-single"));
+}
+
+/// What `init` does not know stands in its campaign as comments, and the campaign asks for all of it at once.
+#[test]
+fn law_a_drafted_campaign_asks_for_all_that_is_not_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("r.csv");
+    let row = |i: u32| format!("{},0.01,-0.02,{}\n", 10 * i, 1.0 + 1e-3 * f64::from(i % 5));
+    let rows: String = (0..500).map(row).collect();
+    std::fs::write(&path, format!("timestamp,ax,ay,az\n{rows}")).unwrap();
+    let text = Draft::default().text(&path).unwrap();
+    for line in [
+        "# latitude_deg",
+        "# height_m",
+        "# unit = \"g\"",
+        "# time_unit = \"ms\"",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    let read = |text: &str| {
+        let files = Memory::new().file("r.csv", std::fs::read(&path).unwrap());
+        let files = files.file("campaign.toml", text.to_owned());
+        Campaign::read(Arc::new(files), "campaign.toml")
+    };
+    let asked = read(&text).unwrap_err();
+    let hint = asked.hint().unwrap();
+    for words in [
+        "unit = \"g\"",
+        "time_unit = \"ms\"",
+        "latitude_deg = DEGREES",
+        "height_m",
+    ] {
+        assert!(hint.contains(words), "{words}: {asked} {hint}");
+    }
+    // Said in part, the rest is asked for before anything is read.
+    let placed = text.replace("# latitude_deg = …", "latitude_deg = 50\nheight_m = 100 #");
+    let Campaign::MultiPosition(campaign) = read(&placed).unwrap() else {
+        panic!("another kind");
+    };
+    let asked = campaign.load(&Unwatched).unwrap_err();
+    let hint = asked.hint().unwrap();
+    assert!(
+        hint.contains("unit = \"g\", time_unit = \"ms\""),
+        "{asked} {hint}"
+    );
+    // Without a campaign the command to type has them all.
+    let asked = Draft::default().campaign(&path).unwrap_err();
+    let hint = asked.hint().unwrap();
+    let options = "--latitude DEGREES --height METRES --unit g --time-unit ms";
+    assert!(hint.contains(options), "{hint}");
 }

@@ -10,7 +10,6 @@ const NOT_YET_FIRED: &[&str] = &[
     "clipping-unchecked",
     "close-modes",
     "cut-to-reference",
-    "earlier-result-in-doubt",
     "few-degrees-of-freedom-differ",
     "few-samples-per-oscillation",
     "filter-and-smoother-disagree",

@@ -152,7 +152,7 @@ fn law_every_reader_states_the_same_rate() {
         })
         .collect();
     // Rate, decimals, bound of its relative error, stamps.
-    let files: [(&str, f64, usize, f64, Vec<f64>); 9] = [
+    let files: [(&str, f64, usize, f64, Vec<f64>); 10] = [
         ("even, fine", 100.02, 6, 1e-9, all(&even(100.02))),
         ("800 Hz in milliseconds", 800.0, 3, 1e-6, all(&even(800.0))),
         (
@@ -172,6 +172,16 @@ fn law_every_reader_states_the_same_rate() {
             6,
             6e-7,
             all(&|k| 0.01 * (k as f64 + 0.1 * jitter[k])),
+        ),
+        (
+            "jitter of 10 %, rows lost",
+            100.0,
+            6,
+            6e-7,
+            (0..ROWS)
+                .filter(there)
+                .map(|k| 0.01 * (k as f64 + 0.1 * jitter[k]))
+                .collect(),
         ),
         (
             "packets of eight",

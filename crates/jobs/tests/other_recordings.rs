@@ -348,7 +348,7 @@ fn known_logger_as_raw_floats() {
         })
         .collect();
     std::fs::write(folder.path().join("wrist.f32"), &bytes).unwrap();
-    let raw = "kind = \"free-living\"\n[recording]\nfile = \"wrist.f32\"\nformat = \"f32\"\ncolumns = { x = 1, y = 2, z = 3 }\ntemperature = 4\n";
+    let raw = "kind = \"free-living\"\n[recording]\nfile = \"wrist.f32\"\nformat = \"f32\"\ncolumns = { x = 1, y = 2, z = 3 }\ntemperature = 4\nunit = \"g\"\n";
     let from_floats = calibrate(folder.path(), &format!("{raw}sampling_rate_Hz = 5\n")).unwrap();
     let body = "kind = \"free-living\"\n[recording]\nfile = \"wrist.csv\"\ncolumns = { x = \"x\", y = \"y\", z = \"z\" }\ntemperature = \"temperature\"\n";
     let from_text = calibrate(folder.path(), body).unwrap();
@@ -364,6 +364,8 @@ fn known_logger_as_raw_floats() {
         "{}",
         refused(raw)
     );
+    let unsaid = refused(&raw.replace("unit = \"g\"\n", "sampling_rate_Hz = 5\n"));
+    assert!(unsaid.contains("unit = \\\"g\\\""), "{unsaid}");
     let more = refused(&format!("{raw}sampling_rate_Hz = 5\nchannel_count = 3\n"));
     assert!(more.contains("channel 4 of 3"), "{more}");
     std::fs::write(folder.path().join("wrist.f32"), &bytes[..1003]).unwrap();

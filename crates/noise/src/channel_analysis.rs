@@ -16,7 +16,7 @@ use crate::{
 use proofmass_core::{Error, Watch};
 use proofmass_signal::{Detrend, Trend, Welch};
 use proofmass_uncertainty::{Figure, Finding};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Cosines in one point of the spectrum, at least.
 const TOGETHER: f64 = 3.0;
@@ -25,7 +25,7 @@ const TOGETHER: f64 = 3.0;
 pub(crate) struct Steps<'a> {
     watch: &'a dyn Watch,
     of: u64,
-    done: AtomicU64,
+    done: Mutex<u64>,
 }
 
 impl<'a> Steps<'a> {
@@ -33,7 +33,7 @@ impl<'a> Steps<'a> {
         Self {
             watch,
             of: 4 * channels as u64,
-            done: AtomicU64::new(0),
+            done: Mutex::new(0),
         }
     }
 
@@ -43,8 +43,9 @@ impl<'a> Steps<'a> {
     }
 
     fn one(&self) -> Result<(), Error> {
-        let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
-        self.watch.step("noise of the channels", done, self.of)
+        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        *done += 1;
+        self.watch.step("noise of the channels", *done, self.of)
     }
 }
 

@@ -54,10 +54,11 @@ pub fn render(report: &Report) -> Result<String, Error> {
     page.answer(report)?;
     page.meta(&report.meta);
     page.findings(&report.findings);
-    for section in report.sections.iter().filter(|s| s.place != Place::Page) {
+    let folded = |s: &&Section| s.place == Place::Page || s.blocks.iter().all(is_long);
+    for section in report.sections.iter().filter(|s| !folded(s)) {
         page.section(section)?;
     }
-    let rest = || report.sections.iter().filter(|s| s.place == Place::Page);
+    let rest = || report.sections.iter().filter(folded);
     if rest().next().is_some() {
         page.out
             .push_str("<div class=\"rest\">\n<h2>Details</h2>\n");
@@ -75,6 +76,11 @@ pub fn render(report: &Report) -> Result<String, Error> {
     }
     page.out.push_str("</body>\n</html>\n");
     Ok(page.out)
+}
+
+/// Whether a block is a table for those who look a row up: on paper it stands in the appendix.
+fn is_long(block: &Block) -> bool {
+    matches!(block, Block::Table(table) if table.rows.len() > LONG)
 }
 
 #[derive(Default)]
@@ -109,7 +115,7 @@ impl Page {
         }
         for block in &section.blocks {
             match block {
-                Block::Table(table) if table.rows.len() > LONG => {
+                Block::Table(table) if is_long(block) => {
                     let title = match table.caption.as_str() {
                         "" => section.title.as_str(),
                         caption => caption,
@@ -126,10 +132,14 @@ impl Page {
 
     /// A section that only some readers open.
     fn folded(&mut self, section: &Section) -> Result<(), Error> {
-        self.details(
-            &format!("<h3>{}</h3>", marked(&section.title)),
-            &section.blocks,
-        )
+        let rows = match &section.blocks[..] {
+            [Block::Table(table)] if table.rows.len() > LONG => {
+                format!(": {} rows", table.rows.len())
+            }
+            _ => String::new(),
+        };
+        let summary = format!("<h3>{}</h3>{rows}", marked(&section.title));
+        self.details(&summary, &section.blocks)
     }
 
     fn details(&mut self, summary: &str, blocks: &[Block]) -> Result<(), Error> {
@@ -193,11 +203,17 @@ impl Page {
     }
 
     fn key_figures(&mut self, figures: &[KeyFigure]) {
-        self.out.push_str("<dl class=\"key\">\n");
+        // Many are a list, one line each, on a phone some are too.
+        let class = match figures.len() {
+            0..=4 => "key",
+            5..=6 => "key some",
+            _ => "key many",
+        };
+        let _ = writeln!(self.out, "<dl class=\"{class}\">");
         for figure in figures {
             let _ = write!(
                 self.out,
-                "<div><dt>{}</dt><dd><span class=\"value\">{}</span>",
+                "<div><dt>{}</dt><dd><span class=\"size\"><span class=\"value\">{}</span>",
                 marked(&figure.label),
                 escape(&minus(&figure.value))
             );
@@ -208,8 +224,9 @@ impl Page {
                     escape(&figure.unit)
                 );
             }
+            self.out.push_str("</span>");
             if !figure.note.is_empty() {
-                let _ = write!(self.out, "<small>{}</small>", marked(&figure.note));
+                let _ = write!(self.out, " <small>{}</small>", marked(&figure.note));
             }
             self.out.push_str("</dd></div>\n");
         }

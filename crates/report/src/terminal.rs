@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
-use crate::grouping::{groups, standing};
+use crate::grouping::{Group, groups, standing};
 use crate::number::{cell_text, minus, quotient, split_at_point};
 use proofmass_core::Visible;
 use proofmass_uncertainty::{Finding, Severity};
@@ -15,6 +15,11 @@ pub struct Options {
     /// Whether ANSI escapes may be written.
     pub colour: bool,
 }
+
+/// Lines of result, verdict, findings and what was read, at most: a terminal shows them at once.
+const SCREEN: usize = 25;
+/// A label and value of more characters have a line of their own.
+const BRIEF: usize = 40;
 
 /// The report as text; a figure is a line with its caption.
 ///
@@ -43,16 +48,14 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     if let Some(figure) = &report.answer.figure {
         text.hanging("figure: ", &figure.caption);
     }
-    text.findings(&report.findings);
-    if !report.meta.is_empty() {
-        text.out.push('\n');
-    }
-    let names = report.meta.iter().map(|(name, _)| clean(name));
-    let names: Vec<String> = names.collect();
-    let label = names.iter().map(|name| width_of(name)).max().unwrap_or(0);
-    for (name, (_, value)) in names.iter().zip(&report.meta) {
-        text.hanging(&format!("{}  ", pad(name, label)), value);
-    }
+    let mut head = Text {
+        out: String::new(),
+        ..text
+    };
+    head.meta(&report.meta);
+    let taken = text.out.lines().count() + head.out.lines().count();
+    text.findings(&report.findings, SCREEN.saturating_sub(taken));
+    text.out.push_str(&head.out);
     for section in &report.sections {
         text.out.push('\n');
         if !section.title.is_empty() {
@@ -76,6 +79,31 @@ struct Text {
     out: String,
     width: usize,
     colour: bool,
+}
+
+/// How much of a finding is said.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Detail {
+    /// One line, cut where it is too long.
+    Cut,
+    /// The whole sentence.
+    Whole,
+    /// And, where a decision is needed, what to do.
+    Advised,
+}
+
+/// A text of one line, cut at a word.
+fn cut(text: &str, width: usize) -> String {
+    if width_of(text) <= width {
+        return text.to_owned();
+    }
+    let first = wrap(text, width.saturating_sub(1).max(1))
+        .into_iter()
+        .next();
+    format!(
+        "{}…",
+        first.unwrap_or_default().trim_end_matches([',', ':', ';'])
+    )
 }
 
 impl Text {
@@ -124,7 +152,7 @@ impl Text {
                     self.line(&format!("    {}", clean(line)));
                 }
             }
-            Block::Findings(findings) => self.findings(findings),
+            Block::Findings(findings) => self.findings(findings, usize::MAX),
             Block::KeyFigures(figures) => self.key_figures(figures),
             Block::Table(table) => self.table(table)?,
             Block::Beside(tables) => {
@@ -163,33 +191,91 @@ impl Text {
         }
     }
 
-    /// One line for alike ones, and what is to be done where a decision is needed.
-    fn findings(&mut self, findings: &[Finding]) {
-        let groups = groups(findings);
-        if !groups.is_empty() {
+    /// What a reader files it by: short ones share a line.
+    fn meta(&mut self, meta: &[(String, String)]) {
+        if !meta.is_empty() {
             self.out.push('\n');
         }
-        for group in &groups {
-            let code = match group.severity() {
-                Severity::Decision => "1;31",
-                Severity::Warning => "1;33",
-                Severity::Note => "1;34",
-            };
-            let name = group.severity().to_string();
-            let start = self.out.len();
-            let line = format!("{} [{}]", group.line, group.code());
-            self.hanging(&format!("{name}: "), &line);
-            // Coloured after wrapping: an escape has no width.
-            let coloured = self.styled(&name, code);
-            self.out.replace_range(start..start + name.len(), &coloured);
-            let advice = group.members[0].advice_text();
-            if group.severity() == Severity::Decision && !advice.is_empty() {
-                self.wrapped(advice, "    ");
-            }
+        let named = |(name, value): &(String, String)| format!("{}  {}", clean(name), clean(value));
+        let (brief, long): (Vec<_>, Vec<_>) =
+            meta.iter().partition(|m| width_of(&named(m)) <= BRIEF);
+        for (name, value) in long {
+            self.hanging(&format!("{}  ", clean(name)), value);
+        }
+        let brief: Vec<String> = brief
+            .iter()
+            .map(|m| named(m).replace(' ', "\u{a0}"))
+            .collect();
+        if !brief.is_empty() {
+            self.wrapped(&brief.join(" · "), "");
+            self.out = self.out.replace('\u{a0}', " ");
+        }
+    }
+
+    /// One line for alike ones, and what is to be done where a decision is needed; shorter where that takes more than `room`
+    /// lines.
+    fn findings(&mut self, findings: &[Finding], room: usize) {
+        let groups = groups(findings);
+        if groups.is_empty() {
+            return;
         }
         let says = |f: &Finding| !f.evidence_text().is_empty() || !f.advice_text().is_empty();
-        if findings.iter().any(says) {
-            self.wrapped("Evidence and advice: on the page and in result.json.", "");
+        let more = findings.iter().any(says);
+        let told = |detail: Detail, shown: usize| {
+            let mut text = Text {
+                out: "\n".to_owned(),
+                ..*self
+            };
+            for group in &groups[..shown] {
+                text.group(group, detail);
+            }
+            if shown < groups.len() {
+                let codes: Vec<&str> = groups[shown..].iter().map(|g| g.code()).collect();
+                let line = format!("and of {} more kinds: {}", codes.len(), codes.join(", "));
+                text.line(&cut(&line, text.width));
+            }
+            if more {
+                text.wrapped("Evidence and advice: on the page and in result.json.", "");
+            }
+            text.out
+        };
+        let whole = [Detail::Advised, Detail::Whole, Detail::Cut]
+            .into_iter()
+            .map(|detail| told(detail, groups.len()))
+            .find(|text| text.lines().count() <= room);
+        let text = whole.unwrap_or_else(|| {
+            let shown = room.saturating_sub(3).clamp(1, groups.len());
+            told(Detail::Cut, shown)
+        });
+        self.out.push_str(&text);
+    }
+
+    fn group(&mut self, group: &Group<'_>, detail: Detail) {
+        let code = match group.severity() {
+            Severity::Decision => "1;31",
+            Severity::Warning => "1;33",
+            Severity::Note => "1;34",
+        };
+        let name = group.severity().to_string();
+        let start = self.out.len();
+        let head = format!("{name}: ");
+        let tail = format!(" [{}]", group.code());
+        match detail {
+            Detail::Cut => {
+                let room = self.width.saturating_sub(width_of(&head) + width_of(&tail));
+                self.line(&format!("{head}{}{tail}", cut(&clean(&group.line), room)));
+            }
+            Detail::Whole | Detail::Advised => {
+                self.hanging(&head, &format!("{}{tail}", group.line));
+            }
+        }
+        // Coloured after wrapping: an escape has no width.
+        let coloured = self.styled(&name, code);
+        self.out.replace_range(start..start + name.len(), &coloured);
+        let advice = group.members[0].advice_text();
+        let advised = detail == Detail::Advised && group.severity() == Severity::Decision;
+        if advised && !advice.is_empty() {
+            self.wrapped(advice, "    ");
         }
     }
 

@@ -4,6 +4,7 @@ use proofmass_report::{
     Axis, BarPlot, Cell, Column, Error, KeyFigure, MatrixPlot, Place, Plot, Report, Section,
     Series, SpherePlot, Table, XyPlot, html, terminal,
 };
+use proofmass_uncertainty::Severity;
 
 #[path = "../examples/gallery/content.rs"]
 mod gallery;
@@ -256,9 +257,9 @@ fn law_a_page_opens_with_the_answer_and_folds_the_rest() {
         "k = 2.00, 95 %",
         "within −3 dB",
         "<figure>",
-        "Result</h2>",
-        "<summary>Readings: 40 rows",
         "Details</h2>",
+        // A table for those who look a row up belongs to the appendix.
+        "Result</h3>: 40 rows",
         "Curves</h3>",
         "Another",
         "<script>",
@@ -279,4 +280,56 @@ fn law_a_page_opens_with_the_answer_and_folds_the_rest() {
     .unwrap();
     assert!(text.contains("1.20 ± 0.05 m/s²") && text.contains("16 more rows: readings.csv."));
     assert!(!text.contains("Curves"), "{text}");
+}
+
+proofmass_uncertainty::findings! {
+    DOUBTS;
+
+    /// Something is doubtful.
+    doubt(n: f64) = "doubt", [Note, Warning, Decision],
+        what "number {n}: something that takes more than one line of a terminal to be said is doubtful about this result",
+        evidence "seen {n} times",
+        advice "do what has to be done about it, and then do it once more";
+}
+
+/// However much is found, result, verdict, findings and what was read fit a screen; of few findings everything is said.
+#[test]
+fn law_the_opening_of_a_terminal_fits_a_screen() {
+    assert_eq!(DOUBTS.len(), 1);
+    let kinds = [
+        "a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m", "n",
+    ];
+    let report = |count: usize| {
+        let findings = kinds[..count].iter().enumerate().map(|(n, kind)| {
+            let severity = [Severity::Note, Severity::Warning, Severity::Decision][n % 3];
+            doubt(n as f64).at(severity).of_part(kind)
+        });
+        Report::new("Noise of a sensor")
+            .verdict("The noise is known.")
+            .answers((0..6).map(|n| KeyFigure::new(format!("N {n}"), "1.0 ± 0.1", "m/s²")))
+            .meta("Read", "a.csv: columns 1, 2, 3 in g by the heading; 100 Hz by column 1 time in s by the heading")
+            .meta("Model", "ADXL355")
+            .meta("Evaluated on", "2026-01-01")
+            .findings(findings)
+    };
+    for (count, width) in [(0, 100), (1, 100), (3, 100), (7, 100), (14, 100), (14, 60)] {
+        let options = terminal::Options {
+            width,
+            colour: false,
+        };
+        let text = terminal::render(&report(count), &options).expect("text");
+        assert!(text.lines().count() <= 25, "{count} of {width}:\n{text}");
+        assert!(text.lines().all(|l| l.chars().count() <= width), "{text}");
+        assert!(text.contains("The noise is known."), "{text}");
+        assert!(
+            text.contains("Model  ADXL355 · Evaluated on  2026-01-01"),
+            "{text}"
+        );
+    }
+    let options = terminal::Options {
+        width: 100,
+        colour: false,
+    };
+    let few = terminal::render(&report(3), &options).expect("text");
+    assert!(few.contains("do what has to be done"), "{few}");
 }

@@ -8,7 +8,7 @@ use crate::oscillator::{Oscillator, Reading};
 use proofmass_core::{Error, Unwatched, Watch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// What of an oscillator on the moving base is looked at. x is the displacement of its mass relative to the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -242,18 +242,19 @@ impl ShockSpectrum {
             .chunks(kernel::LANES)
             .chain(fast.chunks(kernel::LANES))
             .collect();
-        let (done, total) = (AtomicU64::new(0), blocks.len() as u64);
+        let (done, total) = (Mutex::new(0), blocks.len() as u64);
+        let told = |more: u64| {
+            let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+            *done += more;
+            watch.step("response spectrum", *done, total)
+        };
         let parts: Vec<Vec<Extremes>> = blocks
             .par_iter()
             .map(|indices| {
-                let shown = || done.load(Ordering::Relaxed);
                 let block: Vec<Oscillator> = indices.iter().map(|k| oscillators[*k]).collect();
                 let kappas: Vec<Reading> = block.iter().map(|o| self.response.reading(o)).collect();
-                let extremes = kernel::extremes(&block, &kappas, &task, &|| {
-                    watch.step("response spectrum", shown(), total)
-                });
-                done.fetch_add(1, Ordering::Relaxed);
-                extremes
+                let extremes = kernel::extremes(&block, &kappas, &task, &|| told(0))?;
+                told(1).map(|()| extremes)
             })
             .collect::<Result<_, _>>()?;
         let mut extremes = vec![Extremes::default(); oscillators.len()];

@@ -3,7 +3,7 @@
 use crate::{
     MeanNoise, MultiPosition, MultiPositionFit, Pose, Samples, Segment, Standstill, ThresholdSweep,
 };
-use proofmass_core::{Error, Gravity};
+use proofmass_core::{Error, Gravity, Unwatched};
 
 /// A multi-position calibration with everything it went through.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,7 @@ impl StandstillCalibration {
         search: &Standstill,
         settings: &MultiPosition,
     ) -> Result<Self, Error> {
-        let sweep = ThresholdSweep::run(samples, rate, breaks, search, settings)?;
+        let sweep = ThresholdSweep::run(samples, rate, breaks, search, settings, &Unwatched)?;
         Self::of_sweep(samples, sweep, settings, StandstillEstimator::LeastSquares)
     }
 

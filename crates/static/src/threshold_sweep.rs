@@ -2,9 +2,10 @@
 
 use crate::hold::Holds;
 use crate::{MultiPosition, Pose, Samples, Segment, Standstill, WindowedVariance};
-use proofmass_core::Error;
+use proofmass_core::{Error, Watch};
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::sync::{Mutex, PoisonError};
 
 /// One threshold of a sweep and what came of it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -58,13 +59,14 @@ impl ThresholdSweep {
     ///
     /// # Errors
     /// Those of [`WindowedVariance::new`]; else the error of the fit at the threshold that found most
-    /// standstills, when no threshold led to a fit.
+    /// standstills, when no threshold led to a fit; [`Error::Cancelled`].
     pub fn run(
         samples: &Samples<'_>,
         rate: f64,
         breaks: &[usize],
         search: &Standstill,
         fit: &MultiPosition,
+        watch: &dyn Watch,
     ) -> Result<Self, Error> {
         if let Some(threshold) = search.threshold {
             if !(threshold.is_finite() && threshold > 0.0) {
@@ -86,9 +88,18 @@ impl ThresholdSweep {
         }
         let mut found: Vec<(f64, Self)> = Vec::new();
         let mut refused = None;
-        for search in search.windows(rate) {
-            match Self::with_window(samples, rate, breaks, &search, fit) {
+        let all = WindowedVariance::ladder().count() as u64;
+        let windows = search.windows(rate).count() as u64;
+        for (number, search) in (0..).zip(search.windows(rate)) {
+            let done = Mutex::new(number * all);
+            let told = || {
+                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                *done += 1;
+                watch.step("standstills", *done, windows * all)
+            };
+            match Self::with_window(samples, rate, breaks, &search, fit, &told) {
                 Ok(sweep) => found.push(sweep),
+                Err(cancelled @ Error::Cancelled { .. }) => return Err(cancelled),
                 Err(error) => refused = refused.or(Some(error)),
             }
         }
@@ -112,13 +123,17 @@ impl ThresholdSweep {
         breaks: &[usize],
         search: &Standstill,
         fit: &MultiPosition,
+        told: &(dyn Fn() -> Result<(), Error> + Sync),
     ) -> Result<(f64, Self), Error> {
         let windowed = WindowedVariance::new(samples, rate, breaks, search)?;
         let thresholds: Vec<f64> = WindowedVariance::ladder().collect();
         let tried: Vec<(Candidate, Vec<Segment>, Option<Error>)> = thresholds
             .into_par_iter()
-            .map(|threshold| try_threshold(samples, &windowed, threshold, fit))
-            .collect();
+            .map(|threshold| {
+                let tried = try_threshold(samples, &windowed, threshold, fit);
+                told().map(|()| tried)
+            })
+            .collect::<Result<_, _>>()?;
         let figures = || tried.iter().filter_map(|(c, ..)| Some((c, c.figure?)));
         let limit = figures()
             .min_by(|a, b| a.1.total_cmp(&b.1))

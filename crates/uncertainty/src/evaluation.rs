@@ -234,7 +234,10 @@ impl UncertaintyModel {
         );
         let sampled = sampled.ok();
         findings.extend(linear.iter().flat_map(|l| l.findings().iter().cloned()));
-        findings.extend(sampled.iter().flat_map(|s| s.findings.iter().cloned()));
+        let of_trials = sampled.iter().flat_map(|s| s.findings.iter().cloned());
+        let (unstable, of_trials): (Vec<Finding>, Vec<Finding>) =
+            of_trials.partition(|f| f.code() == "too-few-trials");
+        findings.extend(of_trials);
         let validations = match (&linear, &sampled) {
             (Some(linear), Some(sampled)) => {
                 let judged = sampled.validate(linear, options.check_digits);
@@ -282,6 +285,12 @@ impl UncertaintyModel {
                 effects: Vec::new(),
             });
         }
+        findings.extend(
+            outputs
+                .iter()
+                .filter_map(|o| doubts::second_order(o, options)),
+        );
+        findings.extend(doubts::too_few(unstable.first(), &outputs, options));
         self.effects(&joint, &equations, options, &mut outputs, progress)?;
         let (stated, table) = passed::on(
             &mut outputs,
@@ -409,7 +418,8 @@ fn of_few_degrees(
         .collect();
     for again in sampled.validate_quantities(&known, options.check_digits) {
         for first in judged.iter_mut().filter(|v| v.name == again.name) {
-            first.few_degrees_of_freedom = again.verdict != Verdict::NotValidated;
+            first.few_degrees_of_freedom =
+                first.verdict != Verdict::Validated && again.verdict != Verdict::NotValidated;
             first.curvature = Some(again.relative);
         }
     }

@@ -60,12 +60,26 @@ crate::findings! {
         evidence "{causes}",
         advice "list those that are not the same under `independent` of one of the results";
 
-    /// An earlier result has findings that need a decision: what is computed from it does as well.
+    /// An earlier result has findings that need a decision, or it or its model was changed since: what is computed from it needs
+    /// one as well.
     earlier_result_in_doubt(file: &str, doubts: &str) =
         "earlier-result-in-doubt", [Decision],
         what "the earlier result {file} needs a decision before it is used",
         evidence "{doubts}",
         advice "settle it there and evaluate both again";
+
+    /// The folder of an earlier result has no list of its files: an edit of it that contradicts nothing could not be told.
+    earlier_result_unlisted(file: &str) =
+        "earlier-result-unlisted", [Note],
+        what "no manifest.json beside {file} says that it is as it was written",
+        advice "keep the folder of a result whole, and sign results that others build on";
+
+    /// Two earlier results share causes and have trials, because curvature moves their ends: one is drawn by its causes instead, which
+    /// keeps what they share and loses the curvature.
+    earlier_result_linearised(file: &str) =
+        "earlier-result-linearised", [Warning],
+        what "{file} is taken as the law of propagation states it, for the causes that it shares with another result",
+        advice "compute both results in one model where the ends of the interval matter";
 
     /// Two earlier results that are stated by their trials have a cause in common: rows of two tables cannot be drawn together.
     shared_causes_of_trials(causes: &str) =

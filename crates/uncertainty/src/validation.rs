@@ -56,9 +56,9 @@ impl Validation {
     /// makes of the difference speaks neither way.
     pub(crate) fn passes_on(&self) -> bool {
         let largest = self.lower.max(self.upper);
-        let by_chance = 2.0 * self.scatter / largest * self.relative;
-        let far = |relative: f64| relative - by_chance > ENDS;
-        !(largest > 0.0 && far(self.curvature.unwrap_or(self.relative)))
+        let by_chance = 2.0 * self.scatter * self.relative / largest;
+        // Ends that agree exactly, or are not finite, are not far.
+        !(self.curvature.unwrap_or(self.relative) - by_chance > ENDS)
     }
 
     /// Whether Monte Carlo refutes the linearity of the model.

@@ -546,3 +546,60 @@ fn law_units_are_looked_at() {
         ""
     );
 }
+
+/// `[GUM] H.1.7`: terms of second order bring u from 32 nm to 34 nm. To one digit of u both are the same, as Monte Carlo says, and nothing
+/// contradicts it; by terms of second order alone, two digits are refused.
+#[test]
+fn published_terms_of_second_order_are_judged_by_the_digits_that_count() {
+    let text = include_str!("../../../reference/gum/gum-h1.toml");
+    let result = evaluate_with(text, Evaluate::default().trials).unwrap();
+    let l = &result.outputs[0];
+    assert!(l.validation.as_ref().unwrap().holds());
+    assert!(!has(&result, "linear-result-not-validated"));
+    let linear = l.linear.as_ref().unwrap();
+    let second = linear.second_order.unwrap();
+    let agrees = |digits| second.agrees(&linear.quantity, 0.95, digits);
+    assert_eq!((agrees(1), agrees(2)), (true, false));
+    // k (33.8 − 31.66) with t(16.75) = 2.11.
+    let departure = second.departure(&linear.quantity, 0.95);
+    assert!((departure - 2.11 * 2.1).abs() < 0.3, "{departure}");
+}
+
+/// Several outputs and figures that are not stable are one finding, with every name.
+#[test]
+fn regress_too_few_trials_are_said_once() {
+    let text = input("x", "value = 1\nu = 0.0351")
+        + "[[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"x^2\"\n\
+           [[output]]\nname = \"z\"\nunit = \"1\"\nexpression = \"2 * x^2\"\n";
+    let model: UncertaintyModel = toml::from_str(&text).unwrap();
+    let options = Evaluate {
+        check_digits: 3,
+        trials: Trials::Adaptive {
+            digits: 4,
+            max: 80_000,
+        },
+        ..Evaluate::default()
+    };
+    let result = model
+        .evaluate(&options, &mut |_| ControlFlow::Continue(()))
+        .unwrap();
+    let few = result
+        .findings
+        .iter()
+        .filter(|f| f.code() == "too-few-trials");
+    assert_eq!(few.count(), 1, "{:?}", result.findings);
+}
+
+/// An output whose square no number holds takes nothing from another.
+#[test]
+fn regress_a_covariance_beyond_numbers_refuses_nothing() {
+    let text = input("x", "value = 0\nu = 1")
+        + "[[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"x\"\n\
+           [[output]]\nname = \"z\"\nunit = \"1\"\nexpression = \"exp(100 * x)\"\n";
+    let result = evaluate(&text);
+    let y = result.get("y").unwrap().monte_carlo.as_ref().unwrap();
+    let u = y.standard_uncertainty.unwrap();
+    // 200 000 trials: 0.16 % is one standard deviation of u.
+    assert!((u - 1.0).abs() < 0.01, "{u}");
+    assert!(has(&result, "no-standard-deviation"));
+}

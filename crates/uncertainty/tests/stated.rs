@@ -202,6 +202,46 @@ fn known_a_refuted_result_is_passed_on_as_stated() {
     close(z.stated.value, 3.0 * first.outputs[0].stated.value, 0.05);
 }
 
+/// 1/x of N(3, 1) has no mean: the median is stated, and whoever reads it draws the trials where they lie.
+#[test]
+fn regress_a_result_without_a_mean_is_not_moved() {
+    let first = evaluate(&(input("x", "value = 3\nu = 1") + &output("y", "1/x")));
+    let stated = &first.outputs[0].stated;
+    assert!(stated.standard_uncertainty.is_none());
+    let later = second(&[(&first, "q = \"y\"")], &output("z", "q"));
+    let z = later.outputs[0].monte_carlo.as_ref().unwrap();
+    // 20 000 rows: a quantile at 2.5 % is known to 1 % of the width.
+    let width = stated.interval.upper - stated.interval.lower;
+    close(z.median, stated.value, 0.02 * width);
+    close(z.symmetric.lower, stated.interval.lower, 0.03 * width);
+    close(z.symmetric.upper, stated.interval.upper, 0.03 * width);
+}
+
+/// Two results that curvature moves, with a cause in common: it cancels in their difference, and what that costs is said.
+#[test]
+fn known_what_curved_results_share_is_drawn_by_the_law_of_propagation() {
+    let first = evaluate(&(input("x", "value = 1\nu = 0.05") + &output("y", "x^2")));
+    let table = first.table.as_ref().expect("trials are passed on");
+    assert!(table.columns[0].loose);
+    let later = second(
+        &[(&first, "a = \"y\""), (&first, "b = \"y\"")],
+        &output("z", "a - b + 0 * a"),
+    );
+    assert!(
+        later
+            .findings
+            .iter()
+            .any(|f| f.code() == "earlier-result-linearised")
+    );
+    let u = later.outputs[0]
+        .monte_carlo
+        .as_ref()
+        .unwrap()
+        .standard_uncertainty;
+    // One of the two follows from the cause in the row of the other: only curvature is left, u(x)² √2.
+    assert!(u.unwrap() < 0.01, "{u:?}");
+}
+
 /// What a refuted result shares with another correlates them, in the trials and by the law of propagation.
 #[test]
 fn known_a_cause_shared_with_a_refuted_result() {

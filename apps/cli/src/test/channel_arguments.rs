@@ -57,15 +57,7 @@ pub(super) struct ChannelArguments {
 impl ChannelArguments {
     /// The recording with that channel alone.
     pub(super) fn read(&self, path: &Path) -> Result<RecordedChannels, Failure> {
-        let wanted = [wanted(&self.column, self.unit)];
+        let wanted = [WantedChannel::new(self.column.clone(), self.unit, "--unit")];
         Ok(self.clock.read(Source::open(path)?, &wanted)?)
-    }
-}
-
-/// A column with a unit that may be stated.
-pub(super) fn wanted(column: &ColumnRef, unit: Option<Unit>) -> WantedChannel {
-    WantedChannel {
-        column: column.clone(),
-        unit,
     }
 }

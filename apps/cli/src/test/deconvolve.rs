@@ -1,7 +1,7 @@
 //! `proofmass test deconvolve`.
 
 use super::channel_arguments::ChannelArguments;
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{not_negative, positive};
@@ -49,7 +49,7 @@ impl Deconvolve {
         job.quiet = self.quiet;
         let outcome = job.evaluate_recording(&model, &recording, &Progress::new())?;
         let mut record = record(
-            format!("Input behind {}", self.recording.display()),
+            format!("Input behind {}", named(&self.recording)),
             vec![model.input.clone(), recording.input.clone()],
         );
         record.device = model.device.clone();

@@ -1,13 +1,12 @@
 //! `proofmass test levels`.
 
-use super::channel_arguments::wanted;
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::linearity::{LinearityJob, LinearityOutcome, RecordedLevels};
-use proofmass::jobs::{Job, Outcome as _, StoredResult};
+use proofmass::jobs::{Job, Outcome as _, StoredResult, WantedChannel};
 use std::path::PathBuf;
 
 /// Linearity over the amplitude at one frequency.
@@ -42,13 +41,17 @@ impl Levels {
             .delivery
             .begin(LinearityOutcome::KIND, &[&self.table])?;
         let columns = [
-            wanted(&self.level, self.level_unit),
-            wanted(&self.output_column, self.output_unit),
-            wanted(&self.output_u, self.output_unit),
+            WantedChannel::new(self.level.clone(), self.level_unit, "--level-unit"),
+            WantedChannel::new(
+                self.output_column.clone(),
+                self.output_unit,
+                "--output-unit",
+            ),
+            WantedChannel::new(self.output_u.clone(), self.output_unit, "--output-unit"),
         ];
         let levels = RecordedLevels::read(Source::open(&self.table)?, &columns)?;
         let outcome = LinearityJob::default().evaluate(&levels.data()?, &Progress::new())?;
-        let title = format!("Linearity over the level, {}", self.table.display());
+        let title = format!("Linearity over the level, {}", named(&self.table));
         let record = record(title, vec![levels.input()]);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

@@ -1,6 +1,6 @@
 //! `proofmass test model`.
 
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -76,7 +76,7 @@ impl Model {
         job.band = self.band;
         job.reference_frequency = self.reference_frequency;
         let outcome = job.evaluate(&points.data(), &Progress::new())?;
-        let title = format!("Model of a frequency response, {}", self.table.display());
+        let title = format!("Model of a frequency response, {}", named(&self.table));
         let record = record(title, vec![points.input()]);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

@@ -1,7 +1,7 @@
 //! `proofmass test motion`.
 
 use super::channel_arguments::ChannelArguments;
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -64,7 +64,7 @@ impl Motion {
         };
         let outcome = job.evaluate(&data, &Progress::new())?;
         let record = record(
-            format!("Motion, {}", self.recording.display()),
+            format!("Motion, {}", named(&self.recording)),
             vec![recording.input.clone()],
         );
         self.delivery

@@ -1,7 +1,7 @@
 //! `proofmass test random`, `impact`, `sweep`, `steps`.
 
-use super::channel_arguments::{StandardArguments, wanted};
-use crate::clock::record;
+use super::channel_arguments::StandardArguments;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -9,7 +9,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::response::{Excitation, ResponseJob, ResponseOutcome, ResponseRecordings};
-use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult};
+use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult, WantedChannel};
 use proofmass::signal::transfer::Estimator;
 use std::path::{Path, PathBuf};
 
@@ -180,8 +180,12 @@ impl Common {
         let certificate = self.standard.read()?;
         job.standard = certificate.as_ref().map(|c| c.table.clone());
         let columns = [
-            wanted(&self.input, self.input_unit),
-            wanted(&self.output_column, self.output_unit),
+            WantedChannel::new(self.input.clone(), self.input_unit, "--input-unit"),
+            WantedChannel::new(
+                self.output_column.clone(),
+                self.output_unit,
+                "--output-unit",
+            ),
         ];
         let sources = paths.iter().map(Source::open);
         let sources = sources.collect::<Result<Vec<_>, _>>()?;
@@ -191,7 +195,10 @@ impl Common {
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         data.findings = &findings;
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let title = format!("Frequency response, {}", recordings.name());
+        let title = format!(
+            "Frequency response, {}",
+            named(Path::new(recordings.name()))
+        );
         let mut files = recordings.inputs();
         files.extend(certificate.map(|c| c.input));
         let record = record(title, files);

@@ -1,7 +1,7 @@
 //! `proofmass test shock`.
 
-use super::channel_arguments::{StandardArguments, wanted};
-use crate::clock::record;
+use super::channel_arguments::StandardArguments;
+use crate::clock::{self, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
@@ -9,7 +9,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::shock::Tolerance;
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::shock::{ShockData, ShockJob, ShockOutcome, required_spectrum};
-use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult};
+use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult, WantedChannel};
 use proofmass::signal::{Peaks, PulseShape};
 use std::path::{Path, PathBuf};
 
@@ -120,9 +120,13 @@ impl Shock {
         named.extend(self.required_spectrum.as_deref());
         let folder = self.delivery.begin(ShockOutcome::KIND, &named)?;
         let certificate = self.standard.read()?;
-        let mut channels = vec![wanted(&self.column, self.unit)];
+        let mut channels = vec![WantedChannel::new(self.column.clone(), self.unit, "--unit")];
         if let Some(reference) = &self.reference {
-            channels.push(wanted(reference, self.reference_unit));
+            channels.push(WantedChannel::new(
+                reference.clone(),
+                self.reference_unit,
+                "--reference-unit",
+            ));
         }
         let recording = self.clock.read(Source::open(&self.recording)?, &channels)?;
         let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();
@@ -150,7 +154,10 @@ impl Shock {
             inputs.push(input);
         }
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = record(format!("Shock test, {}", self.recording.display()), inputs);
+        let record = record(
+            format!("Shock test, {}", clock::named(&self.recording)),
+            inputs,
+        );
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

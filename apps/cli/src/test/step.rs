@@ -1,7 +1,7 @@
 //! `proofmass test step`.
 
 use super::channel_arguments::ChannelArguments;
-use crate::clock::record;
+use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
@@ -35,7 +35,7 @@ impl Step {
         };
         let outcome = StepJob::default().evaluate(&data, &Progress::new())?;
         let record = record(
-            format!("Step response, {}", self.recording.display()),
+            format!("Step response, {}", named(&self.recording)),
             vec![recording.input.clone()],
         );
         self.delivery

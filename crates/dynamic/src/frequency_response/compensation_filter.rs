@@ -201,7 +201,7 @@ impl FrequencyResponse {
                 max: rate,
             });
         }
-        watch.step("filter", 1, 1)?;
+        watch.step("filter", (length / 2) as u64, (length / 2) as u64)?;
         let at = |i: usize| response.iter().map(|r| r[bins[i]]).collect();
         let mut error = judge.over(band, half as f64 / rate, &frequencies, at)?;
         // The half length is taken out of the time by whoever applies the filter.

@@ -219,7 +219,13 @@ pub(super) fn is_binary(head: &[u8]) -> bool {
 }
 
 fn refuse_binary(head: &[u8]) -> Result<()> {
-    if head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]) {
+    // Latin letters in UTF-16 have a zero in every other byte, with a mark at the beginning or without.
+    let zeros = |first: usize| {
+        let mut bytes = head.iter().skip(first).step_by(2).take(32);
+        head.len() > 64 && bytes.all(|b| *b == 0)
+    };
+    let marked = head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]);
+    if marked || zeros(0) != zeros(1) {
         return Err(Error::new(ErrorKind::Format, "the text is coded as UTF-16")
             .with_hint("save it again as UTF-8 or plain ASCII"));
     }

@@ -5,7 +5,10 @@ use crate::page::measures::measures;
 use proofmass_report::{Block, Cell, KeyFigure, Report, Section};
 
 pub(super) fn add(page: Report, apply: &ApplyOutcome) -> Report {
-    let rows = format!("{} rows were compensated", apply.rows());
+    let rows = match apply.rows() {
+        1 => "One row was compensated".to_owned(),
+        n => format!("{n} rows were compensated"),
+    };
     let page = page
         .verdict(match apply.error() {
             Some(e) => format!(

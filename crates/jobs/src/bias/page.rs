@@ -2,6 +2,7 @@
 
 use super::outcome::{BiasOutcome, BiasRest};
 use crate::page::{AXES, MG};
+use crate::plural::count;
 use proofmass_core::velocity::BiasModel;
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::{
@@ -37,8 +38,8 @@ pub(super) fn add(page: Report, outcome: &BiasOutcome) -> Report {
             plot.series(Series::markers(name, &at[..n], &axis.normalised[..n]))
         });
     page.subtitle(format!(
-        "{} rests, {} means, {:.1} s",
-        outcome.rests().len(),
+        "{}, {} means, {:.1} s",
+        count(outcome.rests().len(), "rest"),
         updates.len(),
         to - from
     ))

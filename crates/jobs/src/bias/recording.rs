@@ -41,7 +41,7 @@ impl BiasRecording {
             return Err(Trouble::data("three columns are needed").detail(name));
         };
         let unit = reading
-            .common_unit([x, y, z])
+            .common_unit(&recording)
             .map_err(|e| e.detail(name.clone()))?;
         let (si, factor) = unit.si();
         if !si.is_acceleration() {

@@ -133,10 +133,13 @@ impl Draft {
         match (self.unit, layout.unit(first)) {
             (Some(unit), _) => line(format!("unit = \"{}\"", unit.ascii())),
             (None, Some(unit)) => line(format!("# unit: {unit}, by the heading")),
-            (None, None) => line(format!(
-                "# unit = \"{}\"               # likely, by the size of the outputs; or \"m/s²\", \"g\", \"mg\", \"count\", \"V\"",
-                layout.likely_unit(&signals).unwrap_or(Unit::Count)
-            )),
+            (None, None) => line(match layout.likely_unit(&signals) {
+                Some(likely) => format!(
+                    "# unit = \"{}\"               # likely, by the size of the outputs; or \"m/s²\", \"g\", \"mg\", \"count\", \"V\"",
+                    likely.ascii()
+                ),
+                None => "# unit = \"…\"                  # m/s², g, mg, count, V, …".to_owned(),
+            }),
         }
         match &self.temperature {
             Some(temperature) => line(format!("temperature = {}", column(temperature))),
@@ -206,50 +209,21 @@ impl Draft {
                 }
             },
         };
-        if let Some(columns) = columns {
-            let signals = columns
-                .iter()
-                .map(|column| layout.find(&ColumnRef::from_word(column)))
-                .collect::<Result<Vec<_>>>()
-                .map_err(|e| e.at(recording))?;
-            // Days of a logger are in g, as loggers write.
-            let known = signals.iter().all(|&i| layout.unit(i).is_some());
-            if self.unit.is_none() && !known && !self.free_living {
-                let likely = layout.likely_unit(&signals);
-                let option = likely.map_or("UNIT".to_owned(), |unit| unit.ascii().to_owned());
-                missing.push((
-                    layout.ask_unit(&signals).to_string(),
-                    format!("--unit {option}"),
-                ));
-            }
-        }
-        let readings = self.rows == RowsAre::Readings;
-        let time = match &self.time {
-            Some(time) => Some(
-                layout
-                    .find(&ColumnRef::from_word(time))
-                    .map_err(|e| e.at(recording))?,
-            ),
-            None if self.rate_hz.is_some() => None,
-            None => layout.time_column(),
+        let find = |word: &String| {
+            let index = layout.find(&ColumnRef::from_word(word));
+            index.map_err(|e| e.at(recording))
         };
-        match time {
-            None if self.rate_hz.is_none() && !readings => missing.push((
-                "no time column is found, and the sampling rate is not known".to_owned(),
-                "--rate HZ".to_owned(),
-            )),
-            Some(index) => {
-                if let Err(error) =
-                    ClockUnit::of(&layout, index, self.time_unit, self.rate_hz, false)
-                {
-                    let option = match error.hint().and_then(likely_time_unit) {
-                        Some(unit) => format!("--time-unit {unit}"),
-                        None => return Err(error.at(recording)),
-                    };
-                    missing.push((error.to_string(), option));
-                }
-            }
-            None => {}
+        let signals: Vec<usize> = columns.iter().flatten().map(find).collect::<Result<_>>()?;
+        let unsaid = Unsaid {
+            signals: &signals,
+            unit: self.unit,
+            time: self.time.as_ref().map(find).transpose()?,
+            time_unit: self.time_unit,
+            rate_hz: self.rate_hz,
+            timeless: self.rows == RowsAre::Readings,
+        };
+        for (what, option, _) in unsaid.list(&layout).map_err(|e| e.at(recording))? {
+            missing.push((what, option));
         }
         if missing.is_empty() {
             return Ok(());
@@ -348,6 +322,93 @@ impl Store for Drafted {
             return PathBuf::from(&self.name);
         }
         self.folder.describe(name)
+    }
+}
+
+/// What is said of the unit and the clock of a recording.
+pub(crate) struct Unsaid<'a> {
+    /// Columns of the outputs.
+    pub(crate) signals: &'a [usize],
+    /// Their unit.
+    pub(crate) unit: Option<Unit>,
+    /// Column of the times.
+    pub(crate) time: Option<usize>,
+    /// Its unit.
+    pub(crate) time_unit: Option<TimeUnit>,
+    /// Samples per second.
+    pub(crate) rate_hz: Option<f64>,
+    /// Whether rows have an order and no clock.
+    pub(crate) timeless: bool,
+}
+
+impl Unsaid<'_> {
+    /// What neither the recording nor anybody says: what it is, the option and the line of a campaign that say it.
+    pub(crate) fn list(&self, layout: &Layout) -> Result<Vec<(String, String, String)>> {
+        let mut list = Vec::new();
+        let own = |i: &usize| layout.unit(*i).is_some();
+        if self.unit.is_none() && !self.signals.iter().all(own) {
+            let likely = layout.likely_unit(self.signals);
+            let word = likely.map_or("UNIT", Unit::ascii);
+            list.push((
+                layout.ask_unit(self.signals).to_string(),
+                format!("--unit {word}"),
+                format!("unit = \"{word}\""),
+            ));
+        }
+        let time = match self.rate_hz {
+            Some(_) => self.time,
+            None => self.time.or_else(|| layout.time_column()),
+        };
+        match time {
+            None if self.rate_hz.is_none() && !self.timeless => list.push((
+                "no time column is found, and the sampling rate is not known".to_owned(),
+                "--rate HZ".to_owned(),
+                "sampling_rate_Hz = HZ".to_owned(),
+            )),
+            Some(index) => {
+                if let Err(error) =
+                    ClockUnit::of(layout, index, self.time_unit, self.rate_hz, false)
+                {
+                    let Some(unit) = error.hint().and_then(likely_time_unit) else {
+                        return Err(error);
+                    };
+                    list.push((
+                        error.to_string(),
+                        format!("--time-unit {unit}"),
+                        format!("time_unit = \"{unit}\""),
+                    ));
+                }
+            }
+            None => {}
+        }
+        Ok(list)
+    }
+
+    /// One refusal for all of it, with the lines to write into the campaign; `place` is what is not known of gravity.
+    pub(crate) fn refuse(&self, layout: &Layout, place: bool) -> Result<()> {
+        let mut list = self.list(layout)?;
+        if list.is_empty() && !place {
+            return Ok(());
+        }
+        if place {
+            list.push((
+                "where it was made".to_owned(),
+                String::new(),
+                "latitude_deg = DEGREES and height_m = METRES in [gravity]".to_owned(),
+            ));
+        }
+        let what: Vec<String> = list.iter().map(|l| l.0.clone()).collect();
+        let lines: Vec<&str> = list.iter().map(|l| l.2.as_str()).collect();
+        let what = match what.as_slice() {
+            [one] => one.clone(),
+            all => format!("not all of the recording is said: {}", all.join("; ")),
+        };
+        Err(
+            Error::new(ErrorKind::Configuration, what).with_hint(format!(
+                "write into [recording] of the campaign: {}",
+                lines.join(", ")
+            )),
+        )
     }
 }
 

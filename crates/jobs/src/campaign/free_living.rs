@@ -77,7 +77,7 @@ pub struct StreamTable {
     pub(crate) between_s: Option<[f64; 2]>,
     /// Temperature column, by name or number.
     pub(crate) temperature: Option<ColumnRef>,
-    /// Unit of the three axes: g unless told.
+    /// Unit of the three axes, where the headings do not say it.
     pub(crate) unit: Option<Unit>,
 }
 
@@ -146,6 +146,8 @@ impl FreeLivingCampaign {
                 format!("{rate} is not a positive number"),
             ));
         }
+        self.source
+            .check_between("recording", self.recording.between_s)?;
         match &self.gravity {
             Some(gravity) => gravity.check(&self.source),
             None => Ok(()),

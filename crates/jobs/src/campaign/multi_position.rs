@@ -1,10 +1,10 @@
 //! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
 
-use super::CampaignFile;
 use super::single_axis::twice;
+use super::{CampaignFile, Unsaid};
 use proofmass_io::SegmentRow;
 use proofmass_io::{Ambient, Device};
-use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator};
+use proofmass_io::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
 use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
 use proofmass_static::Terms;
 use serde::de::IgnoredAny;
@@ -300,6 +300,9 @@ pub struct AttitudeTable {
 impl MultiPositionCampaign {
     /// Refuses values that are impossible, each with its line.
     pub(super) fn check(&self) -> Result<()> {
+        if self.gravity.value.is_none() && self.gravity.latitude_deg.is_none() {
+            self.ask(true)?;
+        }
         self.gravity.check(&self.source)?;
         let table = &self.recording;
         let refuse =
@@ -346,6 +349,7 @@ impl MultiPositionCampaign {
             _ => Ok(()),
         };
         positive("recording", "sampling_rate_Hz", table.sampling_rate_hz)?;
+        self.source.check_between("recording", table.between_s)?;
         positive(
             "standstill",
             "minimum_duration_s",
@@ -472,6 +476,32 @@ impl MultiPositionCampaign {
                 .with_hint("give a number between 0.5 and 1, such as 0.95"));
         }
         Ok(())
+    }
+
+    /// Asks for all that neither the first recording nor the campaign says, in one refusal; `place` is part of it.
+    pub(crate) fn ask(&self, place: bool) -> Result<()> {
+        let (name, options) = (self.names().next(), self.recording_options());
+        let opened = name.and_then(|name| self.source.source(name).ok());
+        // What cannot be read is refused where it is read.
+        let layout = opened.and_then(|mut source| Layout::of(&mut source, &options.layout).ok());
+        let Some((layout, name)) = layout.zip(name) else {
+            return Ok(());
+        };
+        let signals: Vec<usize> = options
+            .columns
+            .iter()
+            .filter_map(|column| layout.find(column).ok())
+            .collect();
+        let unsaid = Unsaid {
+            signals: &signals,
+            unit: options.unit,
+            time: options.time.as_ref().and_then(|t| layout.find(t).ok()),
+            time_unit: options.time_unit,
+            rate_hz: options.sampling_rate_hz,
+            timeless: options.table,
+        };
+        let refused = unsaid.refuse(&layout, place);
+        refused.map_err(|e| e.at(&self.source.resolve(name)))
     }
 
     /// The recordings, with their paths resolved.

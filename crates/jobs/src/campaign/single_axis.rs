@@ -81,11 +81,13 @@ pub struct SingleAxisTable {
     pub(crate) position: Option<ColumnRef>,
     /// Time column, by name or number.
     pub(crate) time: Option<ColumnRef>,
-    /// `s`, `ms`, `us`, `ns` or `index`.
+    /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
     pub(crate) time_unit: Option<TimeUnit>,
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
+    /// The segment of every file that is read, from one time on and before another, s.
+    pub(crate) between_s: Option<[f64; 2]>,
     /// Unit of the output.
     pub(crate) unit: Option<Unit>,
 }
@@ -142,6 +144,7 @@ impl SingleAxisCampaign {
     pub(super) fn check(&self) -> Result<()> {
         self.gravity.check(&self.source)?;
         let (table, position) = (&self.recording, &self.position);
+        self.source.check_between("recording", table.between_s)?;
         let refuse = |table: &str, key: &str, what: &str, hint: &str| {
             Err(self.source.refuse(table, key, what).with_hint(hint))
         };
@@ -279,6 +282,7 @@ impl SingleAxisCampaign {
             // Readings have an order, not a clock.
             sampling_rate_hz: t.sampling_rate_hz,
             table: self.is_table() && t.time.is_none(),
+            between: t.between_s,
             ..RecordingOptions::default()
         };
         t.file

@@ -1,5 +1,6 @@
 //! The report of calibrations over frequency, held against each other.
 
+use crate::page::answer::plus_minus;
 use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
 use proofmass_dynamic::frequency_response::{
     ComparedPoint, Equivalence, ReferenceComparison, ReferenceElement, ResponseComparison,
@@ -88,32 +89,39 @@ fn beyond(pair: &ResponseComparison) -> usize {
 
 fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
     let points = &pair.points;
-    let largest = |of: fn(&ComparedPoint) -> f64| -> f64 {
-        points.iter().map(|p| of(p).abs()).fold(0.0, f64::max)
-    };
     let beyond = beyond(pair);
-    let mut figures = vec![
+    let farthest = |of: fn(&ComparedPoint) -> f64| {
+        let by_size = |p: &&ComparedPoint, q: &&ComparedPoint| of(p).abs().total_cmp(&of(q).abs());
+        points.iter().max_by(by_size)
+    };
+    let mut figures = Vec::new();
+    figures.extend(farthest(|p| p.modulus_en).map(|p| {
+        let difference = plus_minus(100.0 * p.modulus_difference, 100.0 * p.modulus_expanded);
+        KeyFigure::new("difference of the moduli", difference, "%").note(format!(
+            "{} %, at {} Hz, where |E_n| = {} is largest",
+            plain(100.0 * pair.probability),
+            plain(p.frequency),
+            two_digits(p.modulus_en.abs())
+        ))
+    }));
+    figures.extend(farthest(|p| p.phase_en).map(|p| {
+        let [difference, expanded] = [p.phase_difference, p.phase_expanded].map(f64::to_degrees);
         KeyFigure::new(
-            "largest |E_n|, modulus",
-            two_digits(largest(|p| p.modulus_en)),
-            "",
+            "difference of the phases",
+            plus_minus(difference, expanded),
+            "°",
         )
         .note(format!(
-            "difference up to {} %",
-            two_digits(100.0 * largest(|p| p.modulus_difference))
-        )),
-        KeyFigure::new(
-            "largest |E_n|, phase",
-            two_digits(largest(|p| p.phase_en)),
-            "",
-        )
-        .note(format!(
-            "difference up to {}°",
-            two_digits(largest(|p| p.phase_difference).to_degrees())
-        )),
+            "{} %, at {} Hz, where |E_n| = {} is largest",
+            plain(100.0 * pair.probability),
+            plain(p.frequency),
+            two_digits(p.phase_en.abs())
+        ))
+    }));
+    figures.push(
         KeyFigure::new("points with |E_n| above 1", beyond.to_string(), "")
             .note(format!("of {}", points.len())),
-    ];
+    );
     if let Some(whole) = &pair.whole {
         figures.push(
             KeyFigure::new("χ² of all differences", two_digits(whole.chi_square), "").note(

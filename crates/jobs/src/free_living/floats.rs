@@ -4,7 +4,7 @@ use super::FreeLivingWindows;
 use crate::campaign::FreeLivingCampaign;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
-use proofmass_io::{ColumnRef, Source, Unit};
+use proofmass_io::{ColumnRef, Source};
 use proofmass_static::StillWindows;
 use std::io::Read;
 
@@ -46,7 +46,13 @@ impl FreeLivingCampaign {
                 ),
             );
         }
-        let unit = table.unit.unwrap_or(Unit::StandardGravity);
+        let Some(unit) = table.unit else {
+            return Err(
+                Trouble::request(format!("{name}: the unit of the axes is not said")).with_hint(
+                    "raw floats have no headings: add unit = \"g\" (or \"m/s²\") to [recording]",
+                ),
+            );
+        };
         let (si, factor) = unit.si();
         if !si.is_acceleration() {
             return Err(Trouble::data(format!("{name}: {unit} is no acceleration"))

@@ -2,6 +2,7 @@
 
 use super::outcome::ModesOutcome;
 use crate::page::AXES;
+use crate::page::answer::stated_as;
 use crate::page::columns::{filed, number};
 use crate::page::words::words;
 use proofmass_fixture::{
@@ -38,6 +39,7 @@ pub(super) fn add(page: Report, outcome: &ModesOutcome) -> Report {
     let mut page = page
         .subtitle("Natural frequencies and mode shapes by finite elements")
         .verdict(outcome.verdict())
+        .answers(outcome.answers(&quantities))
         .section(outcome.frequencies(&quantities).summarised());
     let mut files = Vec::new();
     if !outcome.free {
@@ -52,9 +54,12 @@ pub(super) fn add(page: Report, outcome: &ModesOutcome) -> Report {
         page = page.section(searched(wanted, found).summarised());
         files.push(Table::of("", search_fields(wanted, found), &found.trials).file("search.csv"));
     }
+    if !outcome.free {
+        page = page.section(outcome.above_base());
+    }
     page = page.section(outcome.deformed(&quantities));
     if !outcome.free {
-        page = page.section(outcome.above_base()).section(outcome.along());
+        page = page.section(outcome.along());
     }
     if !outcome.sensitivities.is_empty() {
         page = page.section(outcome.budget());
@@ -85,28 +90,24 @@ impl ModesOutcome {
         match self.modes.iter().find(|m| m.weight() >= self.weight) {
             _ if self.free => format!("The free body swings first at {first}."),
             Some(m) => format!(
-                "The first mode lies at {first}, the first that matters at {}.",
+                "The first mode lies at {first}, the first relevant one at {}.",
                 hertz(m.frequency)
             ),
-            None => format!("The first mode lies at {first}; none of those calculated matters."),
+            None => {
+                format!("The first mode lies at {first}; none of those calculated is relevant.")
+            }
         }
     }
 
-    fn frequencies(&self, quantities: &[StatedQuantity]) -> Section {
-        let figure = |label: &str, m: usize| {
-            quantities.get(m).map(|q| {
-                let (value, expanded) = rounded(q.value, q.expanded);
-                let percent = plain(1e2 * self.probability);
-                KeyFigure::new(label, value, "Hz").note(format!("± {expanded} Hz, {percent} %"))
-            })
-        };
+    fn answers(&self, quantities: &[StatedQuantity]) -> Vec<KeyFigure> {
+        let figure = |label: &str, m: usize| quantities.get(m).map(|q| stated_as(label, q));
         let mut figures: Vec<KeyFigure> = figure("first mode", 0).into_iter().collect();
         if !self.free {
-            let matters = self.modes.iter().position(|m| m.weight() >= self.weight);
-            match matters {
-                Some(m) => figures.extend(figure("first mode that matters", m)),
+            let relevant = self.modes.iter().position(|m| m.weight() >= self.weight);
+            match relevant {
+                Some(m) => figures.extend(figure("first relevant mode", m)),
                 None => figures.push(
-                    KeyFigure::new("first mode that matters", "none", "")
+                    KeyFigure::new("first relevant mode", "none", "")
                         .note(format!("of the {} calculated", self.modes.len())),
                 ),
             }
@@ -121,18 +122,20 @@ impl ModesOutcome {
                 .note("the last mode calculated"),
             });
         }
+        figures
+    }
+
+    fn frequencies(&self, quantities: &[StatedQuantity]) -> Section {
         let mut table = self.table_of_modes(quantities);
         if !self.free {
             table = table.note(format!(
-                "Weight: what the mode adds to the acceleration of the gluing point, over that of the base along z′, far above its resonance; at \
-                 resonance it is 1/(2ζ) = {:.0} times as much. A mode matters from {} % on.",
+                "Weight: the residue of the mode, what it adds to the acceleration of the gluing point, over that of the base along z′, far above its resonance; at \
+                 resonance it is 1/(2ζ) = {:.0} times as much. A mode is relevant from {} % on.",
                 0.5 / self.damping.ratio,
                 percent(self.weight)
             ));
         }
-        Section::new("Natural frequencies")
-            .key_figures(figures)
-            .table(table)
+        Section::new("Natural frequencies").table(table)
     }
 
     fn table_of_modes(&self, quantities: &[StatedQuantity]) -> Table {
@@ -186,9 +189,9 @@ impl ModesOutcome {
             });
         }
         if !self.free {
-            fields.push(Field::shown("matters", "", |m: &Mode<'_>| {
-                let matters = m.1.0.weight() >= self.weight;
-                if matters { "yes" } else { "no" }.into()
+            fields.push(Field::shown("relevant", "", |m: &Mode<'_>| {
+                let relevant = m.1.0.weight() >= self.weight;
+                if relevant { "yes" } else { "no" }.into()
             }));
         }
         let modes = self.modes.iter().zip(quantities).enumerate();
@@ -243,7 +246,7 @@ impl ModesOutcome {
             let note = if self.free {
                 String::new()
             } else if mode.weight() >= self.weight {
-                format!("matters: weight {} %", percent(mode.weight()))
+                format!("relevant: weight {} %", percent(mode.weight()))
             } else {
                 "not driven along z′".to_owned()
             };
@@ -498,7 +501,7 @@ fn search_fields<'a>(wanted: &Search, found: &'a Found) -> Vec<Field<'a, Trial>>
             Some(f) => f.into(),
             None => Cell::Empty.worded("none"),
         })
-        .page("first that matters", "Hz")
+        .page("first relevant mode", "Hz")
         .decimals(0),
         number("mass_kg", ("mass", "g"), Decimals(0), |t: &Trial| t.mass).scaled(1e3),
         number(
@@ -540,7 +543,7 @@ fn searched(wanted: &Search, found: &Found) -> Section {
         (Some(first), Some(best)) => {
             let f = |t: &proofmass_fixture::Trial| t.matters.unwrap_or(t.first);
             format!(
-                "{} shapes solved on one coarse mesh size{}. The first mode that matters rises from {} to {}, {:+.0} %.",
+                "{} shapes solved on one coarse mesh size{}. The first relevant mode rises from {} to {}, {:+.0} %.",
                 found.trials.len(),
                 if found.impossible > 0 {
                     format!(", {} could not be made", found.impossible)

@@ -53,6 +53,7 @@ pub(super) fn solve(
         Body::Wedge(design) => wedge(job, design, watch)?,
         Body::Mesh(body) => meshed(job, body, &materials, data, watch)?,
     };
+    watch.step("modes", 1, 1)?;
     let model = FiniteElementModel {
         fixture: &solved.fixture,
         materials: &materials,

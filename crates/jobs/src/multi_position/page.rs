@@ -143,6 +143,7 @@ fn agreement(outcome: &MultiPositionOutcome) -> Section {
         Axis::linear(noun(fit), "").range(0.0, residuals.len() as f64 + 1.0),
         Axis::linear("‖a‖ − g", "mm/s²"),
     )
+    .height(240.0)
     .horizontal(0.0, "")
     .series(Series::markers("", &number, &part(0.0)).bars(&part(-1.0), &part(1.0)));
     let mut sphere = SpherePlot::new("‖a‖ − g", "mm/s²");

@@ -39,6 +39,7 @@ impl MultiPositionCampaign {
     /// A file that cannot be read, an unknown unit, recordings that do not fit together.
     pub fn load(&self, watch: &dyn Watch) -> Result<MultiPositionRecordings> {
         watch.step("reading", 0, 0)?;
+        self.ask(false)?;
         let recordings = self.read_recordings()?;
         let (mut segments, table) = self.given_segments(&recordings)?.unzip();
         if segments.is_none() {

@@ -133,7 +133,7 @@ fn together(analysis: &Analysis) -> Option<Section> {
             Axis::log("averaging time τ", "s"),
             Axis::log(kind.1, curve.statistic.unit(&channel.unit)),
         )
-        .height(380.0);
+        .height(320.0);
         for (channel, curve) in same {
             plot = plot.series(with_intervals(&channel.name, curve));
         }

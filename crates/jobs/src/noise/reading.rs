@@ -6,8 +6,8 @@ use crate::block_clock::BlockClock;
 use crate::recording::stretch;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, Recording, RecordingOptions,
-    RowReader, Source, TimeSource, TimeUnit, Unit,
+    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, Reading, Recording,
+    RecordingOptions, RowReader, SaidBy, Source, Thermometer, TimeSource, TimeUnit, Unit,
 };
 use proofmass_noise::{ChannelName, NoiseChannel, Sensor};
 use proofmass_uncertainty::Finding;
@@ -114,10 +114,11 @@ impl NoiseReading {
             return Err(no_clock(name));
         }
         let mut chosen = self.chosen(&layout, &name)?;
-        let kelvin = self.kelvin(&layout, &chosen)?;
+        let thermometer = self.thermometer(&layout, &chosen)?;
+        let conversions = self.conversions(&layout, &chosen, &source)?;
         chosen.extend(self.temperature.clone());
         let absent = vec![Absent::EmptyOrNan; chosen.len()];
-        let recording = Recording::from_source_sparse(
+        let mut recording = Recording::from_source_sparse(
             source,
             &RecordingOptions {
                 layout: options,
@@ -125,16 +126,19 @@ impl NoiseReading {
                 time: self.time.clone(),
                 time_unit: self.time_unit,
                 sampling_rate_hz: self.rate,
-                // With a scale or for integrals the unit is not that of the columns as they stand, nor is it that of a temperature.
-                unit: self
-                    .unit
-                    .filter(|_| self.scale.is_none() && !self.phase && kelvin.is_none()),
                 late_stamps: true,
                 between: stretch(self.between.as_deref())?,
                 ..RecordingOptions::default()
             },
             &absent,
         )?;
+        for column in 0..conversions.len() {
+            let (unit, by) = self.of_column();
+            recording.state_unit(column, unit, by)?;
+        }
+        if let Some(told) = &thermometer {
+            recording.state_unit(conversions.len(), Some(told.unit), told.said_by)?;
+        }
         let mut stamps = match recording.time.source() {
             TimeSource::Column(seconds) => Some(seconds.clone()),
             _ => None,
@@ -144,13 +148,13 @@ impl NoiseReading {
         let mut columns = Vec::new();
         let mut signals = &recording.columns[..];
         let mut temperature = None;
-        if let (Some(factor), Some((last, before))) = (kelvin, signals.split_last()) {
+        if let (Some(told), Some((last, before))) = (&thermometer, signals.split_last()) {
             signals = before;
-            let kelvins = last.data.iter().map(|t| factor * t);
+            let kelvins = last.data.iter().map(|t| told.factor * t);
             temperature = Some(kelvins.collect::<Vec<f64>>());
         }
-        for (index, column) in signals.iter().enumerate() {
-            let (unit, mut factor) = self.conversion(&column.name, column.unit)?;
+        for (index, (column, (unit, factor))) in signals.iter().zip(conversions).enumerate() {
+            let mut factor = factor;
             let mut data = column.data.clone();
             for &row in recording.missing(index) {
                 data[row] = f64::NAN;
@@ -205,21 +209,21 @@ impl NoiseReading {
         }
         let name = source.name().display().to_string();
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
-        let mut selected = self
-            .chosen(&layout, &name)?
+        let chosen = self.chosen(&layout, &name)?;
+        let mut selected = chosen
             .iter()
             .map(|c| layout.find(c))
             .collect::<Result<Vec<_>, _>>()?;
         let mut findings = layout.findings();
         let mut factors = Vec::new();
         let mut names = Vec::new();
-        for &index in &selected {
-            let column = layout.name(index);
-            let (unit, factor) = self.conversion(&column, layout.unit(index))?;
+        let conversions = self.conversions(&layout, &chosen, &source)?;
+        for (&index, (unit, factor)) in selected.iter().zip(conversions) {
             factors.push(factor);
-            names.push(channel_name(&column, unit));
+            names.push(channel_name(&layout.name(index), unit));
         }
         let signals = selected.len();
+        let mut reading = Reading::of(&layout, &selected, None, None, self.rate);
         let clock = match (self.rate, self.time_index(&layout)?) {
             (Some(rate), time) if time.is_none() || self.time.is_none() => BlockClock::steady(rate),
             (rate, Some(index)) => {
@@ -227,11 +231,18 @@ impl NoiseReading {
                 let unit = ClockUnit::of(&layout, index, self.time_unit, rate, false)
                     .map_err(|e| Trouble::from(e.at(source.name())))?;
                 findings.extend(unit.finding.clone());
+                let of = &selected[..signals];
+                reading = Reading::of(&layout, of, None, Some((index, &unit)), self.rate);
                 BlockClock::stamped(unit.per_second, rate)
             }
             (_, None) => return Err(no_clock(name)),
         };
-        let window = clock.window(stretch(self.between.as_deref())?, signals);
+        for column in 0..signals {
+            let (unit, by) = self.of_column();
+            reading.state_unit(column, unit, by);
+        }
+        reading.between_s = stretch(self.between.as_deref())?;
+        let window = clock.window(reading.between_s, signals);
         Ok(NoiseStream {
             blocks: FileBlocks {
                 reader: RowReader::new(source, layout, &selected)?.between(window),
@@ -245,6 +256,7 @@ impl NoiseReading {
             names,
             findings,
             name,
+            reading,
         })
     }
 
@@ -284,38 +296,22 @@ impl NoiseReading {
         Ok(columns)
     }
 
-    /// What one unit of the temperature column is in kelvins, where one is named.
-    fn kelvin(&self, layout: &Layout, chosen: &[ColumnRef]) -> Result<Option<f64>> {
+    /// How the temperature column is read, where one is named.
+    fn thermometer(&self, layout: &Layout, chosen: &[ColumnRef]) -> Result<Option<Thermometer>> {
         let Some(column) = &self.temperature else {
             return Ok(None);
         };
         let index = layout.find(column)?;
-        let heading = layout.name(index);
         for other in chosen {
             if layout.find(other)? == index {
                 return Err(Trouble::request(format!(
-                    "column {heading:?} is the temperature and cannot be a channel as well"
+                    "column {:?} is the temperature and cannot be a channel as well",
+                    layout.name(index)
                 ))
                 .with_hint("leave it out of --columns"));
             }
         }
-        match layout.unit(index) {
-            Some(Unit::DegreeCelsius | Unit::Kelvin) => Ok(Some(1.0)),
-            Some(Unit::DegreeFahrenheit) => Ok(Some(5.0 / 9.0)),
-            Some(unit) => Err(Trouble::request(format!(
-                "column {heading:?} is in {unit} by its heading: no temperature"
-            ))
-            .with_hint("name the column of the thermometer with --temperature")),
-            None => {
-                let plain = heading.to_lowercase().replace(['_', ' ', '.'], "");
-                let fahrenheit = ["fahrenheit", "degf", "°f", "[f]", "(f)"];
-                Ok(Some(if fahrenheit.iter().any(|f| plain.contains(f)) {
-                    5.0 / 9.0
-                } else {
-                    1.0
-                }))
-            }
-        }
+        Ok(Some(Thermometer::of(layout, index)?))
     }
 
     /// The time column, as asked for or as its heading says.
@@ -326,8 +322,53 @@ impl NoiseReading {
         })
     }
 
-    /// SI unit of the rate in a column, and the factor that brings its numbers there; `stated` stands in its heading.
-    fn conversion(&self, name: &str, stated: Option<Unit>) -> Result<(Option<Unit>, f64)> {
+    /// What the reading tells of a column without a unit in its heading, and who says so.
+    fn of_column(&self) -> (Option<Unit>, SaidBy) {
+        match (self.scale, self.phase) {
+            // A scale turns counts into the unit that is stated.
+            (Some(_), _) => (Some(Unit::Count), SaidBy::Nobody),
+            // The unit that is stated is that of the rate.
+            (None, true) => (None, SaidBy::Nobody),
+            (None, false) => (self.unit, SaidBy::Person),
+        }
+    }
+
+    /// SI unit and factor of every chosen column.
+    fn conversions(
+        &self,
+        layout: &Layout,
+        chosen: &[ColumnRef],
+        source: &Source,
+    ) -> Result<Vec<(Unit, f64)>> {
+        let mut conversions = Vec::new();
+        let mut open = Vec::new();
+        for column in chosen {
+            let index = layout.find(column)?;
+            match self.conversion(&layout.name(index), layout.unit(index))? {
+                Some(conversion) => conversions.push(conversion),
+                None => open.push(index),
+            }
+        }
+        if open.is_empty() {
+            return Ok(conversions);
+        }
+        if self.phase {
+            let names: Vec<String> = open.iter().map(|&i| layout.name(i)).collect();
+            return Err(Trouble::request(format!(
+                "the unit of the rate whose integral is {} is not said",
+                names.join(", ")
+            ))
+            .detail(source.name().display().to_string())
+            .with_hint(
+                "say it with --unit: m/s2, rad/s, 1 for a fractional frequency (integral in s), …",
+            ));
+        }
+        Err(layout.ask_unit(&open).at(source.name()).into())
+    }
+
+    /// SI unit of the rate in a column, and the factor that brings its numbers there; `stated` stands in its heading. None
+    /// where nobody says the unit.
+    fn conversion(&self, name: &str, stated: Option<Unit>) -> Result<Option<(Unit, f64)>> {
         let raw = stated.is_none_or(Unit::is_raw);
         match (self.scale, self.unit) {
             (Some(scale), Some(unit)) => {
@@ -343,19 +384,17 @@ impl NoiseReading {
                     )));
                 }
                 let (si, factor) = unit.si();
-                Ok((Some(si), scale * factor))
+                Ok(Some((si, scale * factor)))
             }
             (_, given) if self.phase => Ok(match (stated.map(Unit::si), given) {
                 (Some((Unit::MetrePerSecond, factor)), _) => {
-                    (Some(Unit::MetrePerSecondSquared), factor)
+                    Some((Unit::MetrePerSecondSquared, factor))
                 }
-                (Some((Unit::Radian, factor)), _) => (Some(Unit::RadianPerSecond), factor),
-                (_, Some(unit)) => {
-                    let (si, factor) = unit.si();
-                    (Some(si), factor)
-                }
+                (Some((Unit::Radian, factor)), _) => Some((Unit::RadianPerSecond, factor)),
+                // Time against a better clock: its rate is the fractional frequency.
+                (Some((Unit::Second, factor)), _) => Some((Unit::One, factor)),
                 // Counts times seconds have no name.
-                (_, None) => (None, 1.0),
+                (_, given) => given.map(Unit::si),
             }),
             (_, given) => {
                 if let (Some(stated), Some(given)) = (stated, given)
@@ -366,24 +405,21 @@ impl NoiseReading {
                     ))
                     .with_hint("remove --unit, or correct the heading"));
                 }
-                Ok(match stated.or(given).map(Unit::si) {
-                    Some((si, factor)) => (Some(si), factor),
-                    None => (None, 1.0),
-                })
+                Ok(stated.or(given).map(Unit::si))
             }
         }
     }
 }
 
-fn channel_name(name: &str, unit: Option<Unit>) -> ChannelName {
+fn channel_name(name: &str, unit: Unit) -> ChannelName {
     ChannelName {
         name: name.to_owned(),
         sensor: match unit {
-            Some(Unit::MetrePerSecondSquared) => Some(Sensor::Accelerometer),
-            Some(Unit::RadianPerSecond) => Some(Sensor::Gyroscope),
+            Unit::MetrePerSecondSquared => Some(Sensor::Accelerometer),
+            Unit::RadianPerSecond => Some(Sensor::Gyroscope),
             _ => None,
         },
-        unit: unit.map_or_else(|| "U".to_owned(), |u| u.to_string()),
+        unit: unit.to_string(),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{NoiseBlock, NoiseBlocks, NoiseData, NoiseSamples};
 use crate::block_clock::BlockClock;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{Input, RowReader};
+use proofmass_io::{Input, Reading, RowReader};
 use proofmass_noise::ChannelName;
 use proofmass_uncertainty::Finding;
 use std::collections::VecDeque;
@@ -15,6 +15,8 @@ pub struct NoiseStream {
     pub(super) names: Vec<ChannelName>,
     pub(super) findings: Vec<Finding>,
     pub(super) name: String,
+    /// How it is read; the rate is known at the end.
+    pub(super) reading: Reading,
 }
 
 impl NoiseStream {
@@ -36,7 +38,9 @@ impl NoiseStream {
     /// # Errors
     /// The rest of the file cannot be read.
     pub fn finish(self) -> Result<Input> {
-        Ok(self.blocks.reader.finish()?)
+        let mut reading = self.reading;
+        reading.time.rate_hz = self.blocks.clock.rate();
+        Ok(self.blocks.reader.finish()?.with_reading(reading))
     }
 }
 

@@ -253,7 +253,7 @@ impl NoiseComparisonOutcome {
             Axis::log("averaging time τ", "s"),
             Axis::log(first.statistic.abbreviation(), channel.unit.clone()),
         )
-        .height(380.0);
+        .height(320.0);
         for (unit, curve) in channel.units.iter().zip(&channel.curves) {
             let Some(curve) = curve else { continue };
             let named = channel.units.len() <= NAMED;

@@ -10,19 +10,31 @@ use std::f64::consts::PI;
 /// Quantities that open a page where its job names none.
 const FIRST: usize = 6;
 
-/// The page with its answer first: where the job named no numbers, the first of its quantities.
+/// The page with its answer first: where the job named no numbers, the first of its quantities; where it has no verdict, the
+/// first of them as a sentence.
 pub(crate) fn answer_first(page: Report, quantities: &[StatedQuantity]) -> Report {
     let page = match page.answer.figures.is_empty() {
         true => page.answers(quantities.iter().take(FIRST).map(stated)),
         false => page,
+    };
+    let page = match quantities.first() {
+        Some(q) if page.answer.verdict.is_empty() => {
+            page.verdict(format!("{} is {}.", capital(&label(&q.name)), with_unit(q)))
+        }
+        _ => page,
     };
     page.answer_first()
 }
 
 /// A quantity with U, k and its size in the unit of the trade.
 pub(crate) fn stated(q: &StatedQuantity) -> KeyFigure {
+    stated_as(&label(&q.name), q)
+}
+
+/// The same by another name.
+pub(crate) fn stated_as(name: &str, q: &StatedQuantity) -> KeyFigure {
     let mut notes = vec![match (q.k, q.interval) {
-        _ if q.expanded == 0.0 => "exact".to_owned(),
+        _ if q.expanded == 0.0 => "taken as known".to_owned(),
         (Some(k), _) => format!("k = {k:.2}, {}", percent(q.probability)),
         (None, Some([low, high])) => format!(
             "{} from {} to {}",
@@ -32,13 +44,19 @@ pub(crate) fn stated(q: &StatedQuantity) -> KeyFigure {
         ),
         (None, None) => percent(q.probability),
     }];
-    notes.extend(in_the_trade(q.value, &q.unit));
-    KeyFigure::new(
-        label(&q.name),
-        plus_minus(q.value, q.expanded),
-        q.unit.clone(),
-    )
-    .note(notes.join("; "))
+    notes.extend(in_the_trade(q.value, q.expanded, &q.unit));
+    KeyFigure::new(name, plus_minus(q.value, q.expanded), q.unit.clone()).note(notes.join("; "))
+}
+
+/// A label at the head of a sentence; a symbol stays as it is.
+fn capital(label: &str) -> String {
+    let word = label.split(' ').next().unwrap_or_default();
+    match label.chars().next() {
+        Some(first) if word.len() > 2 && word.chars().all(|c| c.is_ascii_lowercase()) => {
+            first.to_uppercase().chain(label.chars().skip(1)).collect()
+        }
+        _ => label.to_owned(),
+    }
 }
 
 /// `5.02 ± 0.04 m/s` with k or the probability, for a sentence.
@@ -55,7 +73,11 @@ pub(crate) fn with_unit(q: &StatedQuantity) -> String {
 /// Value ± U, both to two digits of U, under one power of ten where that is shorter.
 pub(crate) fn plus_minus(value: f64, expanded: f64) -> String {
     if !(expanded > 0.0 && expanded.is_finite()) {
-        return scientific(value, 6);
+        return scientific(value, 4);
+    }
+    // Digits beyond the tenth are no measurement: what is exact but for rounding says so by its U.
+    if expanded < 1e-10 * value.abs() {
+        return format!("{} ± {}", scientific(value, 10), scientific(expanded, 2));
     }
     let largest = value.abs().max(expanded);
     let exponent = largest.log10().floor();
@@ -80,7 +102,7 @@ fn percent(probability: f64) -> String {
 }
 
 /// A dotted name as it is read: `S.xx.modulus[frequency=160]` is S xx modulus at 160 Hz.
-fn label(name: &str) -> String {
+pub(crate) fn label(name: &str) -> String {
     let (name, place) = name.split_once('[').unwrap_or((name, ""));
     let place = place.trim_end_matches(']');
     let place = match place.split_once('=') {
@@ -88,29 +110,43 @@ fn label(name: &str) -> String {
         Some((what, value)) => format!(", {what} {value}"),
         None => String::new(),
     };
-    format!("{}{place}", name.replace(['.', '_'], " "))
+    let words = name.split(['.', '_']).map(|word| match word {
+        "arias" => "Arias",
+        "rms" => "RMS",
+        word => word,
+    });
+    format!("{}{place}", words.collect::<Vec<_>>().join(" "))
 }
 
 /// Units in which data sheets and navigators state what SI has in m/s² and rad/s.
-const TRADE: [(&str, &[(&str, f64)]); 6] = [
+const TRADE: [(&str, &[(&str, f64)]); 8] = [
     ("m/s²", &[("mg", 1e3 / STANDARD_GRAVITY)]),
     (
         "(m/s²)/√Hz",
         &[("µg/√Hz", 1e6 / STANDARD_GRAVITY), ("m/s/√h", 60.0)],
     ),
-    ("(m/s²)/K", &[("mg/K", 1e3 / STANDARD_GRAVITY)]),
+    ("(m/s²)·√Hz", &[("mg/√h", 60.0 * 1e3 / STANDARD_GRAVITY)]),
+    ("m/s²/K", &[("mg/K", 1e3 / STANDARD_GRAVITY)]),
     ("rad", &[("°", 180.0 / PI)]),
     ("rad/s", &[("°/h", 3600.0 * 180.0 / PI)]),
     ("(rad/s)/√Hz", &[("°/√h", 60.0 * 180.0 / PI)]),
+    ("(rad/s)·√Hz", &[("°/h/√h", 60.0 * 3600.0 * 180.0 / PI)]),
 ];
 
-/// The size in other units, with three digits.
-pub(crate) fn in_the_trade(value: f64, unit: &str) -> Vec<String> {
+/// The size in other units with its expanded uncertainty, where there is none with three digits.
+pub(crate) fn in_the_trade(value: f64, expanded: f64, unit: &str) -> Vec<String> {
     let known = TRADE.iter().find(|(si, _)| *si == unit);
     let others = known.map_or(&[][..], |(_, others)| *others);
-    let size = |(name, factor): &(&str, f64)| match (*name, value * factor) {
-        ("mg", mg) if mg.abs() >= 1e3 => format!("{} g", scientific(1e-3 * mg, 3)),
-        (name, size) => format!("{} {name}", scientific(size, 3)),
+    let size = |(name, factor): &(&str, f64)| {
+        let (name, factor) = match *name {
+            "mg" if (value * factor).abs() >= 1e3 => ("g", 1e-3 * factor),
+            name => (name, *factor),
+        };
+        let text = match expanded > 0.0 {
+            true => plus_minus(value * factor, expanded * factor),
+            false => scientific(value * factor, 3),
+        };
+        format!("{} {name}", minus(&text))
     };
     others.iter().map(size).collect()
 }
@@ -141,7 +177,7 @@ mod tests {
                 "bias x",
                 "-0.0312 ± 0.0027",
                 "m/s²",
-                "k = 1.96, 95 %; −3.18 mg"
+                "k = 1.96, 95 %; −3.18 ± 0.28 mg"
             )
         );
         // 1 mg/√Hz is 9.80665e-3 (m/s²)/√Hz and 0.588 m/s/√h.
@@ -151,7 +187,7 @@ mod tests {
                 "x N",
                 "0.009807 ± 0.000020",
                 "(m/s²)/√Hz",
-                "k = 1.96, 95 %; 1000 µg/√Hz; 0.588 m/s/√h"
+                "k = 1.96, 95 %; 1000.0 ± 2.0 µg/√Hz; 0.5884 ± 0.0012 m/s/√h"
             )
         );
         assert_eq!(
@@ -163,7 +199,13 @@ mod tests {
                 "k = 1.96, 95 %"
             )
         );
-        assert_eq!(in_the_trade(2.0 * STANDARD_GRAVITY, "m/s²"), ["2.00 g"]);
+        assert_eq!(
+            in_the_trade(2.0 * STANDARD_GRAVITY, 0.0, "m/s²"),
+            ["2.00 g"]
+        );
         assert_eq!(plus_minus(0.0, 0.0), "0");
+        assert_eq!(plus_minus(2842.451, 0.0), "2842", "no U, few digits");
+        // A clock that is exact but for rounding.
+        assert_eq!(plus_minus(100.0, 9.4e-17), "100.0000000 ± 9.4×10⁻¹⁷");
     }
 }

@@ -7,6 +7,20 @@ use proofmass_report::{Cell, Field};
 use proofmass_shaker::derived::Expanded;
 use proofmass_uncertainty::DegreesOfFreedom;
 
+/// Phases in degrees for a plot: whole turns are added so that a step stays within half a turn of the last phase whose
+/// expanded uncertainty is below 60°. Where noise alone is left they stay near that one.
+pub(crate) fn continuous(phase: &[f64], expanded: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut last = 0.0;
+    let each = phase.iter().enumerate().map(|(k, &p)| {
+        let shown = p - 360.0 * ((p - last) / 360.0).round();
+        if expanded(k) < 60.0 {
+            last = shown;
+        }
+        shown
+    });
+    each.collect()
+}
+
 /// A complex number with modulus and phase, each with what is known of its uncertainty.
 pub(crate) struct Polar {
     /// Real and imaginary part, where there is a phase.
@@ -102,6 +116,16 @@ mod tests {
     use crate::stored_result::as_filed;
     use proofmass_report::Table;
     use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
+
+    #[test]
+    fn known_phases_go_on_where_they_are_known() {
+        let wrapped = [-170.0, 175.0, 160.0, -30.0, 170.0, -160.0];
+        let sure = continuous(&wrapped, |_| 1.0);
+        assert_eq!(sure, [-170.0, -185.0, -200.0, -30.0, -190.0, -160.0]);
+        // A phase of which nothing is known does not take the others along.
+        let doubtful = continuous(&[10.0, -175.0, 10.0], |k| if k == 1 { 180.0 } else { 1.0 });
+        assert_eq!(doubtful, [10.0, 185.0, 10.0]);
+    }
 
     #[test]
     fn known_file_of_a_sensitivity_with_and_without_a_phase() {

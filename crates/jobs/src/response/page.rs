@@ -3,6 +3,7 @@
 use super::ResponseOutcome;
 use crate::page::columns::{filed, number};
 use crate::page::parameters::parameters;
+use crate::page::polar::continuous;
 use proofmass_dynamic::measured::ResponsePower;
 use proofmass_dynamic::model::{Bandwidth, DampingReading, ModelFit, ResponseFigures};
 use proofmass_dynamic::modes::Resonance;
@@ -181,6 +182,7 @@ impl ResponseOutcome {
             .iter()
             .map(|k| r.value[*k].arg().to_degrees())
             .collect();
+        let phase = continuous(&phase, |k| expanded[k].1);
         let band = |y: &[f64], pick: fn(&(f64, f64)) -> f64, sign: f64| -> Vec<f64> {
             y.iter()
                 .zip(&expanded)
@@ -228,7 +230,7 @@ impl ResponseOutcome {
         ));
         if let Some(fitted) = &fitted {
             let y: Vec<f64> = fitted.iter().map(|s| s.arg().to_degrees()).collect();
-            plot = plot.series(Series::line("", &at, &y));
+            plot = plot.series(Series::line("", &at, &continuous(&y, |_| 0.0)));
         }
         let coherence = r.coherence.len() == r.lines();
         if coherence {

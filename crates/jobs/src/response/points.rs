@@ -49,10 +49,7 @@ impl RecordedPoints {
             &columns.phase,
             &columns.phase_uncertainty,
         ]
-        .map(|column| WantedChannel {
-            column: column.clone(),
-            unit: None,
-        });
+        .map(|column| WantedChannel::bare(column.clone()));
         let table = ChannelReading::table().read(source, &wanted)?;
         let [f, modulus, u_modulus, phase, u_phase] = table.channels.as_slice() else {
             return Err(Trouble::data("five columns are needed").detail(&table.name));

@@ -6,6 +6,7 @@ use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
 use crate::page::coverage::stated_at;
 use crate::page::polar::{Polar, polar};
 use crate::page::shares::shares;
+use crate::plural::count;
 use crate::sensor_clock::SensorClock;
 use proofmass_report::Rounding::Decimals;
 use proofmass_report::number::{minus, plain, two_digits};
@@ -25,8 +26,8 @@ pub(super) fn add(mut page: Report, outcome: &ShakerSingleOutcome) -> Report {
     let run = Field::new("run", |r: &Row<'_>| r.0.0.into());
     let mut page = page
         .subtitle(format!(
-            "Single-axis calibration by comparison with a reference: {} runs",
-            outcome.results.len()
+            "Single-axis calibration by comparison with a reference: {}",
+            count(outcome.results.len(), "run")
         ))
         .verdict(verdict(outcome))
         .answers(answer(outcome))
@@ -127,9 +128,11 @@ fn verdict(outcome: &ShakerSingleOutcome) -> String {
     let (least, most) = shares.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
     let known = match least.is_finite() {
         true => format!(
-            "The sensitivity is known to U = {} % to {} % (at {})",
-            two_digits(least),
-            two_digits(most),
+            "The sensitivity is known to U = {} (at {})",
+            match [two_digits(least), two_digits(most)] {
+                [least, most] if least == most => format!("{most} %"),
+                [least, most] => format!("{least} % to {most} %"),
+            },
             at(outcome)
         ),
         false => "No sensitivity was found".to_owned(),

@@ -3,6 +3,7 @@
 use super::{ShockOutcome, ShockSpectra, SpectrumVerdict};
 use crate::page::columns::filed;
 use crate::page::measures::measures;
+use crate::page::polar::continuous;
 use proofmass_dynamic::shock::{ShockCalibration, SpectrumLine, ToleranceResult};
 use proofmass_report::number::{concise, plain, two_digits};
 use proofmass_report::{
@@ -344,6 +345,9 @@ fn lines(calibration: &ShockCalibration) -> Section {
     let frequency = of(&|l| l.frequency);
     let modulus = Series::line("", &frequency, &of(&|l| l.value().norm()));
     let phase = of(&|l| l.value().arg().to_degrees());
+    let phase = continuous(&phase, |k| {
+        (2.0 * calibration.lines[k].relative_uncertainty).to_degrees()
+    });
     let plot = XyPlot::new(
         Axis::log("frequency", "Hz"),
         Axis::linear("|S|", unit(calibration)),

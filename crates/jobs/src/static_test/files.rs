@@ -6,7 +6,7 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     CalibrationFile, ColumnRef, Device, Input, LARGEST_DOCUMENT, RecordedColumn, Recording,
-    RecordingOptions, Source, Unit,
+    RecordingOptions, SaidBy, Source, Unit,
 };
 use proofmass_static::static_test::DatedEstimate;
 use proofmass_uncertainty::Finding;
@@ -66,7 +66,7 @@ impl StaticTestFiles {
     /// acceleration, a speed), in the unit of its heading, or the usual one of that test.
     ///
     /// # Errors
-    /// A table that cannot be read; an input of another kind than the test sets.
+    /// A table that cannot be read; an input of another kind than the test sets; outputs whose unit nobody says.
     pub fn readings(
         source: Source,
         test: &StaticTest,
@@ -82,18 +82,15 @@ impl StaticTestFiles {
             table: true,
             ..RecordingOptions::default()
         };
-        let recording = Recording::from_source(source, &options)?;
+        let mut recording = Recording::from_source(source, &options)?;
+        recording.state_unit(0, Some(usual), SaidBy::Nobody)?;
+        recording.state_unit(1, columns.output_unit, SaidBy::Person)?;
+        recording.need_units(&["", "--output-unit"])?;
         let [inputs, outputs] = recording.columns.as_slice() else {
             return Err(Trouble::data("two columns are needed").detail(name));
         };
         let factor = to_si(inputs, usual).map_err(|e| e.detail(name.clone()))?;
-        // A column that is called V is in volts.
-        let named = || outputs.name.parse().ok();
-        let unit = outputs
-            .unit
-            .or(columns.output_unit)
-            .or_else(named)
-            .unwrap_or(Unit::Count);
+        let unit = outputs.unit.unwrap_or(Unit::One);
         Ok(Self {
             held: Held::Readings {
                 input: inputs.data.iter().map(|v| v * factor).collect(),
@@ -118,7 +115,7 @@ impl StaticTestFiles {
         let [x, y, z] = recording.columns.as_slice() else {
             return Err(Trouble::data("three columns are needed").detail(name));
         };
-        let (si, factor) = reading.common_unit([x, y, z])?.si();
+        let (si, factor) = reading.common_unit(&recording)?.si();
         if !si.is_acceleration() {
             return Err(Trouble::data(format!(
                 "the outputs are in {si}, which is no acceleration"

@@ -1,6 +1,7 @@
 //! The page of a static test.
 
 use super::{StaticTestFit, StaticTestOutcome};
+use crate::page::answer::label;
 use crate::page::columns::filed;
 use proofmass_report::number::{freedom, two_digits};
 use proofmass_report::{
@@ -76,7 +77,9 @@ fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
             &of(|r| r.input),
             &of(ReadingResidual::residual),
         ));
-        page = page.section(Section::new("Residuals").figure("Every reading", plot));
+        page = page.section(
+            Section::new("Residuals").figure("Residual of each reading: output less model", plot),
+        );
     }
     page.section(budget(fit))
         .section(Section::filed([readings(fit)]))
@@ -102,7 +105,7 @@ fn budget(fit: &StaticFit) -> Section {
                 let size = format!("{:.2e} {}", line.contribution, component.unit);
                 bars.bar(line.description.clone(), line.share, size)
             });
-            budget = budget.figure(component.name.clone(), bars);
+            budget = budget.figure(format!("Budget of {}", label(&component.name)), bars);
         }
     }
     budget
@@ -139,10 +142,12 @@ fn history(page: Report, fit: &StabilityFit, probability: f64) -> Report {
     let charts = Section::new("Control charts").paragraph(
         "Markers with two standard uncertainties; the band is where a calibration of such uncertainty is expected.",
     );
-    let charts = fit
-        .drifts
-        .iter()
-        .fold(charts, |charts, d| charts.figure(&d.name, chart(fit, d)));
+    let charts = fit.drifts.iter().fold(charts, |charts, d| {
+        charts.figure(
+            format!("Control chart of {}", label(&d.name)),
+            chart(fit, d),
+        )
+    });
     page.verdict(format!(
         "The next calibration is due {:.0} days after the last one.",
         fit.due_in

@@ -6,7 +6,7 @@ use crate::multi_position::{gravity, pauses};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Input, RecordedColumn, Recording, Unit};
+use proofmass_io::{Input, Layout, RecordedColumn, Recording, SaidBy, Unit};
 use proofmass_static::static_test::{Sensitivity, Tilt};
 use proofmass_static::{MeanNoise, Samples, Segment, Standstill, WindowedVariance};
 use proofmass_uncertainty::Finding;
@@ -39,7 +39,17 @@ impl SingleAxisCampaign {
     /// A file that cannot be read, an unknown unit, another number of standstills than of angles.
     pub fn load(&self, watch: &dyn Watch) -> Result<SingleAxisReadings> {
         watch.step("reading", 0, 0)?;
-        let recordings = self.read_recordings()?;
+        let mut recordings = self.read_recordings()?;
+        let usual = match self.recording.position {
+            Some(_) => Unit::One,
+            None => Unit::Degree,
+        };
+        for recording in &mut recordings {
+            let output = recording.columns.len() - 1;
+            recording.state_unit(output, self.recording.unit, SaidBy::Person)?;
+            recording.state_unit(0, Some(usual).filter(|_| output > 0), SaidBy::Nobody)?;
+            recording.need_units(&[Layout::CAMPAIGN; 2])?;
+        }
         let names: Vec<String> = recordings
             .iter()
             .map(|r| r.path.display().to_string())
@@ -47,10 +57,7 @@ impl SingleAxisCampaign {
         let Some(first) = recordings.first().and_then(|r| r.columns.last()) else {
             return Err(Trouble::request("the campaign names no recording"));
         };
-        let unit = first.unit.or(self.recording.unit).ok_or_else(|| {
-            Trouble::request(format!("{}: the unit of the output is not known", names[0]))
-                .with_hint("write it in the heading (out_mV), or add `unit` to [recording]")
-        })?;
+        let unit = first.unit.unwrap_or(Unit::One);
         let (unit, factor) = unit.si();
         let mut all = SingleAxisReadings {
             angle: Vec::new(),
@@ -102,7 +109,7 @@ impl SingleAxisCampaign {
                 })
                 .collect();
         }
-        let (unit, factor) = column.unit.unwrap_or(Unit::Degree).si();
+        let (unit, factor) = column.unit.unwrap_or(Unit::One).si();
         if unit != Unit::Radian {
             return Err(Trouble::data(format!(
                 "column {:?} is in {unit}, which is no angle",

@@ -36,8 +36,8 @@ impl TemperatureRecording {
         };
         options.temperature = Some(temperature);
         let recording = Recording::from_source(source, &options)?;
-        let unit = match recording.columns.as_slice() {
-            [x, y, z] => reading.common_unit([x, y, z]),
+        let unit = match recording.columns.len() {
+            3 => reading.common_unit(&recording),
             _ => Err(Trouble::data("three columns are needed")),
         };
         let Some(column) = &recording.temperature else {

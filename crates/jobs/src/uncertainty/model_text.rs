@@ -1,11 +1,13 @@
 //! A model file, with the lines that its refusals point to.
 
 use super::{UncertaintyJob, UncertaintyOutcome, trouble};
+use crate::Outcome;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    ColumnTrouble, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source, TrialFile,
-    check_model, explain_model, fill_columns, parse_model,
+    ColumnTrouble, Fate, Input, LARGEST_DOCUMENT, MANIFEST, ResultDocument, RowWriter, Source,
+    StatedQuantity, TrialFile, Verification, check_model, doubt_of, explain_model, fill_columns,
+    parse_model,
 };
 use proofmass_uncertainty::{
     EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
@@ -46,18 +48,27 @@ impl ModelText {
             let document = ResultDocument::from_json(&bytes).map_err(about)?;
             entry.estimate = document.stated().map_err(about)?.cloned();
             entry.doubts = doubts(&document);
+            entry.doubts.extend(altered(&path, &document));
+            entry.unlisted = !path.with_file_name(MANIFEST).is_file();
+            if let Some(name) = unstated(&document, entry) {
+                return Err(Trouble::data(format!(
+                    "{}: {name} is in its estimate, but no quantity that it states",
+                    entry.file
+                ))
+                .with_hint("the file was changed: evaluate the result again"));
+            }
             if let Some(file) = TrialFile::in_result(&document).map_err(about)? {
                 let beside = path.with_file_name(&file.file);
                 let source = Source::open(&beside).map_err(|e| {
                     e.with_hint("the result states quantities by Monte Carlo: keep this file beside its result.json, as -o writes both")
                 })?;
                 let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-                let table = file.table(bytes);
+                let table = file.table(bytes, &document);
                 entry.trials = Some(table.map_err(|e| Trouble::from(e.at(&beside)))?);
                 inputs.push(input);
-            } else if let Some(name) = interval_alone(&document, entry) {
+            } else if let Some(name) = without_trials(&document, entry) {
                 return Err(Trouble::data(format!(
-                    "{}: {name} is stated by an interval, which no value with an uncertainty says again",
+                    "{}: {name} is stated by Monte Carlo, which no value with an uncertainty says again",
                     entry.file
                 ))
                 .with_hint("evaluate it again with this version, which keeps the trials beside it"));
@@ -153,23 +164,52 @@ impl ModelText {
 /// What needs a decision before a result is used. That Monte Carlo refutes a linear result is settled where Monte Carlo states it.
 fn doubts(document: &ResultDocument) -> Vec<String> {
     let settled = |finding: &Finding| {
-        let mut stated = document.quantities.iter().filter(|q| {
+        let named = document.quantities.iter().find(|q| {
             let name = EvidenceValue::from(q.name.as_str());
             finding.evidence_fields().get("name") == Some(&name)
         });
         finding.code() == "linear-result-not-validated"
-            && stated.all(|q| q.method.as_deref() == Some("monte-carlo"))
+            && named.is_some_and(|q| q.method.as_deref() == Some("monte-carlo"))
     };
     let findings = document.findings.iter();
     let grave = findings.filter(|f| f.severity() == Severity::Decision && !settled(f));
     grave.map(|f| f.what().to_owned()).collect()
 }
 
-/// A quantity that is asked for and has an interval that is not value ± U, without trials.
-fn interval_alone<'a>(document: &'a ResultDocument, entry: &EarlierEntry) -> Option<&'a str> {
+/// What was changed since the result was written: the file itself, and of models, which are small, what they were computed from.
+fn altered(path: &Path, document: &ResultDocument) -> Vec<String> {
+    let mut found: Vec<String> = doubt_of(path).into_iter().collect();
+    if document.kind == UncertaintyOutcome::KIND
+        && let Ok(chain) = Verification::of(path, None)
+    {
+        let changed = chain.links.iter().filter(|l| l.fate == Fate::Changed);
+        let others = changed.filter(|l| l.found.as_deref() != Some(path));
+        found.extend(others.map(|l| {
+            let place = l.found.as_deref().unwrap_or(Path::new(&l.name));
+            let by = l.named_by.display();
+            format!("{} was changed since {by} was computed", place.display())
+        }));
+    }
+    found
+}
+
+/// A quantity that is asked for and in the estimate, but is not stated.
+fn unstated<'a>(document: &ResultDocument, entry: &'a EarlierEntry) -> Option<&'a str> {
+    let estimate = entry.estimate.as_ref()?;
+    let mut asked = entry.quantities.values();
+    let found = asked.find(|name| {
+        estimate.index_of(name).is_some() && !document.quantities.iter().any(|q| q.name == **name)
+    });
+    found.map(String::as_str)
+}
+
+/// A quantity that is asked for and stated by trials, which are not there.
+fn without_trials<'a>(document: &'a ResultDocument, entry: &EarlierEntry) -> Option<&'a str> {
     let asked = |name: &String| entry.quantities.values().any(|q| q == name);
+    let by_trials =
+        |q: &StatedQuantity| q.interval.is_some() || q.method.as_deref() == Some("monte-carlo");
     let mut quantities = document.quantities.iter();
-    let found = quantities.find(|q| q.interval.is_some() && asked(&q.name));
+    let found = quantities.find(|q| by_trials(q) && asked(&q.name));
     found.map(|q| q.name.as_str())
 }
 

@@ -100,37 +100,27 @@ fn method(outcome: &UncertaintyOutcome) -> Section {
 
 /// Whether the linear result may be used, by Monte Carlo.
 fn sentence(result: &ModelResult) -> String {
-    let judged: Vec<&Validation> = result
-        .outputs
-        .iter()
-        .filter_map(|o| o.validation.as_ref())
-        .collect();
-    let all = judged.len();
-    let count = |what: &dyn Fn(&Validation) -> bool| judged.iter().filter(|v| what(v)).count();
-    let refuted = count(&Validation::refutes);
-    let undecided = count(&|v| v.verdict == Verdict::Undecided && !v.few_degrees_of_freedom);
-    let few = count(&|v| v.verdict != Verdict::Validated && v.few_degrees_of_freedom);
-    match (all, refuted, undecided, few) {
-        (0, ..) => "The linear result was not checked by Monte Carlo.".to_owned(),
-        (_, 0, 0, 0) => {
-            "The law of propagation holds: Monte Carlo validates the linear result.".to_owned()
-        }
-        (_, 0, 0, _) => {
-            "The law of propagation holds: Monte Carlo differs from it for few degrees of freedom \
-             alone."
-                .to_owned()
-        }
-        (_, 0, _, _) => {
+    let judged = || result.outputs.iter().filter_map(|o| o.validation.as_ref());
+    let all = judged().count();
+    let held = judged().filter(|v| v.holds()).count();
+    match held {
+        _ if all == 0 => "The linear result was not checked by Monte Carlo.".to_owned(),
+        n if n < all && !judged().any(Validation::refutes) => {
             "The trials are too few to tell whether the law of propagation holds.".to_owned()
         }
-        (1, ..) => {
+        n if n < all && all == 1 => {
             "The linear result is not validated: Monte Carlo says something else.".to_owned()
         }
-        (all, n, ..) => {
-            format!(
-                "The linear result is validated for {} of {all} quantities by Monte Carlo.",
-                all - n - undecided
-            )
+        n if n < all => {
+            format!("The linear result is validated for {n} of {all} quantities by Monte Carlo.")
+        }
+        _ if judged().all(|v| v.verdict == Verdict::Validated) => {
+            "The law of propagation holds: Monte Carlo validates the linear result.".to_owned()
+        }
+        _ => {
+            "The law of propagation holds: Monte Carlo differs from it for few degrees of freedom \
+              alone."
+                .to_owned()
         }
     }
 }
@@ -608,7 +598,7 @@ fn comparison_in_words(output: &OutputResult) -> String {
         scientific(validation.tolerance, 1),
         match validation.verdict {
             Verdict::Validated => "validated",
-            Verdict::NotValidated if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
+            Verdict::NotValidated | Verdict::Undecided if validation.few_degrees_of_freedom => "validated but for few degrees of freedom, of which Monte Carlo makes Student's t",
             Verdict::NotValidated => "not validated; use the Monte Carlo interval",
             Verdict::Undecided => "neither validated nor refuted, for the trials scatter too much",
         }
@@ -622,7 +612,7 @@ fn verdict(output: &OutputResult) -> &'static str {
     let validation = output.validation.as_ref();
     let few = validation.is_some_and(|v| v.few_degrees_of_freedom);
     match validation.map(|v| v.verdict) {
-        Some(Verdict::NotValidated) if few => "differs for few ν",
+        Some(Verdict::NotValidated | Verdict::Undecided) if few => "differs for few ν",
         Some(Verdict::Validated) => "validated",
         Some(Verdict::NotValidated) => "not validated",
         Some(Verdict::Undecided) => "undecided",

@@ -52,22 +52,25 @@ pub(super) fn add(page: Report, validation: &Validation) -> Report {
     )
 }
 
-fn figures(validation: &Validation) -> [KeyFigure; 4] {
+fn figures(validation: &Validation) -> Vec<KeyFigure> {
     let attitudes = &validation.attitudes;
     let within = attitudes.iter().filter(|a| a.within_rule).count();
     let within = format!("{within} of {}", attitudes.len());
-    let before = validation.rms_before_mg;
-    let before = before.map_or("–".to_owned(), |v| format!("{v:.3}"));
-    [
+    let mut figures = vec![
         KeyFigure::new("within 0.1 % of g", within, ""),
-        KeyFigure::new("RMS before", before, "mg").note("uncompensated"),
         KeyFigure::new("RMS after", format!("{:.3}", validation.rms_after_mg), "mg")
             .note("compensated"),
         KeyFigure::new("χ²", format!("{:.1}", validation.chi_square), "").note(format!(
             "{} degrees of freedom, p = {:.2}",
             validation.degrees_of_freedom, validation.p_value
         )),
-    ]
+    ];
+    // Raw counts have no distance from g.
+    if let Some(before) = validation.rms_before_mg {
+        let before = KeyFigure::new("RMS before", format!("{before:.3}"), "mg");
+        figures.insert(1, before.note("uncompensated"));
+    }
+    figures
 }
 
 fn table(attitudes: &[AttitudeCheck]) -> Table {

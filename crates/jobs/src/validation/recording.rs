@@ -2,11 +2,10 @@
 
 use super::ValidationData;
 use super::averages::Averages;
-use crate::block_clock::BlockClock;
+use crate::block_clock::{BlockClock, stands_still};
 use crate::multi_position::{pauses, segment, shortest_pause};
 use crate::record::Record;
 use crate::recording::RecordingReading;
-use crate::recording::stretch;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
@@ -51,10 +50,12 @@ impl ValidationRecording {
         let name = recording.name().display().to_string();
         let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
         let mut recording = Recording::from_source(recording, &reading.options(&calibration)?)?;
-        for column in &mut recording.columns {
-            let factor = reading
-                .factor(calibration.input_unit, &column.name, column.unit)
-                .map_err(|trouble| trouble.detail(name.clone()))?;
+        let columns = recording.reading().columns.iter();
+        let selected: Vec<usize> = columns.map(|c| c.number - 1).collect();
+        let factors = reading
+            .factors(calibration.input_unit, &recording.layout, &selected)
+            .map_err(|trouble| trouble.detail(name.clone()))?;
+        for (column, factor) in recording.columns.iter_mut().zip(factors) {
             column.data.iter_mut().for_each(|v| *v *= factor);
         }
         let given = segments.map(|source| SegmentRow::from_source(source, &recording));
@@ -97,27 +98,26 @@ impl ValidationRecording {
         let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
         let layout = Layout::of(&mut recording, &LayoutOptions::default())?;
         let mut selected = Vec::new();
-        let mut factors = [1.0; 3];
-        let signals = reading.signals(&calibration.clone().into())?;
-        for (factor, column) in factors.iter_mut().zip(&signals) {
-            let index = layout.find(column)?;
-            let own = layout.unit(index);
-            *factor = reading
-                .factor(calibration.input_unit, &layout.name(index), own)
-                .map_err(|trouble| trouble.detail(name.clone()))?;
-            selected.push(index);
+        for column in reading.signals(&calibration.clone().into())? {
+            selected.push(layout.find(&column)?);
         }
+        let factors = reading
+            .factors(calibration.input_unit, &layout, &selected)
+            .map_err(|trouble| trouble.detail(name.clone()))?;
+        let signals = selected.len();
         let mut findings = layout.findings();
         let time = match (&reading.time, reading.rate) {
             (Some(column), _) => Some(layout.find(column)?),
             (None, Some(_)) => None,
             (None, None) => layout.time_column(),
         };
+        let mut read = reading.of_stream(&layout, &selected, None)?;
         let mut clock = match (time, reading.rate) {
             (Some(index), rate) => {
                 let unit = ClockUnit::of(&layout, index, reading.time_unit, rate, false)
                     .map_err(|e| Trouble::from(e.at(recording.name())))?;
                 findings.extend(unit.finding.clone());
+                read = reading.of_stream(&layout, &selected, Some((index, &unit)))?;
                 BlockClock::stamped(unit.per_second, rate).in_order()
             }
             (None, Some(rate)) => BlockClock::steady(rate),
@@ -130,7 +130,7 @@ impl ValidationRecording {
             }
         };
         selected.extend(time);
-        let window = clock.window(stretch(reading.between.as_deref())?, signals.len());
+        let window = clock.window(read.between_s, signals);
         let mut reader = RowReader::new(recording, layout, &selected)?.between(window);
         let size = reader.size().unwrap_or(0);
         let mut averages = Averages::new(Self::MOST_ROWS);
@@ -168,12 +168,10 @@ impl ValidationRecording {
             }
         }
         findings.extend(reader.findings());
-        let input = reader.finish()?;
+        read.time.rate_hz = clock.rate();
+        let input = reader.finish()?.with_reading(read);
         let (outputs, breaks, per) = averages.finish();
-        let rate = clock
-            .rate()
-            .ok_or_else(|| Trouble::data("the time does not advance").detail(name.clone()))?
-            / per as f64;
+        let rate = clock.rate().ok_or_else(|| stands_still(&name))? / per as f64;
         if per > 1 {
             findings.push(averaged_record(
                 &format!("means of {per} rows stand for them"),

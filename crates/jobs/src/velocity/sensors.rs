@@ -6,12 +6,13 @@ use super::reference::Reference;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
 use crate::record::Record;
+use crate::recording::stretch;
 use crate::store::Store;
 use crate::trouble::Trouble;
 use proofmass_core::{Matrix3, SensorModel, Watch};
 use proofmass_io::{
     Absent, CalibrationFile, ColumnRef, Input, Layout, LayoutOptions, RecordedColumn, Recording,
-    RecordingOptions, Source as Bytes, TimeUnit, Unit,
+    RecordingOptions, SaidBy, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
     MotionRecord, ReadingSource, Stamped, Timing, align, along_axis, common_start, drop_glitches,
@@ -22,7 +23,8 @@ use serde::{Deserialize, Serialize};
 
 /// The two sensors of an axis: files in a store, columns, units, and what is known about the clocks.
 ///
-/// Times are seconds from the first row of the recording.
+/// Times are seconds, and count as those of the recording do: from the zero of its time column, from its first stamp where that
+/// lies beyond 10⁵ s, and from the first row where a rate is stated.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
@@ -80,12 +82,15 @@ pub struct AxisSensors {
         )
     )]
     pub latency: f64,
-    /// Interval at rest, seconds from the start: its mean acceleration is the offset that is removed
+    /// Interval at rest, in seconds: its mean acceleration is the offset that is removed
     #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
     pub still: Option<[f64; 2]>,
-    /// Interval that is used, seconds from the start [default: all]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FROM,TO", value_parser = crate::arguments::stretch))]
-    pub between: Option<[f64; 2]>,
+    /// Use the rows from one time on and before another, in seconds
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
+    )]
+    pub between: Option<Vec<f64>>,
     /// Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity map`
     #[cfg_attr(feature = "clap", arg(long, value_name = "RESULT"))]
     pub encoder_map: Option<String>,
@@ -95,7 +100,7 @@ pub struct AxisSensors {
     /// Time column by name or number
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<String>,
-    /// Unit of the time column, where the heading does not say it: s, ms, us, ns
+    /// Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with --rate)
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub time_unit: Option<TimeUnit>,
     /// Sampling rate in hertz, for recordings without a time column
@@ -206,6 +211,7 @@ impl AxisSensors {
         watch: &dyn Watch,
     ) -> Result<AxisRecordings, Trouble> {
         watch.step("reading", 0, 0)?;
+        let between = stretch(self.between.as_deref())?;
         for (name, value) in [("--latency", Some(self.latency)), ("--rate", self.rate)] {
             if value.is_some_and(|v| !v.is_finite()) {
                 return Err(Trouble::data(format!("{name} must be a finite number")));
@@ -245,7 +251,19 @@ impl AxisSensors {
         }
         let mut source = store.open(&self.recording)?;
         let options = self.options(&mut source, true, columns, self.time.as_deref(), self.rate)?;
-        let main = Recording::from_source_sparse(source, &options, &absent)?;
+        let mut main = Recording::from_source_sparse(source, &options, &absent)?;
+        for column in 0..of_reading {
+            // With a scale the unit is that to which it leads; counts are said by what a turn or a metre has of them.
+            let unit = self.reading.unit.filter(|_| self.reading.scale.is_none());
+            let counts = self.reading.increment().map(|_| Unit::Count);
+            main.state_unit(column, unit, SaidBy::Person)?;
+            main.state_unit(column, counts, SaidBy::Nobody)?;
+        }
+        if together {
+            for column in of_reading..of_yaw {
+                main.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
+            }
+        }
         let mut inputs = vec![main.input()];
         let mut findings = main.findings().to_vec();
         if self.reading.edges() {
@@ -254,6 +272,9 @@ impl AxisSensors {
         }
         // Seconds since an epoch leave a double too few digits for a step.
         let origin = main.time.seconds(0);
+        // What is asked for in times of the recording, in those from its first row.
+        let from_start = |[from, to]: [f64; 2]| [from - origin, to - origin];
+        let still = self.still.map(from_start);
         let clock = clock(&main, &main, origin, self.reading.edges());
 
         let angular = self.reading.angular
@@ -315,7 +336,10 @@ impl AxisSensors {
                     self.acceleration_rate,
                 )?;
                 let absent = vec![Absent::Empty; of_acceleration.len()];
-                let other = Recording::from_source_sparse(source, &options, &absent)?;
+                let mut other = Recording::from_source_sparse(source, &options, &absent)?;
+                for column in 0..absent.len() {
+                    other.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
+                }
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
                 let own = super::clock::clock(&other, &main, origin, false);
@@ -325,11 +349,13 @@ impl AxisSensors {
         for t in &mut acceleration.time {
             *t -= self.latency;
         }
-        if let Some([from, to]) = self.still {
+        if let Some([from, to]) = still {
             let offset = mean_between(&acceleration.time, &acceleration.value, from, to)
                 .ok_or_else(|| {
                     Trouble::data(format!(
-                        "no sample lies in the interval at rest, {from} s to {to} s"
+                        "no sample lies in the interval at rest, {} s to {} s",
+                        from + origin,
+                        to + origin
                     ))
                     .detail(self.recording.clone())
                 })?;
@@ -344,8 +370,20 @@ impl AxisSensors {
                 };
             }
         }
-        if let Some([from, to]) = self.between {
-            acceleration.keep(|t| t >= from && t <= to);
+        if let Some(asked) = between {
+            let [from, to] = from_start(asked);
+            acceleration.keep(|t| t >= from && t < to);
+            if acceleration.time.len() < 2 {
+                return Err(Trouble::request(format!(
+                    "no row lies between {} s and {} s",
+                    asked[0], asked[1]
+                ))
+                .detail(self.recording.clone())
+                .with_hint("give another --between FROM TO; `proofmass inspect` shows the times"));
+            }
+            for reading in inputs.iter_mut().filter_map(|input| input.reading.as_mut()) {
+                reading.between_s = between;
+            }
         }
         if let Some(gaps) = longest_stretch(&acceleration.time) {
             let Samples { time, value } = &mut acceleration;
@@ -355,7 +393,7 @@ impl AxisSensors {
         }
 
         let (mut record, start) = self.common(&reading, &acceleration, resting)?;
-        if let (true, Some([from, to])) = (resting, self.still) {
+        if let (true, Some([from, to])) = (resting, still) {
             for (k, r) in record.reading.iter_mut().enumerate() {
                 let t = start + record.sample_time * k as f64;
                 *r = r.filter(|_| t >= from && t <= to);
@@ -489,11 +527,9 @@ impl AxisSensors {
         let unit = |i: usize| -> Result<Unit, Trouble> {
             let given = (self.acceleration_unit, "--acceleration-unit");
             stated_unit(recording, &columns[i], given)?.ok_or_else(|| {
-                unknown_unit(
-                    recording,
-                    &columns[i],
-                    "add --acceleration-unit m/s2, g, mg, …",
-                )
+                let index = recording.reading().columns[first + i].number - 1;
+                let asked = [(index, "--acceleration-unit")];
+                Trouble::from(recording.layout.ask_units(&asked).at(&recording.path))
             })
         };
         let value: Vec<f64> = match &self.calibration {

@@ -1,11 +1,12 @@
 //! What must hold for a result of any kind.
 
 use crate::Answer;
-use crate::support::Stop;
+use crate::support::{Steps, Stop};
 use proofmass_io::StatedQuantity;
-use proofmass_jobs::{REPORT, StoredResult, TroubleKind, Unwatched, Watch};
+use proofmass_jobs::{REPORT, StoredResult, TroubleKind, Watch};
 use proofmass_report::terminal;
 use std::f64::consts::TAU;
+use std::path::PathBuf;
 
 /// Stopped at the first call it gives nothing; else result.json, terminal, page and the table of the principal result
 /// state the same, and the result read again gives every file to the byte.
@@ -14,7 +15,9 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
         panic!("{kind} goes on when it is stopped");
     };
     assert_eq!(stopped.kind(), TroubleKind::Cancelled, "{kind}: {stopped}");
-    let result = answer(&Unwatched).unwrap_or_else(|e| panic!("{kind}: {e} {:?}", e.place()));
+    let steps = Steps::default();
+    let result = answer(&steps).unwrap_or_else(|e| panic!("{kind}: {e} {:?}", e.place()));
+    steps.law_they_go_up_to_the_end(kind);
     assert_eq!(result.kind(), kind);
     let bytes = result.to_json().expect("result.json");
     let again = StoredResult::from_json(&bytes).expect("read again");
@@ -50,9 +53,11 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
         let (_, bytes) = found.unwrap_or_else(|| panic!("{kind} without {wanted}"));
         String::from_utf8_lossy(bytes).into_owned()
     };
+    lay_out(kind, &files, &result);
     let page = words(&file(REPORT));
     assert!(summary.contains(document["title"].as_str().expect("a title")));
     opens_with_the_answer(kind, &result, &file(REPORT));
+    law_the_opening_fits_a_terminal(kind, &result);
     // The first quantity is what a job was asked for: it stands in the terminal, on the page and in the table.
     if let Some(q) = quantities.first() {
         if q.value != 0.0 && q.expanded > 0.0 {
@@ -97,6 +102,45 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
         }
     }
     result
+}
+
+/// Result, verdict, findings and what was read take 25 lines of a hundred columns at most, before any detail.
+fn law_the_opening_fits_a_terminal(kind: &str, result: &StoredResult) {
+    let mut opening = result.summary();
+    opening.sections.clear();
+    let options = terminal::Options {
+        width: 100,
+        colour: false,
+    };
+    let text = terminal::render(&opening, &options).expect("terminal");
+    assert!(
+        text.lines().count() <= 25,
+        "{kind} opens with {} lines:\n{text}",
+        text.lines().count()
+    );
+    assert!(
+        text.lines().all(|l| l.chars().count() <= 100),
+        "{kind}:\n{text}"
+    );
+}
+
+/// Where `PROOFMASS_REPORTS` names a folder, the files of every result and its summary in a terminal of a hundred columns
+/// are written there, for somebody who looks at the pages.
+fn lay_out(kind: &str, files: &[(String, Vec<u8>)], result: &StoredResult) {
+    let Some(all) = std::env::var_os("PROOFMASS_REPORTS").map(PathBuf::from) else {
+        return;
+    };
+    std::fs::create_dir_all(&all).expect("a folder");
+    let place = (1..)
+        .map(|n| all.join(format!("{kind}-{n}")))
+        .find(|place| std::fs::create_dir(place).is_ok());
+    let place = place.expect("a name");
+    for (name, bytes) in files {
+        let path = place.join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, bytes).expect("a file");
+    }
+    std::fs::write(place.join("summary.txt"), in_a_terminal_of(100, result)).expect("a file");
 }
 
 /// The first block of a page has the result with U and k, a verdict, and the figure, before findings and all that is folded.
@@ -155,14 +199,17 @@ pub fn figure(result: &StoredResult, table: &str, row: usize, column: &str) -> f
 
 /// A number stands in terminal and page.
 pub fn states_everywhere(result: &StoredResult, value: f64) {
+    let terminal = in_the_terminal(result);
+    let kind = result.kind();
+    assert!(states(&terminal, value), "{kind}: terminal without {value}");
+    stands_on_the_page(result, value);
+}
+
+/// A number stands on the page.
+pub fn stands_on_the_page(result: &StoredResult, value: f64) {
     let page = words(&result.html().expect("page"));
-    for (place, text) in [("terminal", in_the_terminal(result)), ("page", page)] {
-        assert!(
-            states(&text, value),
-            "{}: {place} without {value}",
-            result.kind()
-        );
-    }
+    let kind = result.kind();
+    assert!(states(&page, value), "{kind}: page without {value}");
 }
 
 /// A number of a table.
@@ -180,8 +227,12 @@ pub fn cell(result: &StoredResult, table: &str, row: usize, column: &str) -> f64
 }
 
 pub fn in_the_terminal(result: &StoredResult) -> String {
+    in_a_terminal_of(200, result)
+}
+
+fn in_a_terminal_of(width: usize, result: &StoredResult) -> String {
     let options = terminal::Options {
-        width: 200,
+        width,
         colour: false,
     };
     terminal::render(&result.summary(), &options).expect("terminal")

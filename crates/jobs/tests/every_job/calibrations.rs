@@ -1,6 +1,8 @@
 //! Calibrations of sensors, and what is done with them.
 
-use crate::agreement::{cell, check, figure, in_the_terminal, states_everywhere};
+use crate::agreement::{
+    cell, check, figure, in_the_terminal, stands_on_the_page, states_everywhere,
+};
 use crate::ask;
 use num_complex::Complex64;
 use proofmass_core::Gravity;
@@ -319,6 +321,7 @@ pub fn comparison(kind: &str) {
     // The sentence gives the size, the table the sign.
     let first = cell(&result, "comparison.csv", 0, "difference_percent");
     assert!(first < 0.0);
+    stands_on_the_page(&result, first);
     assert!(in_the_terminal(&result).contains("by up to 1.2 %"));
     let several = check(kind, &|watch| {
         let data = ComparisonData {

@@ -5,6 +5,7 @@ use proofmass_core::Watch;
 use proofmass_io::{Ambient, Device, Input};
 use proofmass_jobs::{Outcome, Record, StoredResult};
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 
 /// What a caller knows.
 pub fn record() -> Record {
@@ -58,5 +59,43 @@ pub struct Stop;
 impl Watch for Stop {
     fn progress(&self, _stage: &'static str, _done: u64, _of: u64) -> ControlFlow<()> {
         ControlFlow::Break(())
+    }
+}
+
+/// An onlooker that keeps what it was told.
+#[derive(Default)]
+pub struct Steps(Mutex<Vec<(&'static str, u64, u64)>>);
+
+impl Watch for Steps {
+    fn progress(&self, stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        self.0.lock().expect("steps").push((stage, done, of));
+        ControlFlow::Continue(())
+    }
+}
+
+impl Steps {
+    /// What is told has a name; a stage whose steps are counted goes up until all are behind, and only then begins anew. The
+    /// last thing told is that all is done.
+    pub fn law_they_go_up_to_the_end(&self, kind: &str) {
+        let steps = self.0.lock().expect("steps");
+        let mut shares = std::collections::BTreeMap::new();
+        for &(stage, done, of) in steps.iter() {
+            assert!(stage.len() > 2, "{kind}: a stage without a name");
+            assert!(of == 0 || done <= of, "{kind}, {stage}: {done} of {of}");
+            if of == 0 {
+                continue;
+            }
+            let share = done as f64 / of as f64;
+            let before: f64 = shares.insert(stage, share).unwrap_or(0.0);
+            assert!(
+                before <= share || before == 1.0,
+                "{kind}, {stage} goes back from {before} to {share}"
+            );
+        }
+        for (stage, share) in shares {
+            assert_eq!(share, 1.0, "{kind}, {stage} does not end");
+        }
+        let last = steps.last().expect("something is told");
+        assert!(last.1 == last.2 && last.2 > 0, "{kind} ends with {last:?}");
     }
 }

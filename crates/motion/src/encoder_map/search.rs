@@ -119,6 +119,7 @@ impl MapSearch {
             // A large map passes for slip until it is subtracted.
             used = Used::of(&map.corrected(record)?, &self.tuning, watch)?;
         }
+        watch.step("encoder map", ROUNDS as u64, ROUNDS as u64)?;
         let lines = map.lines.clone();
         let alone = self.false_alarm_rate / lines.len().max(1) as f64;
         map.lines.retain(|line| line.chance < alone);

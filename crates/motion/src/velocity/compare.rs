@@ -181,7 +181,9 @@ pub fn compare(
     let (alone, others): (Vec<Method>, Vec<Method>) = chosen
         .into_iter()
         .partition(|m| m.family() == Family::Acceleration);
+    watch.step("methods", 0, 2)?;
     let mut rows = compare_methods(record, &reference, &others, decimations, skip)?;
+    watch.step("methods", 1, 2)?;
     rows.extend(compare_methods(
         &started,
         &reference,
@@ -189,6 +191,7 @@ pub fn compare(
         decimations,
         skip,
     )?);
+    watch.step("methods", 2, 2)?;
     let mut tuned = Vec::new();
     for &n in decimations {
         if !record.accelerometer || record.rests_only() {

@@ -7,7 +7,7 @@ use crate::plot::escape;
 use proofmass_uncertainty::{Finding, Severity};
 use std::fmt::Write;
 
-/// Of more lines than these paper has no details.
+/// Of more lines than these, or of twice as many findings, paper has no details.
 const MANY: usize = 6;
 
 impl Page {
@@ -16,7 +16,7 @@ impl Page {
         if groups.is_empty() {
             return;
         }
-        let many = match groups.len() > MANY {
+        let many = match groups.len() > MANY || findings.len() > 2 * MANY {
             true => " many",
             false => "",
         };

@@ -148,8 +148,10 @@ impl XyPlot {
             y,
             ..Panel::default()
         });
+        // Three are hardly higher than two: both fit a screen below the numbers they show.
+        let height = if self.panels.len() > 2 { 130.0 } else { 170.0 };
         for panel in &mut self.panels {
-            panel.height = 170.0;
+            panel.height = height;
         }
         self
     }

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use proofmass_core::{Error, Watch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Spectra of one output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -79,16 +79,11 @@ impl CrossSpectra {
         let (weights, step, count) = welch.segments(input.len())?;
         let bins = l / 2 + 1;
         let plan = crate::fourier::plan(l);
-        let done = AtomicU64::new(0);
+        let done = Mutex::new(0);
         let batches = count.div_ceil(BATCH);
         let partial: Vec<Sums> = (0..batches)
             .into_par_iter()
             .map(|batch| {
-                watch.step(
-                    "cross-spectra",
-                    done.fetch_add(1, Ordering::Relaxed),
-                    batches as u64,
-                )?;
                 let mut sums = Sums::new(bins, outputs.len());
                 let mut segment = vec![0.0; l];
                 let mut scratch = plan.make_scratch_vec();
@@ -118,6 +113,9 @@ impl CrossSpectra {
                         }
                     }
                 }
+                let mut done = done.lock().unwrap_or_else(PoisonError::into_inner);
+                *done += 1;
+                watch.step("cross-spectra", *done, batches as u64)?;
                 Ok(sums)
             })
             .collect::<Result<_, Error>>()?;

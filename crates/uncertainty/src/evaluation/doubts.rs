@@ -3,7 +3,8 @@
 use super::Evaluate;
 use crate::findings;
 use crate::{
-    Finding, InputEntry, OutputEntry, Severity, UncertaintyModel, Validation, Verdict, scientific,
+    Finding, InputEntry, OutputEntry, OutputResult, Severity, UncertaintyModel, Validation,
+    Verdict, scientific,
 };
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -68,17 +69,94 @@ fn groups(input: &InputEntry) -> Option<Finding> {
 /// Monte Carlo and a warning says so.
 const LARGE: f64 = 0.2;
 
-/// What the verdict asks of the reader.
+/// What the verdict asks of the reader; trials that are too few are for [`too_few`].
 pub(super) fn verdict(
     validation: &Validation,
     entry: &OutputEntry,
     options: &Evaluate,
 ) -> Option<Finding> {
-    let unit = match entry.unit.as_str() {
-        "1" => String::new(),
-        unit => format!(" {unit}"),
+    let evidence = || evidence(validation, &unit(&entry.unit), options);
+    match validation.verdict {
+        Verdict::Validated => None,
+        _ if validation.few_degrees_of_freedom => Some(findings::few_degrees_of_freedom_differ(
+            &entry.name,
+            &evidence(),
+        )),
+        Verdict::Undecided => None,
+        Verdict::NotValidated => Some(
+            findings::linear_result_not_validated(
+                &entry.name,
+                "the Monte Carlo interval",
+                &evidence(),
+            )
+            .at(if validation.relative >= LARGE {
+                Severity::Decision
+            } else {
+                Severity::Warning
+            }),
+        ),
+    }
+}
+
+/// Terms of second order that contradict the linear result, where Monte Carlo, which has all terms, cannot tell.
+pub(super) fn second_order(output: &OutputResult, options: &Evaluate) -> Option<Finding> {
+    let told = |v: &Validation| v.holds() || v.refutes();
+    let linear = output.linear.as_ref()?;
+    let second = linear.second_order?;
+    let quantity = &linear.quantity;
+    if output.validation.as_ref().is_some_and(told)
+        || second.agrees(quantity, options.probability, options.check_digits)
+    {
+        return None;
+    }
+    Some(findings::linear_result_not_validated(
+        &output.name,
+        "that with second-order terms",
+        &format!(
+            "for normal inputs u = {} to first order, {} to second; the mean shifts by {}",
+            scientific(quantity.standard_uncertainty, 3),
+            scientific(second.standard_uncertainty, 3),
+            scientific(second.shift, 2)
+        ),
+    ))
+}
+
+/// One finding for everything that the trials are too few for: figures that are not yet stable, and these verdicts.
+pub(super) fn too_few(
+    unstable: Option<&Finding>,
+    outputs: &[OutputResult],
+    options: &Evaluate,
+) -> Option<Finding> {
+    let open: Vec<(&OutputResult, &Validation)> = outputs
+        .iter()
+        .filter_map(|o| Some((o, o.validation.as_ref()?)))
+        .filter(|(_, v)| v.verdict == Verdict::Undecided && !v.few_degrees_of_freedom)
+        .collect();
+    let worst = open
+        .iter()
+        .max_by(|a, b| (a.1.scatter / a.1.tolerance).total_cmp(&(b.1.scatter / b.1.tolerance)));
+    let Some((output, validation)) = worst else {
+        return unstable.cloned();
     };
-    let evidence = format!(
+    let names: Vec<&str> = open.iter().map(|(o, _)| o.name.as_str()).collect();
+    let unit = unit(&output.unit);
+    Some(findings::too_few_trials(
+        &format!("to check the linear interval of {}", names.join(", ")),
+        &format!(
+            "{}, and the ends of the Monte Carlo interval scatter by {}{unit}{}",
+            evidence(validation, &unit, options),
+            scientific(validation.scatter, 1),
+            match names.len() {
+                1 => String::new(),
+                _ => format!(" ({})", output.name),
+            }
+        ),
+    ))
+}
+
+/// Both ends beside what is allowed.
+fn evidence(validation: &Validation, unit: &str, options: &Evaluate) -> String {
+    format!(
         "by {} and {}{unit} at the ends, {:.0} % of the half-width; {}{unit} is allowed for {} of u",
         scientific(validation.lower, 2),
         scientific(validation.upper, 2),
@@ -88,30 +166,13 @@ pub(super) fn verdict(
             1 => "1 digit".to_owned(),
             n => format!("{n} digits"),
         },
-    );
-    match validation.verdict {
-        Verdict::Validated => None,
-        Verdict::NotValidated if validation.few_degrees_of_freedom => Some(
-            findings::few_degrees_of_freedom_differ(&entry.name, &evidence),
-        ),
-        Verdict::NotValidated => Some(
-            findings::linear_result_not_validated(
-                &entry.name,
-                "the Monte Carlo interval",
-                &evidence,
-            )
-            .at(if validation.relative >= LARGE {
-                Severity::Decision
-            } else {
-                Severity::Warning
-            }),
-        ),
-        Verdict::Undecided => Some(findings::too_few_trials(
-            &format!("to check the linear interval of {}", entry.name),
-            &format!(
-                "{evidence}, and the ends of the Monte Carlo interval scatter by {}{unit}",
-                scientific(validation.scatter, 1)
-            ),
-        )),
+    )
+}
+
+/// A unit behind a number.
+fn unit(unit: &str) -> String {
+    match unit {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
     }
 }

@@ -41,8 +41,9 @@ pub(super) fn on(
     if all_by_law && !outputs.iter().any(loose) {
         return Ok((linear.cloned(), None));
     }
+    let stands = linear.filter(|_| all_by_law);
     if outputs.len() > OUTPUTS {
-        return Ok((linear.filter(|_| all_by_law).cloned(), None));
+        return Ok((stands.cloned(), None));
     }
     let causes: Vec<usize> = (0..joint.draws().len())
         .filter(|&d| joint.draws()[d].standard_uncertainty > 0.0 && alone(joint, d))
@@ -55,7 +56,7 @@ pub(super) fn on(
     };
     if drawn.outputs.first().is_none_or(|y| y.len() < ROWS) {
         // No road but the law of propagation has a distribution.
-        return Ok((linear.filter(|_| all_by_law).cloned(), None));
+        return Ok((stands.cloned(), None));
     }
     let mut columns = Vec::new();
     for (output, values) in outputs.iter().zip(&drawn.outputs) {
@@ -72,13 +73,8 @@ pub(super) fn on(
             loose: loose(output),
             trials: Vec::new(),
         };
-        // A distribution that is stated by its trials keeps its ends; y ± U is brought to y and u.
-        // So is Student's t where the law of propagation has ν_eff.
-        let few = output
-            .validation
-            .as_ref()
-            .is_some_and(|v| v.few_degrees_of_freedom);
-        let as_they_are = stated.method == StatementMethod::MonteCarlo || loose(output) && !few;
+        // A distribution that others draw keeps its ends, few degrees of freedom included; any other y ± U is brought to y and u.
+        let as_they_are = stated.method == StatementMethod::MonteCarlo || loose(output);
         columns.push(column.of(by_rank(values), as_they_are));
     }
     if with_causes {
@@ -114,7 +110,7 @@ pub(super) fn on(
     let settled = outputs
         .iter()
         .all(|o| o.stated.standard_uncertainty.is_some());
-    let estimate = match linear.filter(|_| all_by_law) {
+    let estimate = match stands {
         Some(linear) => Some(linear.clone()),
         None => settled.then(|| table.estimate(linear)).transpose()?,
     };

@@ -7,6 +7,7 @@ use crate::{
     TrialColumn, TrialTable,
 };
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// One `[[earlier]]`: quantities of a result that was filed before, as inputs.
@@ -32,6 +33,9 @@ pub struct EarlierEntry {
     /// What needs a decision before that result is used: likewise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
+    /// Whether no list of files beside it says that it is as it was written: likewise.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unlisted: bool,
 }
 
 impl EarlierEntry {
@@ -42,14 +46,22 @@ impl EarlierEntry {
         self.quantities.values().any(by_trials).then_some(table)
     }
 
-    /// Whether it may as well be drawn by its causes.
+    /// Whether it is drawn by its trials, and may as well be by its causes: it states nothing by trials alone.
     fn by_causes(&self) -> bool {
-        let by_trials = |c: &TrialColumn| !c.cause && c.by_trials;
-        self.estimate.is_some()
-            && self
-                .trials
-                .as_ref()
-                .is_some_and(|t| !t.columns.iter().any(by_trials))
+        let alone = |c: &TrialColumn| !c.cause && c.by_trials;
+        let table = self.drawn().filter(|_| self.estimate.is_some());
+        table.is_some_and(|t| !t.columns.iter().any(alone))
+    }
+
+    /// Whether one of the causes of its trials, its own apart, stands behind another result too.
+    fn shares_with(&self, other: &Self) -> bool {
+        let causes = self
+            .trials
+            .iter()
+            .flat_map(|t| &t.columns)
+            .filter(|c| c.cause);
+        let mut common = causes.filter(|c| !self.independent.contains(&c.name));
+        common.any(|c| c.dof.is_some_and(|nu| other.has(c, nu)))
     }
 }
 
@@ -75,6 +87,10 @@ pub(super) struct Earlier {
     rows: Vec<Vec<usize>>,
     /// Results that need a decision, and why.
     doubts: Vec<(String, String)>,
+    /// Results that no list of files vouches for.
+    unlisted: Vec<String>,
+    /// Results drawn by the law of propagation for what they share, though curvature moves their ends.
+    by_law: Vec<String>,
     /// Causes that two results share.
     shared: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
@@ -84,39 +100,29 @@ pub(super) struct Earlier {
 impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         // What two results share counts for more than how nearly linear they are.
-        let mut entries = entries.to_vec();
+        let mut entries = Cow::Borrowed(entries);
+        let mut all = Self::default();
         for k in 0..entries.len() {
-            let causes = entries[k].drawn().filter(|_| entries[k].by_causes());
-            let shares = causes.is_some_and(|table| {
-                let others = entries
-                    .iter()
-                    .enumerate()
-                    .filter(|(i, e)| *i != k && e.drawn().is_some());
-                others.into_iter().any(|(_, other)| {
-                    let mut causes = table.columns.iter().filter(|c| c.cause);
-                    causes.any(|c| {
-                        c.dof.is_some_and(|nu| other.has(c, nu))
-                            && !entries[k].independent.contains(&c.name)
-                    })
-                })
-            });
-            if shares {
-                entries[k].trials = None;
+            let entry = &entries[k];
+            let mut others = entries.iter().filter(|e| !std::ptr::eq(*e, entry));
+            if entry.by_causes() && others.any(|e| e.drawn().is_some() && entry.shares_with(e)) {
+                all.by_law.push(entry.file.clone());
+                entries.to_mut()[k].trials = None;
             }
         }
-        let entries = &entries;
-        let mut all = Self::default();
         for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
             all.doubts
                 .push((entry.file.clone(), entry.doubts.join("; ")));
         }
+        let unlisted = entries.iter().filter(|e| e.unlisted);
+        all.unlisted = unlisted.map(|e| e.file.clone()).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
-        for entry in entries {
+        for entry in entries.iter() {
             if let Some(table) = entry.drawn() {
-                all.add_trials(entry, table, entries, inputs)?;
+                all.add_trials(entry, table, &entries, inputs)?;
             }
         }
-        for entry in entries {
+        for entry in entries.iter() {
             all.add(entry, inputs)?;
         }
         Ok(all)
@@ -251,12 +257,12 @@ impl Earlier {
             by_law |= column.is_none();
             let Some(column) = column else { continue };
             let variable = self.column(column, entry, inputs);
-            let estimate = self.inputs[variable].estimate();
+            // The draw as it is, whatever was stated as the value (a median, or y of the law of propagation).
             self.quantities.push(EarlierQuantity {
                 name: name.clone(),
                 unit: column.unit.clone(),
-                value: column.value,
-                terms: vec![(variable, 1.0, estimate)],
+                value: 0.0,
+                terms: vec![(variable, 1.0, 0.0)],
             });
             row.push(variable);
         }
@@ -415,7 +421,16 @@ impl Earlier {
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
         let doubts = self.doubts.iter();
         let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
-        doubts.chain(shared).chain(lost).collect()
+        let unlisted = self.unlisted.iter();
+        let unlisted = unlisted.map(|file| findings::earlier_result_unlisted(file));
+        let by_law = self.by_law.iter();
+        let by_law = by_law.map(|file| findings::earlier_result_linearised(file));
+        doubts
+            .chain(unlisted)
+            .chain(by_law)
+            .chain(shared)
+            .chain(lost)
+            .collect()
     }
 }
 

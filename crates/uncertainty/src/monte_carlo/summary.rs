@@ -39,7 +39,9 @@ pub(super) fn summarise(
     for i in 0..m {
         let last = columns[i].len() as f64 - 1.0;
         for j in 0..i {
-            rows[i * m + j] = products[(i, j)] / last;
+            // Nothing varies with what has no variance below.
+            let held = moments[i].1.is_finite() && moments[j].1.is_finite();
+            rows[i * m + j] = if held { products[(i, j)] / last } else { 0.0 };
             rows[j * m + i] = rows[i * m + j];
         }
         // One that no number can hold is stated as absent.

@@ -26,6 +26,8 @@ pub struct OutputRecording {
     pub(crate) time: Option<ColumnRef>,
     /// Unit of the time column, where the heading does not say it.
     pub(crate) time_unit: Option<TimeUnit>,
+    /// The stretch of every file that is read, from one time on and before another, s.
+    pub(crate) between_s: Option<[f64; 2]>,
     /// Place of every channel: a number from one, or a heading of a text table.
     pub(crate) channels: BTreeMap<String, ColumnRef>,
     /// Channels in a file of raw floats, when there are more than are named.
@@ -85,6 +87,7 @@ impl OutputRecording {
     /// A channel that no sensor has, a number out of place.
     pub(crate) fn options(&self, source: &CampaignFile, names: &[&str]) -> Result<WaveformOptions> {
         self.output(source)?;
+        source.check_between(TABLE, self.between_s)?;
         for (key, value) in [
             ("sampling_rate_Hz", self.sampling_rate_hz),
             ("full_scale", self.full_scale),
@@ -164,6 +167,7 @@ impl OutputRecording {
             quantity: self.unit.si().0,
             time: self.time.clone(),
             time_unit: self.time_unit,
+            between: self.between_s,
         })
     }
 }

@@ -80,6 +80,8 @@ pub struct ShakerRecording {
     pub(crate) time: Option<ColumnRef>,
     /// Unit of the time column where the heading does not say it.
     pub(crate) time_unit: Option<TimeUnit>,
+    /// The stretch of every file that is read, from one time on and before another, s.
+    pub(crate) between_s: Option<[f64; 2]>,
     /// Delays of channels of the front end.
     #[serde(default)]
     pub(crate) delays: BTreeMap<String, ChannelDelay>,
@@ -176,6 +178,7 @@ impl ShakerRecording {
             }
         }
         self.check_delays(source, names)?;
+        source.check_between("recording", self.between_s)?;
         if self.drive == DriveKind::Swept {
             return Err(source
                 .refuse("recording", "drive", "a swept sine has no steady amplitude, and none is taken from it here")
@@ -227,6 +230,7 @@ impl ShakerRecording {
             quantity: Unit::Volt,
             time: self.time.clone(),
             time_unit: self.time_unit,
+            between: self.between_s,
         })
     }
 

@@ -41,7 +41,7 @@ pub(super) fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
     let name = curve.statistic.abbreviation();
     let unit = curve.statistic.unit(&channel.unit);
     let mut plot = XyPlot::new(Axis::log("averaging time τ", "s"), Axis::log(name, unit))
-        .height(380.0)
+        .height(320.0)
         .series(series(name, curve));
     if let Some(compensated) = &channel.compensated {
         plot = plot.series(series("without temperature", compensated));

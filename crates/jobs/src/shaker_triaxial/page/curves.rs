@@ -122,8 +122,5 @@ fn terms_plot(result: &MethodResult, which: &[usize], unit: Unit) -> XyPlot {
             plot = plot.series(Series::intervals(String::new(), &points).look(number));
         }
     }
-    for panel in &mut plot.panels {
-        panel.height = 220.0;
-    }
     plot
 }

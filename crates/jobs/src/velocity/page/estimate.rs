@@ -1,9 +1,11 @@
 //! The report of an estimate: velocity with its uncertainty, and what speaks against it.
 
 use super::{facts, figures, noise, pairing};
+use crate::page::answer::{plus_minus, stated, with_unit};
 use crate::page::columns::{filed, number};
 use crate::velocity::VelocityEstimate;
 use crate::velocity::outcome::Head;
+use proofmass_io::StatedQuantity;
 use proofmass_motion::{
     Episode, EstimateResult, ReadingSource, RippleLine, VelocityTrace, excerpt,
 };
@@ -17,11 +19,9 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
     let (head, result) = (&outcome.head, &outcome.result);
     let n = result.trace.velocity.len();
     let zoom = excerpt(&result.smoother.velocity);
+    let caption =
+        "Velocity over the whole recording, with the interval of 95 % that the model states";
     let curves = Section::new("Velocity in parts")
-        .figure(
-            "Velocity over the whole recording, with the interval of 95 % that the model states",
-            head.curves(result, 0..n),
-        )
         .figure(
             format!(
                 "The liveliest part, {} s to {} s",
@@ -60,15 +60,23 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
         Some(Section::filed([samples(outcome)])),
     ];
     let largest = head.quantities.first();
-    let stated = largest.map(crate::page::answer::stated);
+    let figure = |q: &StatedQuantity| match head.angular {
+        true => {
+            let turns = 30.0 / std::f64::consts::PI;
+            let turns = plus_minus(turns * q.value, turns * q.expanded);
+            let k = q.k.map_or(String::new(), |k| format!("k = {k:.2}; "));
+            stated(q).note(format!("{k}{turns} r/min"))
+        }
+        false => stated(q),
+    };
     let mut page = head.opened(page, n);
     if let Some(q) = largest {
-        page = page.verdict(format!(
-            "The speed reaches {}.",
-            crate::page::answer::with_unit(q)
-        ));
+        page = page.verdict(format!("The speed reaches {}.", with_unit(q)));
     }
-    let page = page.answers(stated).answers(head.key_figures(result));
+    let page = page
+        .answers(largest.map(figure))
+        .answers(head.key_figures(result))
+        .shown_by(caption, head.curves(result, 0..n));
     sections.into_iter().flatten().fold(page, Report::section)
 }
 
@@ -284,17 +292,7 @@ impl Head {
 
 impl Head {
     fn key_figures(&self, result: &EstimateResult) -> Vec<KeyFigure> {
-        let (fastest, _) = result.largest_speed();
         let mut figures = vec![
-            match self.angular {
-                false => KeyFigure::new("largest speed", scientific(fastest, 4), "m/s"),
-                true => {
-                    KeyFigure::new("largest speed", scientific(fastest, 4), "rad/s").note(format!(
-                        "{} r/min",
-                        scientific(fastest * 30.0 / std::f64::consts::PI, 4)
-                    ))
-                }
-            },
             KeyFigure::new(
                 "delay of the method",
                 scientific(1e3 * result.trace.stated_delay, 3),

@@ -84,7 +84,22 @@ pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
         .answers(largest(&found.map.lines, &unit))
         .section(Section::new("Encoder map").table(table).summarised());
     if found.map.lines.is_empty() {
-        return page;
+        let lines = &found.lines;
+        let amplitudes: Vec<(f64, f64, f64)> = lines
+            .iter()
+            .map(|l| (l.order, l.amplitude(), 2.0 * l.amplitude_uncertainty()))
+            .collect();
+        let most = lines.iter().map(|l| l.order).fold(0.0, f64::max);
+        let plot = XyPlot::new(
+            Axis::linear("cycles per turn", "").range(0.0, most + 1.0),
+            Axis::linear("amplitude", unit),
+        )
+        .horizontal(0.0, "")
+        .series(Series::intervals("", &amplitudes));
+        return page.shown_by(
+            "Amplitude of each line that was looked for, with ± 2 u: noise alone gives such ones",
+            plot,
+        );
     }
     let angle: Vec<f64> = (0..=360).map(f64::from).collect();
     let place = |a: &f64| a / 360.0 * found.map.turn;

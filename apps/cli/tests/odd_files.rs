@@ -1,0 +1,78 @@
+//! What a recording does not say is asked for with the option to type, and what was read is told; an example of a kind runs. The
+//! table of odd files and readers is `crates/jobs/tests/odd_recordings`.
+
+mod support;
+
+use std::fmt::Write;
+use support::*;
+
+#[test]
+fn known_unit_and_clock_are_asked_for_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rest.csv");
+    let mut rows = "timestamp,ax,ay,az\n".to_owned();
+    let mut noise = Chance(5);
+    for i in 0..3000 {
+        let [x, y, z] = [0, 1, 2].map(|_| 1e-3 * noise.normal());
+        writeln!(rows, "{},{x:.6},{y:.6},{:.6}", 10 * i, 1.0 + z).unwrap();
+    }
+    std::fs::write(&path, rows).unwrap();
+    for (command, option) in [
+        (&["noise"][..], "--unit g"),
+        (&["test", "shock", "--column", "az"], "--unit g"),
+        (
+            &["test", "random", "--input", "ax", "--output-column", "az"],
+            "--output-unit g",
+        ),
+    ] {
+        let asked = refuse(&[command, &[text(&path), "--time-unit", "ms"]].concat());
+        assert!(asked.contains(option), "{command:?}: {asked}");
+    }
+    assert!(refuse(&["noise", text(&path), "--unit", "g"]).contains("--time-unit ms"));
+    // Said, file and stream are read alike, and tell it alike.
+    let said = [
+        "noise",
+        text(&path),
+        "--unit",
+        "g",
+        "--time-unit",
+        "ms",
+        "--json",
+    ];
+    let [held, stream] = [&[][..], &["--stream"]].map(|more: &[&str]| {
+        let output = succeed(&[&said[..], more].concat());
+        let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        result["inputs"][0]["reading"].clone()
+    });
+    assert_eq!(held["columns"][2]["unit"], "g");
+    assert_eq!(held["columns"][2]["unit_by"], "person");
+    assert_eq!(held["time"]["unit"], "ms");
+    assert_eq!(
+        (&held["columns"], &held["time"]["by"]),
+        (&stream["columns"], &stream["time"]["by"])
+    );
+    for reading in [&held, &stream] {
+        assert!((reading["time"]["rate_hz"].as_f64().unwrap() - 100.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn known_example_of_a_kind_is_calibrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("example");
+    let said = stderr(&succeed(&[
+        "init",
+        "--kind",
+        "shaker-single",
+        "-o",
+        text(&place),
+    ]));
+    assert!(said.contains("proofmass calibrate"), "{said}");
+    succeed(&["calibrate", text(&place)]);
+    let result = json(&place.join("result/result.json"));
+    // 10 mV/(m/s²) behind a reference that reads 10.2 mV/(m/s²).
+    let (value, _, expanded) = quantity(&result, "sensitivity[frequency=160]");
+    assert!((value - 0.01).abs() < expanded, "{value} ± {expanded}");
+    let wrong = proofmass(&["init", "--kind", "shaker", "-o", text(&place)]);
+    assert_eq!(wrong.status.code(), Some(2));
+}
