@@ -22,7 +22,9 @@ use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_dynamic::measured::{CommonInput, Lead, by_standard, driven_band, leaking};
+use proofmass_dynamic::measured::{
+    CommonInput, Lead, by_standard, driven_band, leaking, swept_band,
+};
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
@@ -239,7 +241,13 @@ impl ResponseJob {
             Excitation::Sweep => {
                 let [x, y] = one()?;
                 let mut method = LocalPolynomial::default();
-                method.band = self.band.unwrap_or_else(|| driven_band(x.data, rate));
+                method.band = self.band.unwrap_or_else(|| {
+                    let [low, high] = driven_band(x.data, rate);
+                    match swept_band(x.data, rate) {
+                        Some([first, last]) if first < last => [first.max(low), last.min(high)],
+                        _ => [low, high],
+                    }
+                });
                 if let Some(wide) = self.segment {
                     method.half_width = wide / 2;
                 }
@@ -292,7 +300,8 @@ impl Job for ResponseJob {
                 .with_hint("widen --band, or give longer segments"));
         }
         watch.step("response", 1, 2)?;
-        quality(&response, &mut findings);
+        let driven = driven_band(x.data, data.rate);
+        quality(&response, driven, &mut findings);
         if input_unit == y.unit {
             order(&response, &mut findings);
         }
@@ -314,11 +323,17 @@ impl Job for ResponseJob {
                     None => points,
                 };
                 let seen = self.input().on(seen)?;
-                let fit = FitProblem::new(structure)
-                    .fit(&seen)
-                    .map_err(|e| Trouble::from(e).about("the model").detail(data.name))?;
-                findings.extend(fit.findings.iter().cloned());
-                Some(fit)
+                match FitProblem::new(structure).fit(&seen) {
+                    Ok(fit) => {
+                        findings.extend(fit.findings.iter().cloned());
+                        Some(fit)
+                    }
+                    // The response is known all the same.
+                    Err(e) => {
+                        findings.push(findings::model_not_fitted(&e.to_string()));
+                        None
+                    }
+                }
             }
             None => None,
         };
@@ -372,13 +387,14 @@ fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
     }
 }
 
-fn quality(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
-    let n = response.value.len();
-    if response.coherence.len() == n && n > 0 {
-        let poor = response.coherence.iter().filter(|c| **c < 0.75).count();
-        if 10 * poor > 3 * n {
-            findings.push(findings::low_coherence(poor, n));
-        }
+fn quality(response: &ResponseEstimate, driven: [f64; 2], findings: &mut Vec<Finding>) {
+    // Where nothing drives the device, nothing is related to it.
+    let lines = response.frequency.iter().zip(&response.coherence);
+    let coherence = lines.filter(|(f, _)| (driven[0]..=driven[1]).contains(f));
+    let coherence: Vec<f64> = coherence.map(|(_, c)| *c).collect();
+    let poor = coherence.iter().filter(|c| **c < 0.75).count();
+    if 10 * poor > 3 * coherence.len() {
+        findings.push(findings::low_coherence(poor, coherence.len()));
     }
     if let Some((frequency, share)) = leaking(response) {
         findings.push(findings::leakage(100.0 * share, frequency));

@@ -280,9 +280,11 @@ impl PhasorReading {
     fn told(&self, fit: &SineFit, channels: &[&[f64]], resolution: f64) -> Phasors {
         // The last code on either side: a sample there may be any larger value.
         let limit = self.full_scale.map(|full| full * (1.0 - 1e-6));
-        let cut = |channel: &[f64]| match limit {
-            Some(limit) => channel.iter().filter(|v| v.abs() >= limit).count() > 1,
-            None => !rails(channel).is_empty(),
+        let at_limit =
+            |channel: &[f64], limit: f64| channel.iter().filter(|v| v.abs() >= limit).count() > 1;
+        // An amplifier may saturate before the converter does.
+        let cut = |channel: &[f64]| {
+            limit.is_some_and(|limit| at_limit(channel, limit)) || !rails(channel).is_empty()
         };
         let clipped: Vec<usize> = (0..channels.len()).filter(|&k| cut(channels[k])).collect();
         let c = &fit.channels;
