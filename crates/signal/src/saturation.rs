@@ -218,17 +218,24 @@ impl Side<'_> {
     /// How far from the extreme the samples lie that are too many there; `None` where there are none.
     fn often(&self, zone: &Zone) -> Option<f64> {
         let n = self.all().count() as f64;
-        let counts = zone
-            .values
-            .chunk_by(|a, b| b - a <= ROUNDING * zone.range)
-            .map(<[f64]>::len);
+        let counts = zone.values.chunk_by(|a, b| a == b).map(<[f64]>::len);
         let mut counts: Vec<usize> = counts.collect();
         let equal = counts.pop()?;
         let beside = counts.iter().copied().max().unwrap_or(0).max(1);
         // A record of few values comes back to each of them.
         let varied = counts.len() >= EQUAL;
         let again = varied && equal >= EQUAL && equal as f64 > 4.0 * beside as f64;
-        if again && equal as f64 <= REST * n && !self.rests_elsewhere(zone, zone.step, equal) {
+        let places = || -> Vec<usize> {
+            let all = self.all().enumerate();
+            all.filter(|(_, v)| *v == zone.extreme)
+                .map(|(i, _)| i)
+                .collect()
+        };
+        if again
+            && equal as f64 <= REST * n
+            && !self.rests_elsewhere(zone, zone.step, equal)
+            && !self.repeats(&places())
+        {
             return Some(0.0);
         }
         let mut width = zone.step.max(ROUNDING * zone.range);
