@@ -4,7 +4,7 @@ use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::sine::dominant_frequency;
-use proofmass_uncertainty::adjustment::{Equations, adjust, cholesky, solve};
+use proofmass_uncertainty::adjustment::{Equations, cholesky, descend, solve};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Severity,
@@ -116,7 +116,6 @@ impl StepFit {
         // would be seen, over a dozen of its periods from the step on, on a thinned record; those that come nearest are followed there,
         // and the one that is best on the whole is followed on the whole.
         let length = n as f64 / rate;
-        let cost = |e: &Equations| e.residual.iter().map(|r| r * r).sum::<f64>();
         let mut starts: Vec<(f64, [f64; 5], Seen)> = Vec::new();
         let start = |f: f64, damping: f64| {
             [
@@ -158,22 +157,28 @@ impl StepFit {
                 .map(|(k, y)| (model(k) - y / height).powi(2))
                 .sum::<f64>()
         };
+        // Noise of a sample, where enough of them come before.
+        let quiet = &record[..4 * half / 5];
+        let noise = quiet.iter().map(|v| ((v - mean(quiet)) / height).powi(2));
+        let noise = noise.sum::<f64>() / quiet.len().max(1) as f64;
         let mut near: Option<(f64, Vec<f64>)> = None;
-        for (_, start, seen) in starts[..rings].iter().take(5).chain(&starts[rings..]) {
+        for (_, start, seen) in starts[rings..].iter().chain(starts[..rings].iter().take(5)) {
             let on_few = |p: &[f64]| seen.equations(height, length, p);
-            let weights = vec![1.0; seen.samples.len()];
-            if let Ok(s) = adjust("step fit", start, &weights, on_few) {
-                let cost = misfit(&s.parameters);
-                if near.as_ref().is_none_or(|b| cost < b.0) {
-                    near = Some((cost, s.parameters));
+            let Some((parameters, equations)) = settled(start, on_few) else {
+                continue;
+            };
+            let left = cost(&equations) / seen.samples.len() as f64;
+            let misfit = misfit(&parameters);
+            if near.as_ref().is_none_or(|b| misfit < b.0) {
+                near = Some((misfit, parameters));
+                // Nothing but noise is left.
+                if quiet.len() >= 32 && left < 1.2 * noise {
+                    break;
                 }
             }
         }
         let whole = |p: &[f64]| equations(record, rate, height, length, p);
-        let best = near.and_then(|(_, start)| {
-            let s = adjust("step fit", &start, &vec![1.0; n], whole).ok()?;
-            Some((s.parameters, s.equations))
-        });
+        let best = near.and_then(|(_, start)| settled(&start, whole));
         let Some((p, equations)) = best else {
             return Err(Error::NotConverged {
                 name: "step fit",
@@ -404,10 +409,45 @@ fn equations(
     Ok(equations)
 }
 
-/// (JᵀJ)⁻¹ JᵀΩJ (JᵀJ)⁻¹ with the residuals' autocovariance under Bartlett's window.
-fn sandwich(equations: &Equations) -> Option<Vec<f64>> {
-    const P: usize = 5;
-    let n = equations.residual.len();
+fn cost(e: &Equations) -> f64 {
+    e.residual.iter().map(|r| r * r).sum()
+}
+
+/// Gauss–Newton until the squares fall no further. With a few samples a period the second derivative jumps where the instant passes a
+/// sample, so that the last digits of the step need not settle.
+fn settled(
+    start: &[f64],
+    equations: impl Fn(&[f64]) -> Result<Equations, Error>,
+) -> Option<(Vec<f64>, Equations)> {
+    let mut parameters = start.to_vec();
+    let mut here = equations(&parameters).ok()?;
+    for _ in 0..60 {
+        let mut factor = normal(&here);
+        cholesky(&mut factor, P)?;
+        let mut step = vec![0.0; P];
+        for (row, r) in here.jacobian.chunks_exact(P).zip(&here.residual) {
+            step.iter_mut().zip(row).for_each(|(s, j)| *s += j * r);
+        }
+        solve(&factor, &mut step);
+        let before = cost(&here);
+        let squares = |e: &Equations, _: &[f64]| cost(e);
+        let taken = descend(&parameters, &step, before, 1e-18, &equations, squares).ok()?;
+        let fallen = before - cost(&taken.equations);
+        if fallen > 0.0 {
+            (parameters, here) = (taken.parameters, taken.equations);
+        }
+        if fallen <= 1e-9 * before {
+            return Some((parameters, here));
+        }
+    }
+    None
+}
+
+/// Parameters of the fit.
+const P: usize = 5;
+
+/// JᵀJ.
+fn normal(equations: &Equations) -> Vec<f64> {
     let mut normal = vec![0.0; P * P];
     for row in equations.jacobian.chunks_exact(P) {
         for a in 0..P {
@@ -416,7 +456,13 @@ fn sandwich(equations: &Equations) -> Option<Vec<f64>> {
             }
         }
     }
-    let mut factor = normal.clone();
+    normal
+}
+
+/// (JᵀJ)⁻¹ JᵀΩJ (JᵀJ)⁻¹ with the residuals' autocovariance under Bartlett's window.
+fn sandwich(equations: &Equations) -> Option<Vec<f64>> {
+    let n = equations.residual.len();
+    let mut factor = normal(equations);
     cholesky(&mut factor, P)?;
     // As many lags as an autocorrelation of some samples needs; far below the length.
     let lags = ((n as f64).powf(1.0 / 3.0) as usize).min(n / 4);

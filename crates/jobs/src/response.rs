@@ -271,7 +271,15 @@ impl Job for ResponseJob {
         };
         let mut findings = data.findings.to_vec();
         for [x, y] in &data.recordings {
-            for c in [x, y] {
+            for (c, role) in [(x, "input"), (y, "output")] {
+                if c.data.iter().all(|v| *v == c.data[0]) {
+                    return Err(Trouble::data(format!(
+                        "the {role} {:?} has one value throughout: a response to nothing is not known",
+                        c.name
+                    ))
+                    .detail(data.name)
+                    .with_hint("check the column and its cable"));
+                }
                 findings.extend(saturation::clipped(c.name, c.data, "the response is distorted: its gain is too small, for a random excitation by the share that is cut off"));
             }
         }

@@ -149,6 +149,26 @@ fn known_cut_inputs_of_responses_are_named() {
 }
 
 #[test]
+fn refuses_a_channel_without_signal() {
+    let (x, still) = (noise(1.0, 4000, 1), vec![0.0; 4000]);
+    for (excitation, input, output) in [
+        (Excitation::Random, &still, &x),
+        (Excitation::Sweep, &x, &still),
+        (Excitation::Impact, &still, &still),
+    ] {
+        let data = ResponseData {
+            recordings: vec![[channel("a", "m/s²", input), channel("u", "V", output)]],
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let answer = ResponseJob::new(excitation).evaluate(&data, &Unwatched);
+        let said = answer.expect_err("a refusal").to_string();
+        assert!(said.contains("one value throughout"), "{said}");
+    }
+}
+
+#[test]
 fn known_cut_shocks_and_steps_are_named() {
     let pulse = PulseShape::HalfSine.record(500.0, 0.011, 0.1, 6000, RATE);
     let pulse = with_noise(driven(&pulse), 1e-3, 7);
