@@ -181,7 +181,9 @@ impl ResponseFigures {
             let zeta = 0.5 * self.at_rest(at) * inverse.norm();
             let of_line = |k: usize| u(k) / s[k].norm_sqr() / inverse.norm();
             let relative = of_line(k).max(of_line(k - 1));
-            self.push("phase at resonance", zeta, zeta * relative);
+            // 1 − r² is not straight: its passage is off by h²/(8 f).
+            let bent = ((f[k] - f[k - 1]) / at).powi(2) / (8.0 * 3f64.sqrt());
+            self.push("phase at resonance", zeta, zeta * relative.hypot(bent));
         }
         if let Some((zeta, u)) = fitted {
             self.push("fit", zeta, u);
