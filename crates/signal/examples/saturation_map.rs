@@ -198,8 +198,12 @@ fn main() {
                     }
                 });
                 let unit = if random { " σ" } else { " of the peak" };
+                let behind = match noise > 0.0 {
+                    true => noise.to_string(),
+                    false => "none".to_owned(),
+                };
                 println!(
-                    "| {name}, {level}{unit}, {noise:e} | {} |",
+                    "| {name}, {level}{unit}, {behind} | {} |",
                     cells.join(" | ")
                 );
             }
