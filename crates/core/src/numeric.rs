@@ -1,4 +1,4 @@
-//! Small numerics that every room shares: sums of products, medians, a golden section, runs at an end of a range.
+//! Small numerics that every room shares: sums of products, medians, a golden section.
 
 /// Σ aᵢ bᵢ, from the first to the last.
 #[inline]
@@ -52,47 +52,6 @@ pub fn golden_section<E>(
     Ok(0.5 * (low + high))
 }
 
-/// Samples that stay at one value, as at the end of the range of a converter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EndRun {
-    /// Most of them in a row.
-    pub longest: usize,
-    /// Most samples in a row that are equal at another value: what the resolution explains. At least one.
-    pub elsewhere: usize,
-}
-
-impl EndRun {
-    /// Runs at a value and elsewhere.
-    pub fn at(values: &[f64], level: f64) -> Self {
-        let mut found = Self {
-            longest: 0,
-            elsewhere: 1,
-        };
-        let (mut run, mut other) = (0, 1);
-        let mut before = None;
-        for v in values {
-            run = if *v == level { run + 1 } else { 0 };
-            found.longest = found.longest.max(run);
-            other = if before == Some(v) && *v != level {
-                other + 1
-            } else {
-                1
-            };
-            found.elsewhere = found.elsewhere.max(other);
-            before = Some(v);
-        }
-        found
-    }
-
-    /// Whether the samples are cut off: `least` and more in a row, more than twice as many as elsewhere, and two more than twice as many
-    /// as a smooth top has within one step of the resolution.
-    pub fn is_cut(&self, least: usize, natural: f64) -> bool {
-        self.longest >= least
-            && self.longest as f64 > 2.0 * natural + 2.0
-            && self.longest > 2 * self.elsewhere
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,12 +70,5 @@ mod tests {
         let f = |x: f64| (x - 0.3).powi(2);
         let found = golden_section([0.0, 1.0], |k, _| k < 60, |a, b| Ok::<_, ()>(f(a) < f(b)));
         assert!((found.unwrap() - 0.3).abs() < 1e-7);
-    }
-
-    #[test]
-    fn known_run_at_the_end() {
-        let run = EndRun::at(&[0.0, 1.0, 5.0, 5.0, 5.0, 5.0, 5.0, 1.0, 1.0], 5.0);
-        assert_eq!((run.longest, run.elsewhere), (5, 2));
-        assert!(run.is_cut(4, 0.0) && !run.is_cut(4, 2.0) && !run.is_cut(6, 0.0));
     }
 }

@@ -5,7 +5,7 @@ use super::model::{ModelStructure, TransducerModel};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::{Density, Welch, fourier};
-use proofmass_uncertainty::Estimate;
+use proofmass_uncertainty::{Estimate, student_quantile};
 
 /// How an output is turned back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -15,14 +15,18 @@ pub struct Deconvolution {
     pub corner: Option<f64>,
     /// Samples before anything happens; they tell baseline and noise.
     pub quiet: usize,
+    /// First sample of what is asked for and the one after its last; found where the output stands out when `None`.
+    pub event: Option<[usize; 2]>,
 }
 
 /// The acceleration with its uncertainty, sample by sample.
 ///
 /// Â(f) = L(f) U(f)/S(f), L(f) = 1/(1 + (f/f_c)⁸) of zero phase, which keeps the inverse finite where the device no longer answers.
-/// Three causes, added in squares:
+/// The corner is chosen on the event alone, a window around what stands out, for beside a long record a short pulse has no line above
+/// the noise; by bands of half an octave, for single lines of a pulse are zero. Three causes, added in squares:
 ///
-/// - **noise**: its density before anything happens, through |L/S|²; the same at every sample;
+/// - **noise**: its density before anything happens, through |L/S|², or what the filter leaves of the quiet samples themselves, where
+///   that is more (hum, a drift); the same at every sample;
 /// - **model**: ∂â/∂θ by the same filter, with the covariance of all parameters (their common errors kept);
 /// - **regularisation**: what L removes is at most Δ = 2∫|1 − L| B df, B the modulus of Â where it is seen above the noise, beyond
 ///   that falling as f⁻²; rectangular, u = Δ/√3.
@@ -47,15 +51,19 @@ pub struct Deconvolved {
     pub regularisation: f64,
     /// Greatest part of the model.
     pub model: f64,
+    /// First sample of the event and the one after its last.
+    pub event: [usize; 2],
+    /// Sample of its peak: found with a third of the corner, that the noise of a flat top does not choose it, and within a third of a
+    /// half period of the corner the greatest.
+    pub top: usize,
 }
 
-impl Deconvolved {
-    /// Sample of the greatest modulus.
-    pub fn top(&self) -> usize {
-        (0..self.value.len())
-            .max_by(|a, b| self.value[*a].abs().total_cmp(&self.value[*b].abs()))
-            .unwrap_or(0)
-    }
+/// Sample of the greatest modulus among some.
+fn greatest(value: &[f64], among: std::ops::Range<usize>) -> usize {
+    let first = among.start;
+    among
+        .max_by(|a, b| value[*a].abs().total_cmp(&value[*b].abs()))
+        .unwrap_or(first)
 }
 
 fn low_pass(f: f64, corner: f64) -> f64 {
@@ -136,18 +144,19 @@ impl Deconvolution {
         let line = rate / padded as f64;
         let segment = (self.quiet / 4).clamp(8, 1024);
         let noise = Welch::new(segment).density(&output[..self.quiet], rate)?;
-        let response: Vec<Complex64> = (0..spectrum.len())
-            .map(|k| model.response(k as f64 * line))
-            .collect();
-        let envelope = envelope(&spectrum, &response, &noise, n, padded, rate);
+        let at = |k: usize| model.response(k as f64 * line);
+        let response: Vec<Complex64> = (0..spectrum.len()).map(at).collect();
+        let event = self.event.unwrap_or_else(|| stands_out(output, self.quiet));
+        let seen = Event::of(output, baseline, event, model, rate);
+        let envelope = seen.envelope(&noise);
         let (corner, noise_u, bias_u) = match self.corner {
             Some(corner) => {
-                let (noise_u, bias_u) = costs(corner, &response, &noise, &envelope, line, rate);
+                let (noise_u, bias_u) = seen.costs(corner, &noise, &envelope);
                 (corner, noise_u, bias_u)
             }
-            None => best_corner(&response, &noise, &envelope, line, rate),
+            None => seen.best_corner(&noise, &envelope),
         };
-        let inverse = |factor: &dyn Fn(usize) -> Complex64| -> Vec<f64> {
+        let inverse = |corner: f64, factor: &dyn Fn(usize) -> Complex64| -> Vec<f64> {
             let filtered = spectrum
                 .iter()
                 .enumerate()
@@ -157,12 +166,20 @@ impl Deconvolution {
             x.truncate(n);
             x
         };
-        let value = inverse(&|_| Complex64::new(1.0, 0.0));
+        let value = inverse(corner, &|_| Complex64::ONE);
+        let coarse = greatest(
+            &inverse(corner / 3.0, &|_| Complex64::ONE),
+            event[0]..event[1],
+        );
+        let near = (rate / (6.0 * corner)) as usize;
+        let near = coarse.saturating_sub(near)..(coarse + near + 1).min(n);
+        let top = greatest(&value, near);
+        let noise_u = noise_u.max(left_of_quiet(&value[..self.quiet], corner / rate));
         let sensitivities: Vec<Vec<f64>> = device
             .shifted
             .iter()
             .map(|[low, high]| {
-                inverse(&|k| {
+                inverse(corner, &|k| {
                     let f = k as f64 * line;
                     -(high.response(f) - low.response(f)) / (2.0 * STEP * response[k])
                 })
@@ -189,95 +206,167 @@ impl Deconvolution {
             noise: noise_u,
             regularisation: bias_u,
             model: model_u,
+            event,
+            top,
         })
     }
 }
 
-/// Modulus of the input's spectrum, in input × s, at every line: as seen, and beyond the noise as its f⁻² continuation.
-fn envelope(
-    spectrum: &[Complex64],
-    response: &[Complex64],
-    noise: &Density,
-    n: usize,
-    padded: usize,
+/// What the filter leaves of samples before anything happens, as a standard deviation whose 95 % interval holds with as many degrees of
+/// freedom as the band leaves them. The last of them, to which the event reaches through the low-pass, are left out.
+fn left_of_quiet(value: &[f64], corner: f64) -> f64 {
+    let reach = ((4.0 / corner) as usize).min(value.len() / 2);
+    let quiet = &value[..value.len() - reach];
+    let squares = quiet.iter().map(|v| v * v).sum::<f64>();
+    let dof = (2.0 * corner * quiet.len() as f64).max(1.0);
+    let u = (squares / quiet.len().max(1) as f64).sqrt();
+    u * student_quantile(0.975, dof) / 1.96
+}
+
+/// Where an output stands out of the noise of its quiet samples: from its first to its last sample above a tenth of its greatest, or
+/// above five standard deviations of the noise.
+fn stands_out(output: &[f64], quiet: usize) -> [usize; 2] {
+    let before = &output[..quiet];
+    let level = before.iter().sum::<f64>() / quiet as f64;
+    let squares: f64 = before.iter().map(|v| (v - level).powi(2)).sum();
+    let noise = (squares / quiet as f64).sqrt();
+    let greatest = output.iter().fold(0.0f64, |m, v| m.max((v - level).abs()));
+    let least = (0.1 * greatest).max(5.0 * noise).min(0.99 * greatest);
+    let out = |v: &f64| (v - level).abs() >= least;
+    let first = output.iter().position(out).unwrap_or(0);
+    let last = output.iter().rposition(out).unwrap_or(output.len() - 1);
+    [first, last + 1]
+}
+
+/// The spectrum of the event.
+struct Event {
+    spectrum: Vec<Complex64>,
+    response: Vec<Complex64>,
+    /// Samples that it weighs, by the squares of the window.
+    samples: f64,
+    /// Distance of two lines, Hz.
+    line: f64,
     rate: f64,
-) -> Vec<f64> {
-    let line = rate / padded as f64;
-    // A line of the noise: E|N|² = n f_s G/2.
-    let level = |f: f64| {
-        let k = ((f / noise.bin_width).round() as usize).clamp(1, noise.density.len() - 1);
-        (0.5 * n as f64 * rate * noise.density[k]).sqrt()
-    };
-    let count = spectrum.len();
-    let seen: Vec<f64> = (0..count)
-        .map(|k| spectrum[k].norm() / response[k].norm() / rate)
-        .collect();
-    let last = (1..count)
-        .take_while(|k| {
-            // Zeros of a pulse's spectrum go under: the greatest of an octave's third counts.
-            let to = (k + k / 4 + 2).min(count);
-            (*k..to).any(|m| spectrum[m].norm() > 5.0 * level(m as f64 * line))
-        })
-        .last()
-        .unwrap_or(1);
-    // Against the same power law the greatest of the last octave is the start of the continuation.
-    let from = (last / 2).max(1);
-    let start = (from..=last)
-        .map(|k| seen[k] * (k as f64 / last as f64).powi(2))
-        .fold(0.0, f64::max);
-    (0..count)
-        .map(|k| {
-            if k <= last {
-                seen[k]
-            } else {
-                start * (last as f64 / k as f64).powi(2)
+}
+
+impl Event {
+    /// A window around it, as far again as it is long and at least eight periods of the slowest mode, in which the edges are lost.
+    fn of(
+        output: &[f64],
+        baseline: f64,
+        [from, to]: [usize; 2],
+        model: &TransducerModel,
+        rate: f64,
+    ) -> Self {
+        let slowest = model.modes.iter().map(|m| m.frequency);
+        let slowest = slowest.fold(f64::INFINITY, f64::min);
+        let edge = (to - from).max((8.0 * rate / slowest) as usize).max(32);
+        let window = |i: usize| {
+            let far = from.saturating_sub(i).max((i + 1).saturating_sub(to));
+            match far >= edge {
+                true => 0.0,
+                false => 0.5 + 0.5 * (std::f64::consts::PI * far as f64 / edge as f64).cos(),
             }
-        })
-        .collect()
-}
-
-/// Standard uncertainties by noise and by what the low-pass removes.
-fn costs(
-    corner: f64,
-    response: &[Complex64],
-    noise: &Density,
-    envelope: &[f64],
-    line: f64,
-    rate: f64,
-) -> (f64, f64) {
-    let mut variance = 0.0;
-    let mut removed = 0.0;
-    for (k, s) in response.iter().enumerate() {
-        let f = k as f64 * line;
-        let l = low_pass(f, corner);
-        let g = ((f / noise.bin_width).round() as usize).min(noise.density.len() - 1);
-        variance += noise.density[g] * l * l / s.norm_sqr() * line;
-        removed += 2.0 * (1.0 - l) * envelope[k] * line;
-    }
-    // Beyond the last line the continuation goes on: ∫ B f⁻² df.
-    removed += 2.0 * envelope[envelope.len() - 1] * 0.5 * rate;
-    (variance.sqrt(), removed / 3f64.sqrt())
-}
-
-fn best_corner(
-    response: &[Complex64],
-    noise: &Density,
-    envelope: &[f64],
-    line: f64,
-    rate: f64,
-) -> (f64, f64, f64) {
-    let mut best = (0.25 * rate, f64::INFINITY, 0.0);
-    let mut least = f64::INFINITY;
-    for k in 0..60 {
-        let corner = 0.5 * rate * (20.0 * line / rate).max(1e-4).powf(f64::from(k) / 59.0);
-        let (a, b) = costs(corner, response, noise, envelope, line, rate);
-        let total = a.hypot(b);
-        if total < least {
-            least = total;
-            best = (corner, a, b);
+        };
+        let first = from.saturating_sub(edge);
+        let last = (to + edge).min(output.len());
+        let weights: Vec<f64> = (first..last).map(window).collect();
+        let padded = fourier::fast_length(2 * weights.len());
+        let mut signal: Vec<f64> = output[first..last]
+            .iter()
+            .zip(&weights)
+            .map(|(v, w)| (v - baseline) * w)
+            .collect();
+        signal.resize(padded, 0.0);
+        let spectrum = fourier::forward_owned(signal);
+        let line = rate / padded as f64;
+        Self {
+            response: (0..spectrum.len())
+                .map(|k| model.response(k as f64 * line))
+                .collect(),
+            spectrum,
+            samples: weights.iter().map(|w| w * w).sum(),
+            line,
+            rate,
         }
     }
-    best
+
+    /// Modulus of the input's spectrum, in input × s, at every line: as seen, and beyond the noise as its f⁻² continuation.
+    fn envelope(&self, noise: &Density) -> Vec<f64> {
+        let count = self.spectrum.len();
+        // Power of the noise in a line: E|N|² = n f_s G/2.
+        let level = |k: usize| {
+            let bin = (k as f64 * self.line / noise.bin_width).round() as usize;
+            let bin = bin.clamp(1, noise.density.len() - 1);
+            0.5 * self.samples * self.rate * noise.density[bin]
+        };
+        let seen: Vec<f64> = (0..count)
+            .map(|k| self.spectrum[k].norm() / self.response[k].norm() / self.rate)
+            .collect();
+        let mut sums = vec![[0.0; 2]];
+        for k in 0..count {
+            let [power, expected] = sums[k];
+            sums.push([power + self.spectrum[k].norm_sqr(), expected + level(k)]);
+        }
+        // Half an octave; of its lines as many are independent as the window is shorter than the transform.
+        let independent = self.samples * self.line / self.rate;
+        let ratio = |k: usize| {
+            let to = (k + k / 2 + 2).min(count);
+            let lines = ((to - k) as f64 * independent).max(1.0);
+            let [power, expected] = [0, 1].map(|p| sums[to][p] - sums[k][p]);
+            power / (expected * (1.0 + 4.0 / lines.sqrt() + 8.0 / lines))
+        };
+        let strongest = (1..count).max_by(|a, b| ratio(*a).total_cmp(&ratio(*b)));
+        let strongest = strongest.unwrap_or(1);
+        let last = (strongest..count).take_while(|k| ratio(*k) > 1.0).last();
+        let last = last.unwrap_or(strongest);
+        // Against the same power law the greatest of the last octave is the start of the continuation.
+        let from = (last / 2).max(1);
+        let start = (from..=last)
+            .map(|k| seen[k] * (k as f64 / last as f64).powi(2))
+            .fold(0.0, f64::max);
+        (0..count)
+            .map(|k| {
+                if k <= last {
+                    seen[k]
+                } else {
+                    start * (last as f64 / k as f64).powi(2)
+                }
+            })
+            .collect()
+    }
+
+    /// Standard uncertainties by noise and by what the low-pass removes.
+    fn costs(&self, corner: f64, noise: &Density, envelope: &[f64]) -> (f64, f64) {
+        let mut variance = 0.0;
+        let mut removed = 0.0;
+        for (k, s) in self.response.iter().enumerate() {
+            let f = k as f64 * self.line;
+            let l = low_pass(f, corner);
+            let g = ((f / noise.bin_width).round() as usize).min(noise.density.len() - 1);
+            variance += noise.density[g] * l * l / s.norm_sqr() * self.line;
+            removed += 2.0 * (1.0 - l) * envelope[k] * self.line;
+        }
+        // Beyond the last line the continuation goes on: ∫ B f⁻² df.
+        removed += 2.0 * envelope[envelope.len() - 1] * 0.5 * self.rate;
+        (variance.sqrt(), removed / 3f64.sqrt())
+    }
+
+    fn best_corner(&self, noise: &Density, envelope: &[f64]) -> (f64, f64, f64) {
+        let mut best = (0.25 * self.rate, f64::INFINITY, 0.0);
+        let mut least = f64::INFINITY;
+        for k in 0..60 {
+            let lowest = (20.0 * self.line / self.rate).max(1e-4);
+            let corner = 0.5 * self.rate * lowest.powf(f64::from(k) / 59.0);
+            let (a, b) = self.costs(corner, noise, envelope);
+            let total = a.hypot(b);
+            if total < least {
+                least = total;
+                best = (corner, a, b);
+            }
+        }
+        best
+    }
 }
 
 #[cfg(test)]
@@ -402,7 +491,7 @@ mod tests {
         let structure = ModelStructure::default();
         let quiet = |quiet| Deconvolution {
             quiet,
-            corner: None,
+            ..Deconvolution::default()
         };
         assert!(
             quiet(8)
@@ -426,6 +515,7 @@ mod tests {
         let corner = Deconvolution {
             corner: Some(RATE),
             quiet: 100,
+            event: None,
         };
         assert!(corner.apply(&model, &structure, &e, &output, RATE).is_err());
         assert!(

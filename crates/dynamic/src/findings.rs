@@ -13,6 +13,13 @@ findings! {
         evidence "{evidence}",
         advice "one of them understates its uncertainty, or the device has changed in between: {remedy}";
 
+    /// Differences of two calibrations are larger than their expanded uncertainty.
+    normalised_error_above_one(counted: &str, points: &str) =
+        "normalised-error-above-one", [Warning],
+        what "single differences exceed their expanded uncertainty",
+        evidence "{counted}: {points}, with E_n of modulus and phase",
+        advice "each asks for a cause (ISO/IEC 17043); whether the calibrations differ as a whole is told by all of them together";
+
     /// A calibration has no covariance between its frequencies.
     correlation_not_stated(calibration: &str, evidence: &str, consequence: &str) =
         "correlation-not-stated", [Note],

@@ -253,6 +253,42 @@ pub fn driven_band(input: &[f64], rate: f64) -> [f64; 2] {
     }
 }
 
+/// Passages of the frequency of a sweep from its first to its last cycles, Hz, whichever way it goes: the median of so many periods
+/// between rising passages, those that noise would make left out by a band of a quarter of the largest values. `None` with less than
+/// eight periods.
+pub fn swept_band(input: &[f64], rate: f64) -> Option<[f64; 2]> {
+    let mean = input.iter().sum::<f64>() / input.len().max(1) as f64;
+    let mut sizes: Vec<f64> = input.iter().map(|v| (v - mean).abs()).collect();
+    let largest = sizes.len().checked_sub(1 + sizes.len() / 20)?;
+    let (_, largest, _) = sizes.select_nth_unstable_by(largest, f64::total_cmp);
+    let least = 0.25 * *largest;
+    let (mut passages, mut below, mut crossed) = (Vec::new(), false, 0.0);
+    for k in 1..input.len() {
+        let (a, b) = (input[k - 1] - mean, input[k] - mean);
+        below |= b < -least;
+        if a < 0.0 && b >= 0.0 {
+            crossed = (k - 1) as f64 + a / (a - b);
+        }
+        if below && b > least {
+            passages.push(crossed);
+            below = false;
+        }
+    }
+    let periods: Vec<f64> = passages.windows(2).map(|w| w[1] - w[0]).collect();
+    if periods.len() < 8 {
+        return None;
+    }
+    let wide = (periods.len() / 100).clamp(3, 51);
+    let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+    for some in periods.windows(wide) {
+        let mut some = some.to_vec();
+        let (_, middle, _) = some.select_nth_unstable_by(wide / 2, f64::total_cmp);
+        low = low.min(rate / *middle);
+        high = high.max(rate / *middle);
+    }
+    Some([low, high])
+}
+
 /// A phase that rises with frequency, as if the output came before the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

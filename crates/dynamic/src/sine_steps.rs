@@ -9,7 +9,7 @@ pub use plateaus::{NoSteps, Plateau};
 use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::Error;
-use proofmass_core::numeric::EndRun;
+use proofmass_signal::saturation::rails;
 use proofmass_signal::sine::{Frequency, Residuals, SineApproximation, SineFit};
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::Finding;
@@ -141,7 +141,8 @@ impl SineSteps {
             let from = from as usize;
             let to = (from + (periods * period).round() as usize).min(input.len());
             let (x, y) = (&input[from..to], &output[from..to]);
-            if flat_top(x, period) || flat_top(y, period) {
+            let cut = |x: &[f64]| x.iter().all(|v| *v == x[0]) || !rails(x).is_empty();
+            if cut(x) || cut(y) {
                 flat.push(format!("{f:.2} Hz"));
                 continue;
             }
@@ -279,34 +280,5 @@ fn fitted(
         response,
         covariance: std::array::from_fn(|i| of_x[i] + of_y[i]),
         dof: a.dof.min(b.dof),
-    })
-}
-
-/// Whether a sine stays at one of its extremes longer than its resolution explains.
-fn flat_top(x: &[f64], period: f64) -> bool {
-    let (low, high) = x
-        .iter()
-        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
-    let amplitude = 0.5 * (high - low);
-    if !(amplitude > 0.0) {
-        return true;
-    }
-    let mut sorted = x.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let resolution = sorted
-        .windows(2)
-        .map(|w| w[1] - w[0])
-        .filter(|d| *d > 0.0)
-        .fold(f64::INFINITY, f64::min);
-    // A cosine is within δ of its top for √(2δ/A)/π of a period.
-    let natural =
-        period * (2.0 * resolution.min(amplitude) / amplitude).sqrt() / std::f64::consts::PI;
-    [low, high].into_iter().any(|extreme| {
-        // What a sine repeats elsewhere follows from its resolution.
-        let run = EndRun {
-            elsewhere: 0,
-            ..EndRun::at(x, extreme)
-        };
-        run.is_cut(3, natural)
     })
 }

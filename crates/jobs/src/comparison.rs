@@ -2,6 +2,7 @@
 
 mod page;
 
+use crate::findings;
 use crate::frequency_response::PHASE_NOT_STATED;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
@@ -11,7 +12,7 @@ use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::frequency_response::{ReferenceComparison, ResponseComparison};
 use proofmass_io::{StatedQuantity, Unit};
 use proofmass_report::Report;
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -118,6 +119,13 @@ impl Job for ComparisonJob {
             findings.extend(several.findings.iter().cloned());
             reference = Some(several);
         }
+        let compared = comparison
+            .iter()
+            .flat_map(|p| p.points.iter().map(|p| p.frequency));
+        let among = reference
+            .iter()
+            .flat_map(|r| r.points.iter().map(|p| p.frequency));
+        findings.extend(left_out(data, compared.chain(among)));
         watch.step("comparison", 1, 1)?;
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         Ok(ComparisonOutcome {
@@ -127,6 +135,34 @@ impl Job for ComparisonJob {
             findings,
         })
     }
+}
+
+/// Frequencies of the calibrations beyond those that all have; a warning where that is half of one and more.
+fn left_out(data: &ComparisonData<'_>, compared: impl Iterator<Item = f64>) -> Option<Finding> {
+    let mut compared: Vec<f64> = compared.collect();
+    compared.sort_unstable_by(f64::total_cmp);
+    compared.dedup();
+    let (low, high) = (*compared.first()?, *compared.last()?);
+    let within = low * (1.0 - 1e-9)..=high * (1.0 + 1e-9);
+    let (mut lost, mut much) = (Vec::new(), false);
+    for (response, name) in data.responses.iter().zip(data.names) {
+        let all = response.frequencies().count();
+        let beyond = response
+            .frequencies()
+            .filter(|f| !within.contains(f))
+            .count();
+        if beyond > 0 {
+            lost.push(format!("{beyond} of {all} of {name}"));
+        }
+        much |= 2 * beyond >= all;
+    }
+    let severity = if much {
+        Severity::Warning
+    } else {
+        Severity::Note
+    };
+    let finding = || findings::frequencies_not_compared(compared.len(), &lost.join(", "));
+    (!lost.is_empty()).then(|| finding().at(severity))
 }
 
 /// Every point of a response has an uncertainty of modulus and phase.

@@ -16,6 +16,7 @@ use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoi
 use proofmass_dynamic::shock::PulseSearch;
 use proofmass_io::{AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity};
 use proofmass_report::Report;
+use proofmass_signal::saturation;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
@@ -214,20 +215,31 @@ impl Job for DeconvolutionJob {
             .with_hint("cut it to the motion and a quiet interval before it"));
         }
         let named = |e: proofmass_core::Error| Trouble::from(e).detail(data.name);
-        let quiet = match self.quiet {
-            Some(seconds) => (seconds * data.rate).max(0.0) as usize,
-            None => PulseSearch::default()
-                .find(record)
-                .map_err(named)?
-                .map(|pulse| pulse.quiet)
-                .map_err(|_| {
-                    Trouble::data("no pulse is found, and so no quiet interval before it")
+        let pulse = PulseSearch::default().find(record).map_err(named)?;
+        let quiet =
+            match (self.quiet, &pulse) {
+                (Some(seconds), pulse) => {
+                    let quiet = (seconds * data.rate).max(0.0) as usize;
+                    let begin = pulse.as_ref().ok().map(|p| p.start.unwrap_or(0.0));
+                    if let Some(begin) = begin.filter(|begin| quiet as f64 > *begin) {
+                        return Err(Trouble::data(format!(
+                            "the first {seconds} s are not quiet: a pulse begins at {:.6} s",
+                            begin / data.rate
+                        ))
                         .detail(data.name)
-                        .with_hint(
-                            "say how long nothing happens at the beginning (--quiet SECONDS)",
-                        )
-                })?,
-        };
+                        .with_hint("say how long nothing happens before it (--quiet SECONDS)"));
+                    }
+                    quiet
+                }
+                (None, Ok(pulse)) => pulse.quiet,
+                (None, Err(_)) => {
+                    return Err(Trouble::data(
+                        "no pulse is found, and so no quiet interval before it",
+                    )
+                    .detail(data.name)
+                    .with_hint("say how long nothing happens at the beginning (--quiet SECONDS)"));
+                }
+            };
         let mut method = Deconvolution::default();
         method.corner = self.corner;
         method.quiet = quiet;
@@ -242,7 +254,9 @@ impl Job for DeconvolutionJob {
         watch.step("inverse filter", 1, 1)?;
         let mut findings = data.findings.to_vec();
         findings.extend(fit.findings.iter().cloned());
-        let top = result.top();
+        let consequence = "what was cut off is not in the acceleration either";
+        findings.extend(saturation::clipped(data.name, record, consequence));
+        let top = result.top;
         let highest = fit.residuals.iter().map(|r| r[0]).fold(0.0, f64::max);
         if result.corner > 1.05 * highest {
             findings.push(
@@ -254,6 +268,24 @@ impl Job for DeconvolutionJob {
                 )
                 .at(Severity::Warning),
             );
+        }
+        let plain = method.plain(fit.model.sensitivity, record);
+        let peak = result.value[top].abs();
+        let greatest = plain.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let u = result.standard_uncertainty[top];
+        // Below its resonances a device answers a motion by twice its greatest value at most.
+        let slowest = fit.model.modes.iter().map(|m| m.frequency);
+        let below = result.corner < slowest.fold(f64::INFINITY, f64::min);
+        if !(peak > 4.0 * u) || (below && 2.0 * (peak + 2.0 * u) < greatest) {
+            return Err(Trouble::data(format!(
+                "the peak is not in what the low-pass of {:.4e} Hz leaves: {peak:.3e} with U = {:.1e}, where output over static sensitivity reaches {greatest:.3e}",
+                result.corner,
+                2.0 * u
+            ))
+            .detail(data.name)
+            .with_hint(
+                "cut the record to the motion and the quiet before it, set the corner (--corner), or take the plain reading of `test shock`",
+            ));
         }
         if result.regularisation > 0.1 * result.value[top].abs() {
             findings.push(findings::little_is_left(
@@ -267,14 +299,12 @@ impl Job for DeconvolutionJob {
             .unit
             .split_once('/')
             .map_or("1", |(_, input)| input.trim_matches(['(', ')']));
-        let plain = method.plain(fit.model.sensitivity, record);
         Ok(DeconvolutionOutcome {
             request: *self,
             rate: data.rate,
             unit: unit.to_owned(),
             result,
             plain,
-            top,
             findings,
         })
     }
@@ -288,7 +318,6 @@ pub struct DeconvolutionOutcome {
     unit: String,
     result: Deconvolved,
     plain: Vec<f64>,
-    top: usize,
     findings: Vec<Finding>,
 }
 
@@ -307,11 +336,16 @@ impl DeconvolutionOutcome {
         Quantity {
             name: "peak".into(),
             unit: self.unit.clone(),
-            value: self.result.value.get(self.top).copied().unwrap_or(0.0),
+            value: self
+                .result
+                .value
+                .get(self.result.top)
+                .copied()
+                .unwrap_or(0.0),
             standard_uncertainty: self
                 .result
                 .standard_uncertainty
-                .get(self.top)
+                .get(self.result.top)
                 .copied()
                 .unwrap_or(0.0),
             dof: DegreesOfFreedom::INFINITE,

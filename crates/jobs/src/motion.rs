@@ -10,6 +10,7 @@ use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
+use proofmass_signal::saturation;
 use proofmass_signal::{
     Baseline, Extremes, Peaks, Response, ShockSpectrum, StrongMotion, Trace, Vibration,
 };
@@ -101,6 +102,8 @@ impl Job for MotionJob {
         let figures = StrongMotion::of(record, data.rate, self.gravity).map_err(named)?;
         let motion = self.baseline.integrate(record, data.rate).map_err(named)?;
         let mut findings = data.findings.to_vec();
+        let consequence = "peak, velocity and displacement are lower bounds";
+        findings.extend(saturation::clipped(channel.name, record, consequence));
         let periods = if self.periods.is_empty() {
             let (low, high) = (
                 2.0 / data.rate,

@@ -15,10 +15,11 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Gravity, Watch};
 use proofmass_io::{ColumnRef, Unit};
+use proofmass_signal::saturation;
 use proofmass_static::{
     AttitudeUncertainty, Model, MultiPosition, Samples, Segment, Standstill, StandstillCalibration,
     StandstillEstimator, Terms, ThresholdSweep, WindowedVariance, clipping, frozen,
-    suspected_clipping, temperature_drift,
+    temperature_drift,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -214,7 +215,15 @@ impl MultiPositionJob {
         }
         findings.extend(match self.range {
             Some([low, high]) => clipping(samples, (low, high), segments),
-            None => suspected_clipping(samples),
+            None => ["x", "y", "z"]
+                .into_iter()
+                .zip(samples.columns())
+                .flat_map(|(axis, column)| {
+                    let consequence = "the means there are wrong; give the range of the converter";
+                    saturation::clipped(&format!("output {axis}"), column, consequence)
+                })
+                .map(|f| f.at(proofmass_uncertainty::Severity::Warning))
+                .collect(),
         });
         findings.extend(frozen(samples));
         findings

@@ -22,13 +22,15 @@ use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_core::numeric::EndRun;
-use proofmass_dynamic::measured::{CommonInput, Lead, by_standard, driven_band, leaking};
+use proofmass_dynamic::measured::{
+    CommonInput, Lead, by_standard, driven_band, leaking, swept_band,
+};
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
 use proofmass_dynamic::modes::resonances;
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_signal::saturation;
 use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
 use proofmass_signal::{Welch, Window};
 use proofmass_uncertainty::{Finding, Severity};
@@ -239,7 +241,13 @@ impl ResponseJob {
             Excitation::Sweep => {
                 let [x, y] = one()?;
                 let mut method = LocalPolynomial::default();
-                method.band = self.band.unwrap_or_else(|| driven_band(x.data, rate));
+                method.band = self.band.unwrap_or_else(|| {
+                    let [low, high] = driven_band(x.data, rate);
+                    match swept_band(x.data, rate) {
+                        Some([first, last]) if first < last => [first.max(low), last.min(high)],
+                        _ => [low, high],
+                    }
+                });
                 if let Some(wide) = self.segment {
                     method.half_width = wide / 2;
                 }
@@ -263,8 +271,16 @@ impl Job for ResponseJob {
         };
         let mut findings = data.findings.to_vec();
         for [x, y] in &data.recordings {
-            for c in [x, y] {
-                saturation(c, &mut findings);
+            for (c, role) in [(x, "input"), (y, "output")] {
+                if c.data.iter().all(|v| *v == c.data[0]) {
+                    return Err(Trouble::data(format!(
+                        "the {role} {:?} has one value throughout: a response to nothing is not known",
+                        c.name
+                    ))
+                    .detail(data.name)
+                    .with_hint("check the column and its cable"));
+                }
+                findings.extend(saturation::clipped(c.name, c.data, "the response is distorted: its gain is too small, for a random excitation by the share that is cut off"));
             }
         }
         let (response, spectra) = self.estimate(data, watch, &mut findings)?;
@@ -292,7 +308,8 @@ impl Job for ResponseJob {
                 .with_hint("widen --band, or give longer segments"));
         }
         watch.step("response", 1, 2)?;
-        quality(&response, &mut findings);
+        let driven = driven_band(x.data, data.rate);
+        quality(&response, driven, &mut findings);
         if input_unit == y.unit {
             order(&response, &mut findings);
         }
@@ -314,11 +331,17 @@ impl Job for ResponseJob {
                     None => points,
                 };
                 let seen = self.input().on(seen)?;
-                let fit = FitProblem::new(structure)
-                    .fit(&seen)
-                    .map_err(|e| Trouble::from(e).about("the model").detail(data.name))?;
-                findings.extend(fit.findings.iter().cloned());
-                Some(fit)
+                match FitProblem::new(structure).fit(&seen) {
+                    Ok(fit) => {
+                        findings.extend(fit.findings.iter().cloned());
+                        Some(fit)
+                    }
+                    // The response is known all the same.
+                    Err(e) => {
+                        findings.push(findings::model_not_fitted(&e.to_string()));
+                        None
+                    }
+                }
             }
             None => None,
         };
@@ -352,30 +375,6 @@ impl Job for ResponseJob {
     }
 }
 
-/// Samples that stay at the very end of the range.
-fn saturation(channel: &Channel<'_>, findings: &mut Vec<Finding>) {
-    for (side, extreme) in [
-        (
-            "upper",
-            channel.data.iter().copied().fold(f64::MIN, f64::max),
-        ),
-        (
-            "lower",
-            channel.data.iter().copied().fold(f64::MAX, f64::min),
-        ),
-    ] {
-        let run = EndRun::at(channel.data, extreme);
-        if run.is_cut(4, 0.0) {
-            let EndRun { longest, elsewhere } = run;
-            findings.push(proofmass_uncertainty::findings::clipped(
-                &format!("{} stays at the {side} end of its range", channel.name),
-                &format!("{longest} samples at {extreme:.6}, at most {elsewhere} equal elsewhere"),
-                "the response is distorted",
-            ));
-        }
-    }
-}
-
 /// Where the output seems to come before the input.
 fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
     if let Some(lead) = Lead::of(response) {
@@ -396,13 +395,14 @@ fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
     }
 }
 
-fn quality(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
-    let n = response.value.len();
-    if response.coherence.len() == n && n > 0 {
-        let poor = response.coherence.iter().filter(|c| **c < 0.75).count();
-        if 10 * poor > 3 * n {
-            findings.push(findings::low_coherence(poor, n));
-        }
+fn quality(response: &ResponseEstimate, driven: [f64; 2], findings: &mut Vec<Finding>) {
+    // Where nothing drives the device, nothing is related to it.
+    let lines = response.frequency.iter().zip(&response.coherence);
+    let coherence = lines.filter(|(f, _)| (driven[0]..=driven[1]).contains(f));
+    let coherence: Vec<f64> = coherence.map(|(_, c)| *c).collect();
+    let poor = coherence.iter().filter(|c| **c < 0.75).count();
+    if 10 * poor > 3 * coherence.len() {
+        findings.push(findings::low_coherence(poor, coherence.len()));
     }
     if let Some((frequency, share)) = leaking(response) {
         findings.push(findings::leakage(100.0 * share, frequency));

@@ -49,7 +49,7 @@ use serde::{Deserialize, Serialize};
 /// };
 /// let runs = [ShakerSingleRun {
 ///     row: ComparisonRow {
-///         run: "a".into(), frequency: 160.0, transverse: Some(0.02),
+///         run: "a".into(), frequency: 160.0, transverse: Some(0.02), covariance: [[0.0; 3]; 2],
 ///         reference: Complex64::new(0.1, 0.0), output: Complex64::new(0.2, 0.0),
 ///     },
 ///     check: None, target: None, quality: Quality::default(), place: "line 1".into(),
@@ -119,8 +119,8 @@ impl ShakerSingleJob {
 pub struct ShakerSingleRun {
     /// Name, frequency and the two phasors.
     pub row: ComparisonRow,
-    /// Output of the check standard, where there is one.
-    pub check: Option<Complex64>,
+    /// Output of the check standard with its covariance rr, ri, ii, where there is one.
+    pub check: Option<(Complex64, [f64; 3])>,
     /// Acceleration wanted, m/s².
     pub target: Option<f64>,
     /// What the samples said.
@@ -316,8 +316,10 @@ impl ShakerSingleJob {
             .iter()
             .filter_map(|row| {
                 let run = data.runs.iter().find(|r| r.row.run == row.run)?;
+                let (output, noise) = run.check?;
                 Some(ComparisonRow {
-                    output: run.check?,
+                    output,
+                    covariance: [row.covariance[0], noise],
                     ..row.clone()
                 })
             })
@@ -362,7 +364,7 @@ impl ShakerSingleJob {
             for (channel, amplitude) in [
                 ("reference", Some(row.reference.norm())),
                 ("device", Some(row.output.norm())),
-                ("check standard", run.check.map(|c| c.norm())),
+                ("check standard", run.check.map(|c| c.0.norm())),
             ] {
                 if amplitude == Some(0.0) {
                     return Err(Trouble::data(format!(

@@ -10,7 +10,7 @@ use proofmass_core::Watch;
 use proofmass_dynamic::step::StepFit;
 use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
-use proofmass_signal::Trace;
+use proofmass_signal::{Trace, saturation};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
@@ -78,6 +78,8 @@ impl Job for StepJob {
         })?;
         watch.step("step", 1, 1)?;
         let mut findings = data.findings.to_vec();
+        let consequence = "damping and natural frequency come out wrong";
+        findings.extend(saturation::clipped(data.name, record, consequence));
         findings.extend(fit.findings.iter().cloned());
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let time: Vec<f64> = (0..record.len()).map(|k| k as f64 / data.rate).collect();

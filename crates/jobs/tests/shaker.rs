@@ -124,6 +124,7 @@ fn law_a_comparison_is_read_again() {
             reference: Complex64::new(0.1, 0.0),
             output: Complex64::new(output, 0.0),
             transverse: Some(0.02),
+            covariance: [[0.0; 3]; 2],
         },
         check: None,
         target: None,

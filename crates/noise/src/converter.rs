@@ -1,14 +1,12 @@
 //! What a converter leaves in a record: steps as coarse as the noise, rails, samples that stand twice.
 
 use crate::findings;
+use proofmass_signal::saturation::rails;
 use proofmass_uncertainty::{Figure, Finding};
 use serde::{Deserialize, Serialize};
 
 /// Fewest samples of which traces are sought.
 const FEWEST: usize = 1000;
-
-/// Samples at a rail from which clipping is reported, and how many times those of the next step they must be.
-const AT_RAIL: (usize, f64) = (20, 3.0);
 
 /// Share of neighbours that are equal from which samples are said to be repeated.
 const REPEATED: f64 = 0.15;
@@ -69,9 +67,10 @@ pub fn converter_traces(rate: &[f64]) -> Vec<ConverterTrace> {
     if let Some(step) = step.filter(|s| *s > scatter) {
         traces.push(ConverterTrace::Coarse { step, scatter });
     }
-    for side in [1.0, -1.0] {
-        traces.extend(clipped(rate, side, step));
-    }
+    traces.extend(rails(rate).iter().map(|r| ConverterTrace::Clipped {
+        rail: r.level,
+        share: r.share,
+    }));
     let (frozen, share) = standstills(rate);
     // Steps as large as the noise stand still by themselves.
     traces.extend(frozen.filter(|_| step.is_none_or(|s| s < scatter)));
@@ -117,38 +116,6 @@ fn standstills(rate: &[f64]) -> (Option<ConverterTrace>, f64) {
         samples,
     };
     (Some(frozen), share)
-}
-
-fn clipped(rate: &[f64], side: f64, step: Option<f64>) -> Option<ConverterTrace> {
-    let rail = rate
-        .iter()
-        .map(|v| side * v)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let (mut at, mut below) = (0_usize, 0_usize);
-    // The values just beside the rail: those within one step, or the next distinct one.
-    let width = step.map_or(0.0, |s| 1.5 * s);
-    let mut next = f64::NEG_INFINITY;
-    for v in rate.iter().map(|v| side * v) {
-        if v == rail {
-            at += 1;
-        } else if v > next {
-            next = v;
-        }
-    }
-    for v in rate.iter().map(|v| side * v) {
-        if v != rail && (v == next || v > rail - width) {
-            below += 1;
-        }
-    }
-    // A record of very few values sits at its largest one by right.
-    let share = at as f64 / rate.len() as f64;
-    let few = step.is_some_and(|s| (rail - next).abs() < 1.5 * s && share > 0.35);
-    (at >= AT_RAIL.0 && at as f64 > AT_RAIL.1 * below as f64 && !few).then_some(
-        ConverterTrace::Clipped {
-            rail: side * rail,
-            share,
-        },
-    )
 }
 
 /// Step between neighbouring values, when the record has few distinct ones: the median distance.

@@ -166,6 +166,7 @@ mod tests {
                             0.001 * draw(),
                         ),
                         transverse: Some(0.0),
+                        covariance: [[0.0; 3]; 2],
                     })
                     .collect();
                 let (single, _) = compare(&rows, None, "V/(m/s²)", &budget).unwrap();
@@ -196,6 +197,7 @@ mod tests {
             reference: Complex64::new(10.0, 0.0),
             output: Complex64::from_polar(0.1, -3.0),
             transverse: None,
+            covariance: [[0.0; 3]; 2],
         };
         let rows = [row(160.0), row(5000.0)];
         let (single, _) = compare(&rows, None, "V/(m/s²)", &budget).unwrap();

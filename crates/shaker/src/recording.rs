@@ -11,6 +11,7 @@ use super::flat_top::lost;
 use super::geometry::Configuration;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_signal::saturation::rails;
 use proofmass_signal::sine::{
     Frequency, Residuals, SineApproximation, SineFit, dominant_frequency,
 };
@@ -277,13 +278,15 @@ impl PhasorReading {
 
     /// What a fit of all channels tells.
     fn told(&self, fit: &SineFit, channels: &[&[f64]], resolution: f64) -> Phasors {
-        let clipped: Vec<usize> = self.full_scale.map_or(vec![], |full| {
-            // The last code on either side: a sample there may be any larger value.
-            let limit = full * (1.0 - 1e-6);
-            (0..channels.len())
-                .filter(|&k| channels[k].iter().filter(|v| v.abs() >= limit).count() > 1)
-                .collect()
-        });
+        // The last code on either side: a sample there may be any larger value.
+        let limit = self.full_scale.map(|full| full * (1.0 - 1e-6));
+        let at_limit =
+            |channel: &[f64], limit: f64| channel.iter().filter(|v| v.abs() >= limit).count() > 1;
+        // An amplifier may saturate before the converter does.
+        let cut = |channel: &[f64]| {
+            limit.is_some_and(|limit| at_limit(channel, limit)) || !rails(channel).is_empty()
+        };
+        let clipped: Vec<usize> = (0..channels.len()).filter(|&k| cut(channels[k])).collect();
         let c = &fit.channels;
         let outputs = if self.with_reference {
             1..c.len()

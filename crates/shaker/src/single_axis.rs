@@ -1,13 +1,15 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
+use crate::derived::PROBABILITY;
 use crate::findings;
 use crate::observation::ascending;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_signal::transfer::turned;
 use proofmass_uncertainty::chi_squared_chance;
 use proofmass_uncertainty::{
-    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
+    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence, Repeats,
 };
 use serde::{Deserialize, Serialize};
 
@@ -24,6 +26,24 @@ pub struct ComparisonRow {
     pub output: Complex64,
     /// Transverse motion relative to the motion along the axis, where it was measured.
     pub transverse: Option<f64>,
+    /// Covariance rr, ri, ii of the two phasors, reference first, by the noise of their recording or as a table states it; zero where
+    /// nothing is known of it.
+    pub covariance: [[f64; 3]; 2],
+}
+
+impl ComparisonRow {
+    /// Standard uncertainties by that noise of the ratio of the two: relative of its modulus, and of its phase in radians.
+    pub fn noise(&self) -> [f64; 2] {
+        let of = |z: Complex64, v| match z.norm() > 0.0 {
+            true => turned(v, z.inv()),
+            false => [0.0; 3],
+        };
+        let [x, y] = [
+            of(self.reference, self.covariance[0]),
+            of(self.output, self.covariance[1]),
+        ];
+        [0, 2].map(|i| (x[i] + y[i]).max(0.0).sqrt())
+    }
 }
 
 /// Standard uncertainties of a comparison beside those of the certificate.
@@ -81,8 +101,8 @@ pub struct SingleAxis {
     pub frequency: f64,
     /// Complex sensitivity, output per m/s².
     pub sensitivity: Complex64,
-    /// Components `modulus` (output per m/s²) and, where it is known, `phase` (rad) with the influences `reference.calibration`, `reading` and,
-    /// where it was stated, `transverse`.
+    /// Components `modulus` (output per m/s²) and, where it is known, `phase` (rad) with the influences `reference.calibration`, `reading`,
+    /// `noise` of a single run or `repeatability` of several, and, where it was stated, `transverse`.
     pub estimate: Estimate,
 }
 
@@ -144,7 +164,7 @@ pub fn compare(
                 },
             })
         };
-        let mut influences = Vec::with_capacity(3);
+        let mut influences = Vec::with_capacity(5);
         if let Some(c) = certificate {
             influences.push(influence(
                 "reference.calibration",
@@ -161,6 +181,16 @@ pub fn compare(
             budget.dof,
             [modulus * budget.ratio, budget.phase],
         )?);
+        let [ratio, phase] = row.noise();
+        if ratio.max(phase) > 0.0 {
+            influences.push(influence(
+                NOISE,
+                "noise of the recordings of the run",
+                Evaluation::A,
+                DegreesOfFreedom::INFINITE,
+                [modulus * ratio, phase],
+            )?);
+        }
         if budget.front_end > 0.0 {
             influences.push(influence(
                 "front_end.delay",
@@ -217,6 +247,9 @@ pub fn compare(
     Ok((results, findings))
 }
 
+/// Key of the noise of one run.
+const NOISE: &str = "noise";
+
 /// The modulus alone, where the phase is that of another clock.
 fn without_phase(estimate: Estimate, budget: &ComparisonBudget) -> Result<Estimate, Error> {
     if !budget.free_phase {
@@ -229,9 +262,10 @@ fn without_phase(estimate: Estimate, budget: &ComparisonBudget) -> Result<Estima
 /// Mean over the runs of each frequency, in ascending frequency; a frequency of one run stays as it is.
 ///
 /// The mean is of the complex sensitivities. Certificate and reading are common to the repeats and stay; the
-/// scatter adds the influence `repeatability`, s/√n with n − 1 degrees of freedom.
+/// scatter adds the influences `repeatability` of the modulus and of the phase after [`Repeats::mean_of`], whose declared noise is that of
+/// the recordings.
 ///
-/// A scatter beyond the declared uncertainty of a reading (χ² with 2 (n − 1) degrees of freedom) is a finding.
+/// A scatter beyond the declared uncertainty of a reading and that noise (χ² with 2 (n − 1) degrees of freedom) is a finding.
 ///
 /// # Errors
 /// As [`Estimate::new`].
@@ -265,52 +299,59 @@ pub fn combine(
                 [d.re, d.im]
             })
             .collect();
-        let moment = |p: usize, q: usize| turned.iter().map(|d| d[p] * d[q]).sum::<f64>();
-        let scale = 1.0 / (n * (n - 1.0));
         let m = mean.norm();
         let unit = first.estimate.components()[0].unit.clone();
-        let covariance = [
-            scale * moment(0, 0) * m * m,
-            scale * moment(0, 1) * m,
-            scale * moment(0, 1) * m,
-            scale * moment(1, 1),
-        ];
         let components = vec![
             Component::new("modulus", unit, m),
             Component::new("phase", "rad", mean.arg()),
         ];
         // Certificate and reading are relative: those of one run, scaled to the mean.
         let ratio = m / first.sensitivity.norm();
-        let (components, jacobian, covariance) = match budget.free_phase {
-            true => (
-                components[..1].to_vec(),
-                vec![ratio],
-                covariance[..1].to_vec(),
-            ),
-            false => (components, vec![ratio, 0.0, 0.0, 1.0], covariance.to_vec()),
+        let (components, jacobian) = match budget.free_phase {
+            true => (components[..1].to_vec(), vec![ratio]),
+            false => (components, vec![ratio, 0.0, 0.0, 1.0]),
         };
         let scaled = first.estimate.propagate(components.clone(), &jacobian)?;
-        let size = components.len();
         let mut influences = scaled.influences().to_vec();
-        influences.push(Influence {
-            key: "repeatability".to_owned(),
-            description: "scatter of the repeats".to_owned(),
-            evaluation: Evaluation::A,
-            distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::new(n - 1.0).unwrap_or(DegreesOfFreedom::INFINITE),
-            effect: Effect::Joint {
-                covariance: proofmass_uncertainty::Covariance::try_from_rows(size, &covariance)?,
-            },
+        influences.retain(|i| i.key != NOISE);
+        let size = components.len();
+        // The noise of one run, root mean square: what the recordings say of it.
+        let noise: [f64; 2] = std::array::from_fn(|p| {
+            let squares = group.iter().map(|&i| rows[i].noise()[p].powi(2));
+            (squares.sum::<f64>() / n).sqrt()
         });
+        let parts = ["repeatability", "repeatability.phase"];
+        for (p, key) in parts.into_iter().enumerate().take(size) {
+            let along: Vec<f64> = turned.iter().map(|d| d[p]).collect();
+            let scatter = Repeats::pool(&[&along])?;
+            let declared = (noise[p] > 0.0).then_some((noise[p], DegreesOfFreedom::INFINITE));
+            let mean = scatter.mean_of(group.len(), declared, PROBABILITY);
+            let u = mean.standard_uncertainty * [m, 1.0][p];
+            let mut covariance = vec![0.0; size * size];
+            covariance[p * size + p] = u * u;
+            influences.push(Influence {
+                key: key.to_owned(),
+                description: "scatter of the repeats, or the noise of their recordings".to_owned(),
+                evaluation: Evaluation::A,
+                distribution: "normal".to_owned(),
+                dof: mean.dof,
+                effect: Effect::Joint {
+                    covariance: proofmass_uncertainty::Covariance::try_from_rows(
+                        size,
+                        &covariance,
+                    )?,
+                },
+            });
+        }
         if budget.ratio > 0.0 && budget.phase > 0.0 {
-            let statistic =
-                moment(0, 0) / budget.ratio.powi(2) + moment(1, 1) / budget.phase.powi(2);
+            let one = [budget.ratio.hypot(noise[0]), budget.phase.hypot(noise[1])];
+            let of = |d: &[f64; 2]| (d[0] / one[0]).powi(2) + (d[1] / one[1]).powi(2);
+            let statistic = turned.iter().map(of).sum::<f64>();
             let parts = if budget.free_phase { 1.0 } else { 2.0 };
             let dof = parts * (n - 1.0);
             if chi_squared_chance(statistic, dof) < 1e-4 {
-                let size = |d: &[f64; 2]| (d[0] / budget.ratio).hypot(d[1] / budget.phase);
                 let worst = (0..group.len())
-                    .max_by(|&a, &b| size(&turned[a]).total_cmp(&size(&turned[b])))
+                    .max_by(|&a, &b| of(&turned[a]).total_cmp(&of(&turned[b])))
                     .unwrap_or(0);
                 findings.push(findings::scatter_exceeds_reading(
                     frequency,
@@ -352,6 +393,7 @@ mod tests {
             reference: Complex64::from_polar(0.1, 0.5),
             output: Complex64::from_polar(0.2, 0.8),
             transverse: Some(0.12),
+            covariance: [[0.0; 3]; 2],
         };
         let budget = ComparisonBudget {
             ratio: 0.0015,
@@ -378,6 +420,7 @@ mod tests {
             reference: Complex64::new(10.0, 0.0),
             output: Complex64::new(10.2, 0.0),
             transverse,
+            covariance: [[0.0; 3]; 2],
         };
         let budget = ComparisonBudget {
             ratio: 0.003,
@@ -427,6 +470,7 @@ mod tests {
             reference: Complex64::from_polar(0.1, 3.0),
             output: Complex64::from_polar(0.2 * modulus, 3.0 + phase),
             transverse: Some(0.01),
+            covariance: [[0.0; 3]; 2],
         };
         let rows = [
             row("a", 0.999, 0.0),

@@ -131,6 +131,7 @@ mod tests {
                     reference: pair[0],
                     output: pair[1],
                     transverse: Some(0.01),
+                    covariance: [[0.0; 3]; 2],
                 });
             }
         }

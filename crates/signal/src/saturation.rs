@@ -28,6 +28,11 @@ const LEFT: f64 = 8.0;
 const LEFT_NOISE: f64 = 20.0;
 /// Most noise behind a limit, of the range, that is looked through.
 const NOISE: f64 = 0.02;
+/// Most samples of a sine whose phases repeat that lie so near its top that none lies beside them, and periods by which it is known.
+const PHASES: usize = 5;
+const PERIODS: usize = 25;
+/// Values that differ by less than this part of the range are equal: the rounding of a sine's argument.
+const ROUNDING: f64 = 1e-9;
 
 /// An end of the range at which a record was cut off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,7 +169,9 @@ impl Side<'_> {
         let mut values: Vec<f64> = self.all().filter(|v| *v > extreme - ZONE * range).collect();
         values.sort_unstable_by(f64::total_cmp);
         let gaps = values.windows(2).map(|w| w[1] - w[0]);
-        let step = gaps.filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
+        let step = gaps
+            .filter(|g| *g > ROUNDING * range)
+            .fold(f64::INFINITY, f64::min);
         let step = if step.is_finite() { step } else { 0.0 };
         Some(Zone {
             extreme,
@@ -218,10 +225,20 @@ impl Side<'_> {
         // A record of few values comes back to each of them.
         let varied = counts.len() >= EQUAL;
         let again = varied && equal >= EQUAL && equal as f64 > 4.0 * beside as f64;
-        if again && equal as f64 <= REST * n && !self.rests_elsewhere(zone, zone.step, equal) {
+        let places = || -> Vec<usize> {
+            let all = self.all().enumerate();
+            all.filter(|(_, v)| *v == zone.extreme)
+                .map(|(i, _)| i)
+                .collect()
+        };
+        if again
+            && equal as f64 <= REST * n
+            && !self.rests_elsewhere(zone, zone.step, equal)
+            && !self.repeats(&places())
+        {
             return Some(0.0);
         }
-        let mut width = zone.step.max(1e-9 * zone.range);
+        let mut width = zone.step.max(ROUNDING * zone.range);
         while width <= 0.5 * ZONE * zone.range {
             let Some([at, next]) = zone.strips(width) else {
                 break;
@@ -245,12 +262,16 @@ impl Side<'_> {
     }
 
     /// Whether the record comes above a level time and again, and not as a sine does whose phases come again and again: one sample at a
-    /// time, and after at most three different times (the three-gap theorem).
+    /// time, and after at most three different times (the three-gap theorem), or at the same samples of every period.
     fn comes_back(&self, level: f64) -> bool {
         let (mut last, mut visits, mut above) = (None, 0, false);
         let mut gaps: HashMap<usize, usize> = HashMap::new();
         let mut single = true;
+        let mut places = Vec::new();
         for (i, v) in self.all().enumerate() {
+            if v > level {
+                places.push(i);
+            }
             single &= !(above && v > level);
             if v > level && !above {
                 visits += 1;
@@ -263,13 +284,63 @@ impl Side<'_> {
         let mut common: Vec<usize> = gaps.into_values().collect();
         common.sort_unstable_by(|a, b| b.cmp(a));
         let three: usize = common.iter().take(3).sum();
-        visits >= VISITS && !(single && 10 * three >= 9 * (visits - 1))
+        visits >= VISITS && !(single && 10 * three >= 9 * (visits - 1)) && !self.repeats(&places)
+    }
+
+    /// Whether places lie at the same few samples of every period, and those are not at one level: so do the tops of a sine whose
+    /// phases repeat, noise hiding some of them. Of three samples at the top of a sine one is lower.
+    fn repeats(&self, places: &[usize]) -> bool {
+        let mut lags: HashMap<usize, usize> = HashMap::new();
+        for (i, last) in places.iter().enumerate() {
+            for first in &places[i.saturating_sub(PHASES)..i] {
+                *lags.entry(last - first).or_default() += 1;
+            }
+        }
+        let most = lags.values().copied().max().unwrap_or(0);
+        let common = lags.into_iter().filter(|&(_, n)| 10 * n >= 9 * most);
+        let Some(period) = common.map(|(lag, _)| lag).min() else {
+            return false;
+        };
+        if period < 3 || 2 * most < places.len() || PERIODS * period > self.values.len() {
+            return false;
+        }
+        let mut at: HashMap<usize, usize> = HashMap::new();
+        for place in places {
+            *at.entry(place % period).or_default() += 1;
+        }
+        let mut phases: Vec<(usize, usize)> = at.into_iter().map(|(phase, n)| (n, phase)).collect();
+        phases.sort_unstable_by(|a, b| b.cmp(a));
+        phases.truncate(PHASES);
+        let there: usize = phases.iter().map(|p| p.0).sum();
+        if 20 * there < 19 * places.len() {
+            return false;
+        }
+        let all: Vec<f64> = self.all().collect();
+        let mut levels: Vec<[f64; 2]> = phases
+            .iter()
+            .map(|&(_, phase)| {
+                let same = all.iter().skip(phase).step_by(period);
+                let n = same.clone().count() as f64;
+                let mean = same.clone().sum::<f64>() / n;
+                let scatter = same.map(|v| (v - mean).powi(2)).sum::<f64>();
+                [mean, (scatter / (n * (n - 1.0))).sqrt()]
+            })
+            .collect();
+        levels.sort_unstable_by(|a, b| b[0].total_cmp(&a[0]));
+        match levels[..] {
+            [first, _, third, ..] => {
+                first[0] - third[0]
+                    > (SURE * first[1].hypot(third[1])).max(ROUNDING * first[0].abs())
+            }
+            // One or two samples at the top are not flat.
+            _ => true,
+        }
     }
 
     /// Whether the record rests at other levels too, as one of a sensor in several attitudes: its commonest level apart, and the other
     /// extreme.
     fn rests_elsewhere(&self, zone: &Zone, width: f64, at: usize) -> bool {
-        let width = width.max(1e-9 * zone.range);
+        let width = width.max(ROUNDING * zone.range);
         let mut cells: HashMap<i64, usize> = HashMap::new();
         for v in self.all() {
             let cell = (zone.extreme + 0.5 * zone.step - v) / width;
@@ -394,6 +465,39 @@ mod tests {
         assert!(found[0].upper && found[0].longest == 17, "{found:?}");
         let turned: Vec<f64> = pulse(0.95).iter().map(|v| -v).collect();
         assert!(rails(&turned).len() == 1 && !rails(&turned)[0].upper);
+    }
+
+    #[test]
+    fn known_sines_whose_phases_repeat_are_whole() {
+        // From three to two hundred samples a period, the first anywhere in it; with the rounding of the argument, with accumulated
+        // phases, and with a little of other things that repeat at no whole sample.
+        for (period, phase) in [
+            (3, 0.1),
+            (8, 0.3),
+            (16, 0.3),
+            (16, 1.374),
+            (20, 0.0),
+            (25, 0.1),
+            (40, 0.0),
+            (200, 0.0),
+        ] {
+            for noise in [0.0, 1e-6, 1e-3, 5e-3] {
+                let w = std::f64::consts::TAU / f64::from(period);
+                let at = |i: i32| {
+                    (w * f64::from(i) + phase).cos() + noise * (1.7 * f64::from(i * i % 1009)).sin()
+                };
+                let whole: Vec<f64> = (0..4000).map(at).collect();
+                assert!(
+                    rails(&whole).is_empty(),
+                    "{period} {noise} {:?}",
+                    rails(&whole)
+                );
+                let cut: Vec<f64> = whole.iter().map(|v| v.clamp(-0.8, 0.8)).collect();
+                if period >= 25 && noise > 0.0 {
+                    assert_eq!(rails(&cut).len(), 2, "{period} {phase} {noise}");
+                }
+            }
+        }
     }
 
     #[test]

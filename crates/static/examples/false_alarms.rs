@@ -9,7 +9,7 @@ use proofmass_core::{Error, Gravity, Matrix3, SensorModel};
 use proofmass_rig::HandHeld;
 use proofmass_static::{
     Model, MultiPosition, Pose, Samples, Segment, Standstill, StandstillCalibration, frozen,
-    suspected_clipping, temperature_drift,
+    temperature_drift,
 };
 use proofmass_uncertainty::Finding;
 use rand::{RngExt, SeedableRng};
@@ -143,11 +143,7 @@ fn of_samples(
     let residuals = found.fit.residuals();
     let drift = temperature_drift(&temperature, &found.sweep.segments, residuals);
     let all = found.fit.findings().iter().cloned();
-    Ok(all
-        .chain(suspected_clipping(&samples))
-        .chain(frozen(&samples))
-        .chain(drift)
-        .collect())
+    Ok(all.chain(frozen(&samples)).chain(drift).collect())
 }
 
 /// The six faces, then evenly over the sphere, all some 80 mrad askew, four seconds apart.

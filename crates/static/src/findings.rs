@@ -6,13 +6,6 @@ findings! {
     /// What a static calibration may find.
     pub CATALOGUE;
 
-    /// Samples stay at the largest or smallest value of a channel: a limit that nobody declared.
-    suspected_clipping(axis: &str, extreme: f64, run: usize, start: usize) =
-        "suspected-clipping", [Warning],
-        what "output {axis} stays at its extreme value",
-        evidence "{extreme} for at least {run} samples from sample {start}",
-        advice "declare `range` of the recording if this is the limit of the converter";
-
     /// The centripetal acceleration of a tumble is not small against gravity.
     tumble_fast(turning: f64, pull: f64, lever: f64) =
         "tumble-fast", [Warning],

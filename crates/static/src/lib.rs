@@ -39,7 +39,7 @@ pub use multi_position::{
     Suspect, Terms, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
-pub use recording_quality::{clipping, frozen, suspected_clipping, temperature_drift};
+pub use recording_quality::{clipping, frozen, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
 pub use standstill_calibration::{StandstillCalibration, StandstillEstimator, calibrate};

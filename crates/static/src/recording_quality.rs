@@ -35,29 +35,6 @@ pub fn clipping(samples: &Samples<'_>, range: (f64, f64), segments: &[Segment]) 
         .collect()
 }
 
-/// Runs of samples that stay at the largest or smallest value of a column: a limit nobody declared.
-pub fn suspected_clipping(samples: &Samples<'_>) -> Vec<Finding> {
-    // Two samples at an extreme are chance on a quantised output, eight in a row are not.
-    const RUN: usize = 8;
-    samples
-        .columns()
-        .into_iter()
-        .zip(AXES)
-        .filter_map(|(column, axis)| {
-            let extremes = [
-                column.iter().copied().fold(f64::INFINITY, f64::min),
-                column.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            ];
-            extremes.into_iter().find_map(|extreme| {
-                let start = column
-                    .windows(RUN)
-                    .position(|window| window.iter().all(|v| *v == extreme))?;
-                Some(findings::suspected_clipping(axis, extreme, RUN, start))
-            })
-        })
-        .collect()
-}
-
 /// An output that stays at one value while another one moves: a dead channel, a stuck converter, a lost column.
 pub fn frozen(samples: &Samples<'_>) -> Vec<Finding> {
     // A quantised output at rest repeats itself too, but then all rest.

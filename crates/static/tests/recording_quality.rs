@@ -1,8 +1,6 @@
 //! What a recording itself gives reason to doubt, on recordings with one fault each and on one with none.
 
-use proofmass_static::{
-    PoseResidual, Samples, Segment, clipping, frozen, suspected_clipping, temperature_drift,
-};
+use proofmass_static::{PoseResidual, Samples, Segment, clipping, frozen, temperature_drift};
 use proofmass_uncertainty::{Finding, Severity};
 
 const N: usize = 600;
@@ -25,7 +23,6 @@ fn segment(start: usize, end: usize) -> Segment {
 fn of([x, y, z]: &[Vec<f64>; 3]) -> Vec<Finding> {
     let samples = Samples::new(x, y, z).unwrap();
     let mut found = clipping(&samples, (-1.5, 1.5), &[segment(100, 200)]);
-    found.extend(suspected_clipping(&samples));
     found.extend(frozen(&samples));
     found
 }
@@ -43,8 +40,7 @@ fn known_clipped_outputs_are_a_decision_inside_a_standstill() {
         let found = of(&outputs);
         assert_eq!(found[0].code(), "clipped");
         assert_eq!(found[0].severity(), severity);
-        assert_eq!(found[1].code(), "suspected-clipping");
-        assert_eq!(found.len(), 2);
+        assert_eq!(found.len(), 1);
     }
 }
 

@@ -130,9 +130,10 @@ crate::findings! {
         advice "the uncertainties contain it; {remedy}",
         false_alarms "at most 2.5 % of healthy data, by the level of the test";
 
-    /// Samples stand at the end of the range of converter or amplifier. A note where they are not used.
+    /// Samples stand at the end of the range of converter or amplifier. A warning where nobody declared that range, a note where they
+    /// are not used.
     clipped(observation: &str, evidence: &str, consequence: &str) =
-        "clipped", [Decision, Note],
+        "clipped", [Decision, Warning, Note],
         what "{observation}: samples stand at the limit of the range",
         evidence "{evidence}",
         advice "{consequence}; choose a wider range or a lower gain and record again";

@@ -137,11 +137,18 @@ impl ResponseFigures {
             self.resonance = Some((x, gain));
             let relative = u(top) / modulus[top];
             // |S|max/S₀ = 1/(2ζ√(1 − ζ²)).
-            if gain > 1.2 {
-                let zeta = (0.5 * (1.0 - (1.0 - 1.0 / (gain * gain)).sqrt())).sqrt();
-                self.push("peak", zeta, zeta * relative);
+            let over_static = y / self.at_rest(x);
+            let of_peak = (1.0 - 1.0 / (over_static * over_static)).max(0.0);
+            let of_peak = (0.5 * (1.0 - of_peak.sqrt())).sqrt();
+            // Distance of the lines in half of the half-power width. A parabola through 1/√(1 + δ²) at three points so far apart is too
+            // low by 8 % of its cube at most; beyond one the lines step over the peak.
+            let apart = 0.5 * (f[top + 1] - f[top - 1]) / (of_peak * x);
+            let resolved = apart <= 1.0;
+            let missed = 0.08 * apart.powi(3) / 3f64.sqrt();
+            if gain > 1.2 && resolved {
+                self.push("peak", of_peak, of_peak * relative.hypot(missed));
             }
-            if gain > 2.0 {
+            if gain > 2.0 && resolved {
                 let edge = y * 0.5f64.sqrt();
                 let below = (0..top).rev().find(|k| modulus[*k] < edge);
                 let above = (top + 1..n).find(|k| modulus[*k] < edge);
@@ -153,7 +160,11 @@ impl ResponseFigures {
                     let zeta = 0.5 * width / x;
                     // Passages through straight lines between points: a tenth of their distance.
                     let grid = 0.1 * ((f[a] - f[a - 1]).hypot(f[b + 1] - f[b])) / width;
-                    self.push("half-power width", zeta, zeta * relative.hypot(grid));
+                    self.push(
+                        "half-power width",
+                        zeta,
+                        zeta * relative.hypot(grid).hypot(2.0 * missed),
+                    );
                 }
             }
         }
@@ -162,16 +173,17 @@ impl ResponseFigures {
             let turned = |k: usize| s[k] * self.sign(s[0]);
             turned(*k).re <= 0.0 && turned(k - 1).re > 0.0 && turned(*k).im < 0.0
         }) {
-            let share = s[k - 1].re / (s[k - 1].re - s[k].re);
-            let value = s[k - 1] + (s[k] - s[k - 1]) * share;
-            let zeta = 0.5 * self.reference / value.norm();
-            let relative = u(k).max(u(k - 1)) / value.norm();
-            let grid = 0.1 * (s[k] - s[k - 1]).norm() / value.norm();
-            self.push(
-                "phase at resonance",
-                zeta,
-                zeta * relative.hypot(0.3 * grid),
-            );
+            // Its inverse is nearly straight from line to line, however far they are apart.
+            let [p, q] = [s[k - 1].inv(), s[k].inv()];
+            let share = p.re / (p.re - q.re);
+            let inverse = p + (q - p) * share;
+            let at = f[k - 1] + (f[k] - f[k - 1]) * share;
+            let zeta = 0.5 * self.at_rest(at) * inverse.norm();
+            let of_line = |k: usize| u(k) / s[k].norm_sqr() / inverse.norm();
+            let relative = of_line(k).max(of_line(k - 1));
+            // 1 − r² is not straight: its passage is off by h²/(8 f).
+            let bent = ((f[k] - f[k - 1]) / at).powi(2) / (8.0 * 3f64.sqrt());
+            self.push("phase at resonance", zeta, zeta * relative.hypot(bent));
         }
         if let Some((zeta, u)) = fitted {
             self.push("fit", zeta, u);
@@ -198,6 +210,12 @@ impl ResponseFigures {
                 self.findings.push(finding);
             }
         }
+    }
+
+    /// S₀ by the modulus at the reference frequency, which a resonance has raised by 1/(1 − r²).
+    fn at_rest(&self, resonance: f64) -> f64 {
+        let r = self.reference_frequency / resonance;
+        self.reference * if r < 0.5 { 1.0 - r * r } else { 1.0 }
     }
 
     fn sign(&self, first: Complex64) -> f64 {

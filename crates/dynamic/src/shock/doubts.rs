@@ -3,7 +3,7 @@
 use super::pulse::{Pulse, PulseMeasures};
 use crate::findings;
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_core::numeric::EndRun;
+use proofmass_signal::saturation::{self, Rail};
 use proofmass_uncertainty::Finding;
 
 /// What the words about a pulse need to know.
@@ -59,7 +59,7 @@ pub fn pulse_findings(
             &times.join(", "),
         ));
     }
-    saturation(&mut found, pulse, measures, record, role);
+    saturation(&mut found, pulse, record, role);
     if let Some((shift, u)) = measures.zero_shift
         && shift.abs() > 0.01 * measures.peak.abs()
         && shift.abs() > 5.0 * u
@@ -84,40 +84,13 @@ pub fn pulse_findings(
     found
 }
 
-fn saturation(
-    found: &mut Vec<Finding>,
-    pulse: &Pulse,
-    measures: &PulseMeasures,
-    record: &[f64],
-    role: &str,
-) {
-    let greatest = record[pulse.top];
-    // Equal samples at the very top: of a smooth top with noise, or with a step far below the peak, few are equal. A
-    // coarse converter repeats values everywhere, so the run is held against those elsewhere in the pulse.
-    let from = pulse.start.map_or(0, |s| s as usize);
-    let to = pulse.end.map_or(record.len(), |e| e as usize + 1);
-    let run = EndRun {
-        longest: measures.flat_top,
-        ..EndRun::at(&record[from..to], greatest)
-    };
-    // At the top of an unsaturated pulse of n samples in steps of δ, √(8δ/A) n/π samples share a step.
-    let mut steps: Vec<f64> = record[from..to]
-        .windows(2)
-        .map(|w| (w[1] - w[0]).abs())
-        .filter(|d| *d > 0.0)
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    let step = steps.first().copied().unwrap_or(0.0);
-    let natural = (8.0 * step / measures.peak.abs().max(f64::MIN_POSITIVE)).sqrt()
-        * (to - from) as f64
-        / std::f64::consts::PI;
-    if run.is_cut(4, natural) {
-        let (flat, longest_elsewhere) = (run.longest, run.elsewhere);
+/// Where the top of the pulse is cut off.
+fn saturation(found: &mut Vec<Finding>, pulse: &Pulse, record: &[f64], role: &str) {
+    let top = |rail: &Rail| rail.upper == (pulse.sign > 0.0);
+    if let Some(rail) = saturation::rails(record).iter().find(|r| top(r)) {
         found.push(proofmass_uncertainty::findings::clipped(
             &format!("the top of the pulse in the {role} is cut"),
-            &format!(
-                "{flat} samples at {greatest:.6}, at most {longest_elsewhere} equal elsewhere"
-            ),
+            &rail.evidence(),
             "the peak is a lower bound, and no sensitivity follows from this record",
         ));
     }

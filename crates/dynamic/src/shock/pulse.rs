@@ -208,8 +208,6 @@ pub struct PulseMeasures {
     pub zero_shift: Option<(f64, f64)>,
     /// Amplitude of an oscillation that remains after the pulse, as a share of the peak, and its frequency in Hz.
     pub ringing: Option<(f64, f64)>,
-    /// Longest run of equal samples at the greatest value.
-    pub(crate) flat_top: usize,
     /// Samples within the pulse.
     pub samples: usize,
 }
@@ -346,10 +344,6 @@ impl Pulse {
         let integral = self
             .whole(record)
             .map(|range| Self::integral_functional(range).read(record, self.baseline) / rate);
-        let greatest = record[self.top];
-        let run =
-            |it: &mut dyn Iterator<Item = usize>| it.take_while(|k| record[*k] == greatest).count();
-        let flat_top = run(&mut (self.top..record.len())) + run(&mut (0..self.top).rev());
         let rise = self.start.and_then(|start| {
             let level = 0.9 * height(self.top);
             let k = (start as usize + 1..=self.top).find(|k| height(*k) >= level)?;
@@ -375,7 +369,6 @@ impl Pulse {
             overshoot: self.overshoot(record),
             zero_shift: self.zero_shift(record, quiet.as_ref()),
             ringing: self.ringing(record, rate),
-            flat_top,
             samples: duration.map_or(0, |d| d as usize + 1),
         }
     }

@@ -199,6 +199,20 @@ findings! {
         evidence "{input} in V, {output} in m/s²",
         advice "this is normal for an exciter; of a device the two columns may be swapped, or --standard gives the acceleration from the volts";
 
+    /// The model that was asked for cannot be fitted to the measured response.
+    model_not_fitted(why: &str) =
+        "model-not-fitted", [Decision],
+        what "the model could not be fitted, and the response is stated without it",
+        evidence "{why}",
+        advice "choose a model with fewer elements (--model), or narrow --band to where the response is known";
+
+    /// Calibrations have frequencies that the others do not have.
+    frequencies_not_compared(compared: usize, lost: &str) =
+        "frequencies-not-compared", [Warning, Note],
+        what "frequencies that not all calibrations reach were left out of the comparison",
+        evidence "{compared} frequencies were compared; beyond them {lost}",
+        advice "compare over a wider range, or leave out the calibration that has the fewest";
+
     /// Input and output are not coherent.
     low_coherence(poor: usize, lines: usize) =
         "low-coherence", [Warning],

@@ -125,6 +125,7 @@ pub fn shaker_single(kind: &str) {
             reference: Complex64::new(0.1, 0.0),
             output: Complex64::new(output, 0.01),
             transverse: Some(0.02),
+            covariance: [[0.0; 3]; 2],
         },
         check: None,
         target: None,

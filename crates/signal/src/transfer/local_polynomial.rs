@@ -71,15 +71,21 @@ impl LocalPolynomial {
         let (x, y) = (fourier::forward(input), fourier::forward(output));
         watch.step("transform", 1, 2)?;
         let line = rate / n.max(1) as f64;
-        let low = ((self.band[0] / line).ceil().max(1.0) as usize) + half;
-        let high = ((self.band[1] / line).floor() as usize)
-            .min(x.len().saturating_sub(2))
-            .saturating_sub(half);
-        if low > high || x.len() < 4 * half {
+        if x.len() < 4 * half {
+            return Err(Error::TooFew {
+                name: "lines of the record",
+                needed: 4 * half,
+                got: x.len(),
+            });
+        }
+        let first = (self.band[0] / line).ceil().max(1.0) as usize;
+        let last = ((self.band[1] / line).floor() as usize).min(x.len() - 2);
+        let (low, high) = (first + half, last.saturating_sub(half));
+        if low > high {
             return Err(Error::TooFew {
                 name: "lines of the record within the band",
                 needed: 2 * half + 1,
-                got: (high + 2 * half).saturating_sub(low),
+                got: (last + 1).saturating_sub(first),
             });
         }
         // Windows side by side; where they are more than asked for, some are left out evenly in the logarithm.

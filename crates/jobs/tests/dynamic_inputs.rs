@@ -1,0 +1,304 @@
+//! Inputs of the dynamic tests that are cut off, and sweeps as they are first asked for.
+
+use proofmass_dynamic::FrequencyResponse;
+use proofmass_dynamic::model::{
+    FitProblem, Mode, ModelFit, ModelStructure, ResponsePoints, TransducerModel,
+};
+use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
+use proofmass_dynamic::step::step_response;
+use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
+use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
+use proofmass_jobs::response::{Excitation, ResponseData, ResponseJob};
+use proofmass_jobs::shock::{ShockData, ShockJob};
+use proofmass_jobs::step::{StepData, StepJob};
+use proofmass_jobs::{AnyData, AnyJob, Channel, Job, Outcome, Record, StoredResult, Unwatched};
+use proofmass_signal::{PulseShape, fourier};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use std::f64::consts::TAU;
+
+const RATE: f64 = 20e3;
+
+fn device() -> TransducerModel {
+    let mode = Mode {
+        frequency: 1500.0,
+        damping: 0.1,
+        share: 1.0,
+    };
+    TransducerModel {
+        modes: vec![mode],
+        ..TransducerModel::flat(0.02)
+    }
+}
+
+fn driven(x: &[f64]) -> Vec<f64> {
+    let spectrum = fourier::forward(x);
+    let lines = spectrum.iter().enumerate();
+    let lines = lines.map(|(k, v)| v * device().response(k as f64 * RATE / x.len() as f64));
+    fourier::inverse(lines.collect(), x.len()).expect("an output")
+}
+
+fn noise(size: f64, n: usize, seed: u64) -> Vec<f64> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let normal = || -> f64 { StandardNormal.sample(&mut rng) };
+    std::iter::repeat_with(normal)
+        .take(n)
+        .map(|e| size * e)
+        .collect()
+}
+
+fn with_noise(x: Vec<f64>, size: f64, seed: u64) -> Vec<f64> {
+    let e = noise(size, x.len(), seed);
+    x.into_iter().zip(e).map(|(x, e)| x + e).collect()
+}
+
+/// From one frequency to another within the record, logarithmic.
+fn sweep(from: f64, to: f64, n: usize) -> Vec<f64> {
+    let rate = (to / from).ln() / (n as f64 / RATE);
+    let at = |k: usize| (TAU * from / rate * ((rate * k as f64 / RATE).exp() - 1.0)).sin();
+    (0..n).map(at).collect()
+}
+
+fn cut(x: &[f64], at: [f64; 2]) -> Vec<f64> {
+    let low = x.iter().copied().fold(0.0, f64::min);
+    let high = x.iter().copied().fold(0.0, f64::max);
+    x.iter()
+        .map(|v| v.clamp(at[0] * low, at[1] * high))
+        .collect()
+}
+
+fn channel<'a>(name: &'a str, unit: &'a str, data: &'a [f64]) -> Channel<'a> {
+    Channel { name, unit, data }
+}
+
+fn ask(job: impl Into<AnyJob>, data: &AnyData<'_>) -> StoredResult {
+    let answer = job.into().evaluate(data, Record::default(), &Unwatched);
+    answer.unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn codes(result: &StoredResult) -> Vec<String> {
+    let findings = result.findings().iter();
+    findings.map(|f| f.code().to_owned()).collect()
+}
+
+fn response(job: &ResponseJob, x: &[f64], y: &[f64]) -> StoredResult {
+    let data = ResponseData {
+        recordings: vec![[channel("a", "m/s²", x), channel("u", "V", y)]],
+        rate: RATE,
+        findings: &[],
+        name: "memory",
+    };
+    ask(job.clone(), &AnyData::Response(data))
+}
+
+fn fit() -> ModelFit {
+    let f: Vec<f64> = (1..=40).map(|k| 60.0 * f64::from(k)).collect();
+    let response: Vec<_> = f.iter().map(|f| device().response(*f)).collect();
+    let modulus: Vec<f64> = response.iter().map(|s| s.norm()).collect();
+    let phase: Vec<f64> = response.iter().map(|s| s.arg()).collect();
+    let u: Vec<f64> = modulus.iter().map(|m| 1e-3 * m).collect();
+    let points = ResponsePoints::polar(f, &modulus, &u, &phase, &[1e-3; 40], "V/(m/s²)");
+    let fit = FitProblem::new(ModelStructure::modes(1)).fit(&points.expect("points"));
+    fit.expect("a fit")
+}
+
+#[test]
+fn known_cut_inputs_of_responses_are_named() {
+    let random = with_noise(driven(&noise(10.0, 60_000, 1)), 1e-5, 2);
+    let random = (noise(10.0, 60_000, 1), random);
+    let swept = sweep(30.0, 3000.0, 100_000);
+    let swept = (swept.clone(), with_noise(driven(&swept), 1e-5, 3));
+    let blows: Vec<f64> = (0..60_000)
+        .map(|k| {
+            let t = (k % 6000) as f64 - 500.0;
+            if t.abs() < 20.0 {
+                50.0 * (0.5 + 0.5 * (t / 20.0 * 0.5 * TAU).cos())
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    let answered = with_noise(driven(&blows), 1e-4, 5);
+    let blows = (with_noise(blows, 1e-3, 4), answered);
+    let mut stepped = Vec::new();
+    for f in [80.0, 310.0, 770.0, 1210.0] {
+        stepped.extend((0..20_000).map(|k| (TAU * f * f64::from(k) / RATE).sin()));
+    }
+    let stepped = (stepped.clone(), with_noise(driven(&stepped), 1e-5, 6));
+    for (excitation, (x, y), level) in [
+        (Excitation::Random, random, 0.45),
+        (Excitation::Sweep, swept, 0.8),
+        (Excitation::Impact, blows, 0.6),
+        (Excitation::Steps, stepped, 0.8),
+    ] {
+        let job = ResponseJob::new(excitation);
+        let whole = codes(&response(&job, &x, &y));
+        assert!(
+            !whole.iter().any(|c| c == "clipped"),
+            "{excitation:?} {whole:?}"
+        );
+        for sides in [[level, level], [2.0, level], [level, 2.0]] {
+            let found = codes(&response(&job, &x, &cut(&y, sides)));
+            assert!(
+                found.iter().any(|c| c == "clipped"),
+                "{excitation:?} {sides:?} {found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn refuses_a_channel_without_signal() {
+    let (x, still) = (noise(1.0, 4000, 1), vec![0.0; 4000]);
+    for (excitation, input, output) in [
+        (Excitation::Random, &still, &x),
+        (Excitation::Sweep, &x, &still),
+        (Excitation::Impact, &still, &still),
+    ] {
+        let data = ResponseData {
+            recordings: vec![[channel("a", "m/s²", input), channel("u", "V", output)]],
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let answer = ResponseJob::new(excitation).evaluate(&data, &Unwatched);
+        let said = answer.expect_err("a refusal").to_string();
+        assert!(said.contains("one value throughout"), "{said}");
+    }
+}
+
+#[test]
+fn known_cut_shocks_and_steps_are_named() {
+    let pulse = PulseShape::HalfSine.record(500.0, 0.011, 0.1, 6000, RATE);
+    let pulse = with_noise(driven(&pulse), 1e-3, 7);
+    let step: Vec<f64> = (0..3000)
+        .map(|k| step_response(f64::from(k) / RATE - 0.02, 300.0, 0.1))
+        .collect();
+    let step = with_noise(step, 1e-3, 8);
+    let fit = fit();
+    let named = |pulse: &[f64], step: &[f64]| {
+        let shock = ShockData {
+            reference: None,
+            output: channel("u", "V", pulse),
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let deconvolution = DeconvolutionData {
+            fit: &fit,
+            unit: "V/(m/s²)",
+            channel: channel("u", "V", pulse),
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let step = StepData {
+            channel: channel("u", "V", step),
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let mut job = ShockJob::default();
+        job.per_octave = 1;
+        [
+            codes(&ask(job, &AnyData::Shock(shock))),
+            codes(&ask(
+                DeconvolutionJob::default(),
+                &AnyData::Deconvolution(deconvolution),
+            )),
+            codes(&ask(StepJob::default(), &AnyData::Step(step))),
+        ]
+        .map(|found| found.iter().any(|c| c == "clipped"))
+    };
+    assert_eq!(named(&pulse, &step), [false; 3]);
+    // A pulse by a twentieth, where it is flat for a fifth of its length; the ringing of a step where it swings highest.
+    assert_eq!(
+        named(&cut(&pulse, [2.0, 0.95]), &cut(&step, [2.0, 0.8])),
+        [true; 3]
+    );
+}
+
+#[test]
+fn regress_a_model_that_fails_does_not_take_the_response_with_it() {
+    let x = sweep(20.0, 3000.0, 40_000);
+    let y = with_noise(driven(&x), 1e-3, 1);
+    let mut job = ResponseJob::new(Excitation::Sweep);
+    // Four modes where the device is flat.
+    job.band = Some([100.0, 120.0]);
+    job.model = Some(ModelStructure::modes(4));
+    let result = response(&job, &x, &y);
+    assert!(
+        codes(&result).contains(&"model-not-fitted".to_owned()),
+        "{:?}",
+        codes(&result)
+    );
+}
+
+#[test]
+fn known_calibrations_that_hardly_meet_are_told() {
+    let certificate = |f: &[f64]| {
+        let line = |frequency: &f64| ReferencePoint {
+            frequency: *frequency,
+            sensitivity: 0.01,
+            phase: 0.0,
+            modulus_uncertainty: 0.005,
+            phase_uncertainty: 0.005,
+        };
+        let table = ReferenceTable::new(f.iter().map(line).collect()).expect("a table");
+        FrequencyResponse::try_from(&table).expect("a response")
+    };
+    let (wide, narrow) = (
+        certificate(&[10.0, 20.0, 40.0, 80.0, 160.0]),
+        certificate(&[80.0, 160.0]),
+    );
+    let said = |responses: &[&FrequencyResponse]| {
+        let names = ["A", "B"];
+        let data = ComparisonData {
+            responses,
+            names: &names,
+            findings: &[],
+        };
+        let outcome = ComparisonJob::default()
+            .evaluate(&data, &Unwatched)
+            .expect("a comparison");
+        let findings = outcome.findings().iter();
+        findings
+            .map(|f| (f.code().to_owned(), f.evidence_text().to_owned()))
+            .collect::<Vec<_>>()
+    };
+    let found = said(&[&wide, &narrow]);
+    let lost = found.iter().find(|f| f.0 == "frequencies-not-compared");
+    assert_eq!(
+        lost.map(|f| f.1.as_str()),
+        Some("2 frequencies were compared; beyond them 3 of 5 of A")
+    );
+    assert!(
+        said(&[&wide, &wide])
+            .iter()
+            .all(|f| f.0 != "frequencies-not-compared")
+    );
+}
+
+#[test]
+fn coverage_of_sweeps_as_typed_first() {
+    let (mut fitted, mut held, mut asked) = (0, 0, 0);
+    for seed in 0..10 {
+        for (from, to, n) in [(20.0, 3000.0, 100_000), (3000.0, 50.0, 40_000)] {
+            let x = sweep(from, to, n);
+            let y = with_noise(driven(&x), 2e-4, 20 + seed);
+            let mut job = ResponseJob::new(Excitation::Sweep);
+            job.model = Some(ModelStructure::modes(1));
+            let result = response(&job, &with_noise(x, 1e-2, 90 + seed), &y);
+            asked += 1;
+            fitted += u32::from(!codes(&result).iter().any(|c| c == "model-not-fitted"));
+            let mode = result
+                .quantities()
+                .iter()
+                .find(|q| q.name == "mode.1.frequency");
+            held += u32::from(mode.is_some_and(|q| (q.value - 1500.0).abs() <= q.expanded));
+        }
+    }
+    // 95 % of 20: fewer than 16 once in 400.
+    assert!(fitted == asked && held >= 16, "{fitted} {held} of {asked}");
+}
