@@ -351,6 +351,8 @@ impl Outcome for StaticTestOutcome {
             StaticTestFit::Test(fit) => vec![
                 section("nonlinearity", &fit.nonlinearity)?,
                 section("orders", &fit.orders)?,
+                section("departures", &fit.departures)?,
+                section("harmonics", &fit.harmonics)?,
             ],
             StaticTestFit::History(fit) => vec![section("due_in_days", &fit.due_in)?],
         })

@@ -16,6 +16,7 @@ pub mod bench;
 
 mod hand_held;
 mod transducer;
+mod turned_axis;
 
 pub use axis::{
     AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, DrivenAxis, MotionPoint,
@@ -25,3 +26,4 @@ pub use transducer::{
     BridgeArms, Principle, ProofMass, Transducer, TransducerBench, TransducerLimits,
     TransducerMotion, TransducerRecording,
 };
+pub use turned_axis::{TurnedAxis, TurnedAxisRecording};
