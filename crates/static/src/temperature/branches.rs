@@ -70,7 +70,7 @@ pub(super) struct Branches {
 }
 
 /// How far raw and modelled difference may be apart in standard uncertainties of each: a hundredth of healthy recordings is
-/// beyond that at one of a dozen temperatures on three axes.
+/// beyond that at one of a dozen temperatures on three axes. The model has two, for it counts a form that it lacks as noise.
 const MODEL: f64 = 2.0;
 const RAW: f64 = 3.6;
 /// Temperatures at which the raw difference is taken, over the common range.
