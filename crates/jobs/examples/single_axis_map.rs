@@ -1,8 +1,8 @@
 //! Are rests at known angles found, and do the intervals of bias, sensitivity and misalignment hold the truth?
 //!
 //! Prints the table of docs/static-tests.md: `cargo run --release -p proofmass-jobs --example single_axis_map`. A recording of one
-//! axis at 12, 24 or 36 angles is simulated and calibrated as the command calibrates it. An argument sets the number of
-//! recordings per cell (1000).
+//! axis at 12, 24 or 36 angles is simulated and calibrated as the command calibrates it. Arguments are the number of
+//! recordings per cell (1000) and how many cells are passed over (0).
 
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Memory, StoredResult, Unwatched};
@@ -166,15 +166,13 @@ fn stated(
 }
 
 fn main() {
-    let recordings = std::env::args()
-        .nth(1)
-        .and_then(|a| a.parse().ok())
-        .unwrap_or(1000);
+    let argument = |i| std::env::args().nth(i).and_then(|a| a.parse().ok());
+    let (recordings, passed) = (argument(1).unwrap_or(1000), argument(2).unwrap_or(0));
     println!(
         "| angles | rate / Hz | rest / s | turn / s | noise / (mm/s²) | swing / (m/s²) | tremor / (mm/s²) | touched / % | not turned to, not listed | b, S, φ hold / % | beyond 3 U | φ off 1° | decision / % | refused / % |"
     );
     println!("|{}", "---|".repeat(14));
-    for place in PLACES {
+    for place in &PLACES[passed.min(PLACES.len())..] {
         let cell = place.cell(recordings);
         let share = |n: usize| 100.0 * n as f64 / cell.recordings as f64;
         let held = cell

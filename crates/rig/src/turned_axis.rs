@@ -102,7 +102,8 @@ impl TurnedAxis {
             let n = (self.rest * (0.8 + 0.4 * rng.random::<f64>()) * self.rate).round() as usize;
             let touch = (rng.random::<f64>() < self.touched).then(|| {
                 let size = 0.1 * 10f64.powf(rng.random::<f64>());
-                (rng.random::<f64>() * n as f64, size)
+                let side = if rng.random::<bool>() { 1.0 } else { -1.0 };
+                (rng.random::<f64>() * n as f64, side * size)
             });
             for i in 0..n {
                 sway = kept * sway + self.tremor * (1.0 - kept * kept).sqrt() * normal(&mut rng);
