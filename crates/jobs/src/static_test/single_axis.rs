@@ -220,7 +220,10 @@ impl SingleAxisReadings {
                     "{wanted} angles are given, but {low} to {high} standstills are found"
                 ))
                 .detail(self.name.clone())
-                .with_hint("list one angle for each rest of a second or more, in order; or cut the recording into one file per angle (`files`)"))
+                .with_hint(format!(
+                    "list one angle for each rest of {:.1} s or more, in order; or cut the recording into one file per angle (`files`)",
+                    search.shortest_hold(rate)
+                )))
             }
         }
     }
