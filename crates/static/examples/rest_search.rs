@@ -2,7 +2,8 @@
 //!
 //! Prints the table of docs/multi-position.md: `cargo run --release -p proofmass-static --example rest_search`. A hand-held recording is
 //! simulated, its rests are found by the search itself, and the fit is held against the truth and against the fit of the
-//! rests as they were. An argument sets the number of recordings per cell (1000).
+//! rests as they were. Arguments are the number of recordings per
+//! cell (1000) and how many cells are passed over (0).
 
 use proofmass_core::{Gravity, SensorModel};
 use proofmass_rig::{HandHeld, HandHeldRecording};
@@ -184,15 +185,13 @@ fn of(sensor: &SensorModel<f64>, name: &str) -> f64 {
 }
 
 fn main() {
-    let recordings = std::env::args()
-        .nth(1)
-        .and_then(|a| a.parse().ok())
-        .unwrap_or(1000);
+    let argument = |i| std::env::args().nth(i).and_then(|a| a.parse().ok());
+    let (recordings, passed) = (argument(1).unwrap_or(1000), argument(2).unwrap_or(0));
     println!(
         "| rate / Hz | attitudes | rest / s | bits | noise / step | between rests / (mm/s²) | tremor / (mm/s²) | touched / % | coverage / % (worst) | U against given | found all / % | refused / % |"
     );
     println!("|{}", "---|".repeat(12));
-    for place in PLACES {
+    for place in &PLACES[passed.min(PLACES.len())..] {
         let cell = place.cell(recordings);
         println!(
             "| {} | {} | {} | {} | {} | {} | {} | {} | {:.1} ({:.1}) | {:.2} | {:.0} | {:.1} | {}",
