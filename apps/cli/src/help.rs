@@ -547,7 +547,10 @@ fn laid_out(command: Command, path: &str) -> Command {
         (_, "") => command,
         (0, _) => command.after_long_help(ARGUMENT_FILES),
         (n, _) => command
-            .after_help(format!("`--help` explains {n} more options."))
+            .after_help(format!(
+                "`--help` explains {n} more option{}.",
+                if n == 1 { "" } else { "s" }
+            ))
             .after_long_help(ARGUMENT_FILES),
     };
     command.mut_subcommands(|below| {

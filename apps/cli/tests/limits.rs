@@ -230,7 +230,7 @@ fn law_campaigns_of_strangers_can_be_contained() {
     }
     for name in names {
         let toml = format!(
-            "kind = \"multi-position\"\n[recording]\nfile = \"{name}\"\ncolumns = {{ x = 2, y = 3, z = 4 }}\ntime = 1\n\
+            "kind = \"multi-position\"\n[recording]\nfile = \"{name}\"\nunit = \"m/s²\"\ntime_unit = \"s\"\ncolumns = {{ x = 2, y = 3, z = 4 }}\ntime = 1\n\
              [gravity]\nvalue = 9.8\nstandard_uncertainty = 1e-4\n"
         );
         fs::write(camp.join("campaign.toml"), toml).unwrap();

@@ -71,7 +71,7 @@ fn known_example_of_a_kind_is_calibrated() {
     succeed(&["calibrate", text(&place)]);
     let result = json(&place.join("result/result.json"));
     // 10 mV/(m/s²) behind a reference that reads 10.2 mV/(m/s²).
-    let (value, _, expanded) = quantity(&result, "sensitivity[frequency=160]");
+    let (value, _, expanded) = quantity(&result, "S.modulus[frequency=160]");
     assert!((value - 0.01).abs() < expanded, "{value} ± {expanded}");
     let wrong = proofmass(&["init", "--kind", "shaker", "-o", text(&place)]);
     assert_eq!(wrong.status.code(), Some(2));

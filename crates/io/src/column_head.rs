@@ -15,6 +15,8 @@ pub(crate) struct ColumnHead {
     pub(crate) first: Option<Stamp>,
     /// Typical step from row to row, in units of the column; `None` where it never rises.
     pub(crate) step: Option<f64>,
+    /// Whether it rises with every row.
+    pub(crate) rises: bool,
     /// Whether every number is a whole one.
     pub(crate) whole: bool,
     /// Mean of the squares.
@@ -53,6 +55,7 @@ impl ColumnHead {
         Self {
             first: stamps.first().copied(),
             step,
+            rises: steps.len() > 1 && steps.iter().all(|s| *s > 0.0),
             whole: values().all(|v| v.fract() == 0.0),
             mean_square: values().map(|v| v * v).sum::<f64>() / stamps.len().max(1) as f64,
         }

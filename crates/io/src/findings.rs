@@ -51,10 +51,10 @@ findings! {
         false_alarms "none in 10⁷ evenly taken samples";
 
     /// A sampling rate is stated beside a column of times.
-    time_column_unused(column: &str, rate: f64) =
-        "time-column-unused", [Note],
+    time_column_unused(column: &str, rate: f64, seen: &str) =
+        "time-column-unused", [Note, Warning],
         what "the stated sampling rate is used instead of the times in the column {column}",
-        evidence "{rate} Hz is stated",
+        evidence "{rate} Hz is stated{seen}",
         advice "leave the rate out to have it from the column, with gaps and jitter";
 
     /// The heading of the times has no unit.

@@ -1,5 +1,6 @@
 //! The shape of a delimited text: separator, decimal mark, header, comments. Sniffed, and every property can be given.
 
+mod other_format;
 pub(crate) mod sniff;
 
 use crate::column_head::ColumnHead;
@@ -288,6 +289,12 @@ impl Layout {
     pub fn ask_unit(&self, columns: &[usize]) -> Error {
         let columns: Vec<(usize, &str)> = columns.iter().map(|&i| (i, "--unit")).collect();
         self.ask_units(&columns)
+    }
+
+    /// Whether a column counts the rows, one by one.
+    pub fn counts_rows(&self, index: usize) -> bool {
+        let counted = |h: &ColumnHead| h.whole && h.step == Some(1.0) && h.mean_square > 0.0;
+        self.unit(index).is_none() && self.head.get(index).is_some_and(|h| counted(h) && h.rises)
     }
 
     /// The first column whose heading says that it is the time, counted from zero.

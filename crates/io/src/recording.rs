@@ -4,11 +4,12 @@ use crate::findings;
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::rows::{RowReader, bad_field, line_of};
 use crate::time_base::TimeBaseBuilder;
+use crate::time_unit::hertz;
 use crate::{
     ClockUnit, Error, ErrorKind, Reading, Result, SaidBy, Source, Thermometer, TimeBase, TimeUnit,
     TimeWindow, Unit, split_heading,
 };
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -497,10 +498,23 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
 fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) -> Option<Finding> {
     let rate = options.sampling_rate_hz?;
     let index = time_column(layout).filter(|i| !selected.contains(i))?;
-    options
-        .time
-        .is_none()
-        .then(|| findings::time_column_unused(&layout.name(index), rate))
+    if options.time.is_some() {
+        return None;
+    }
+    let unit = options
+        .time_unit
+        .or(layout.unit(index).and_then(TimeUnit::of));
+    let step = layout.head.get(index).and_then(|h| h.step);
+    let per_second = unit.and_then(|u| u.per_second(None));
+    let of_stamps = per_second.zip(step).map(|(scale, step)| scale / step);
+    let contradicts = of_stamps.is_some_and(|r| (r / rate - 1.0).abs() > 0.01);
+    let seen = of_stamps.map_or(String::new(), |r| format!(", the column says {}", hertz(r)));
+    let told = findings::time_column_unused(&layout.name(index), rate, &seen);
+    Some(if contradicts {
+        told.at(Severity::Warning)
+    } else {
+        told
+    })
 }
 
 /// Neither a time column nor a rate is known.

@@ -112,7 +112,7 @@ impl Source {
         if meta.is_dir() {
             return Err(Error::new(ErrorKind::Format, "is a folder, not a file")
                 .at(path)
-                .with_hint("name the recording inside it"));
+                .with_hint("name the file inside it: of a folder of results result.json or calibration.json"));
         }
         let mut source = Self::new(path, file)?;
         source.size = meta.is_file().then_some(meta.len());

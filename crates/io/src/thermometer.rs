@@ -39,12 +39,15 @@ impl Thermometer {
                 .column(name.clone())
                 .with_hint(hint))
         };
-        // A laboratory in kelvins; chips live below 150 °C.
+        // A laboratory in °F or in kelvins.
         let size = layout.norm(&[index]);
-        if said_by == SaidBy::Nobody && (230.0..400.0).contains(&size) {
+        if said_by == SaidBy::Nobody && (45.0..400.0).contains(&size) {
+            let likely = if size < 230.0 { "°F or °C" } else { "K" };
             return refuse(
                 format!("the unit of the temperatures is not said; they are about {size:.0}"),
-                "likely it is K: write the unit into the heading, as in T_K or T_degC",
+                &format!(
+                    "likely it is {likely}: write the unit into the heading, as in T_degF, T_degC or T_K"
+                ),
             );
         }
         let (zero, factor) = match unit {

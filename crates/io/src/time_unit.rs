@@ -138,6 +138,8 @@ pub struct ClockUnit {
 
 /// Rates that a recording without a unit is believed to have, Hz.
 const USUAL: std::ops::RangeInclusive<f64> = 5.0..=2e5;
+/// Rates from which on stamps without a unit are seconds, Hz: below, a converter may as well have counted milliseconds.
+const SECONDS: f64 = 30.0;
 /// Most rates lie about it, Hz.
 const TYPICAL: f64 = 200.0;
 
@@ -308,7 +310,7 @@ fn guess(head: Option<&crate::column_head::ColumnHead>, events: bool) -> Guess {
         return Guess::Assumed(Day, "days, as spreadsheets count them");
     }
     // Events have no rate that could be absurd, but counts of a counter are no seconds.
-    if events && !whole || !events && USUAL.contains(&rate(Second)) {
+    if events && !whole || !events && (SECONDS..=*USUAL.end()).contains(&rate(Second)) {
         return seconds;
     }
     let mut all: Vec<(TimeUnit, f64)> = [Second, Millisecond, Microsecond, Nanosecond]

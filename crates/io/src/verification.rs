@@ -198,6 +198,8 @@ impl Verification {
     /// Nothing there that names its inputs, a list that is damaged.
     pub fn of(path: impl AsRef<Path>, data: Option<&Path>) -> Result<Self> {
         let path = path.as_ref();
+        path.metadata()
+            .map_err(|e| Error::access(path, "read", e))?;
         let mut chain = Self::default();
         let mut seen = BTreeSet::new();
         chain.follow(path, data, &mut seen)?;

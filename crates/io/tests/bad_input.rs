@@ -116,19 +116,19 @@ fn refuses_a_row_of_another_width() {
 
 #[test]
 fn refuses_time_that_does_not_run_forward() {
-    let error = refused("t,x,y,z\n0,1,1,1\n0.1,1,1,1\n# note\n0.1,1,1,1\n", &xyz());
+    let error = refused("t,x,y,z\n0,1,1,1\n0.01,1,1,1\n# note\n0.01,1,1,1\n", &xyz());
     assert_eq!(
         (error.kind(), error.line_number(), error.field()),
         (ErrorKind::Time, Some(5), Some("t"))
     );
     assert!(error.to_string().contains("repeats"), "{error}");
-    let error = refused("t,x,y,z\n0,1,1,1\n0.1,1,1,1\n0.05,1,1,1\n", &xyz());
+    let error = refused("t,x,y,z\n0,1,1,1\n0.01,1,1,1\n0.005,1,1,1\n", &xyz());
     assert_eq!(
         (error.kind(), error.line_number()),
         (ErrorKind::Time, Some(4))
     );
     assert!(error.to_string().contains("backwards"), "{error}");
-    let error = refused("a,x,y,z\n0,1,1,1\n0.1,1,1,1\n", &xyz());
+    let error = refused("a,x,y,z\n0,1,1,1\n0.01,1,1,1\n", &xyz());
     assert!(
         error.hint().unwrap().contains("sampling_rate_Hz"),
         "{error}"
@@ -137,7 +137,7 @@ fn refuses_time_that_does_not_run_forward() {
 
 #[test]
 fn refuses_columns_that_are_not_there_or_twice() {
-    let text = "t,acc_x,acc_y,acc_z\n0,1,1,1\n0.1,1,1,1\n";
+    let text = "t,acc_x,acc_y,acc_z\n0,1,1,1\n0.01,1,1,1\n";
     let error = refused(text, &options(&["acc_x", "ac_y", "acc_z"]));
     assert!(
         error.hint().unwrap().contains("did you mean \"acc_y\""),
@@ -147,9 +147,9 @@ fn refuses_columns_that_are_not_there_or_twice() {
     assert!(error.to_string().contains("no column 9"), "{error}");
     let error = refused(text, &options(&["acc_x", "acc_x", "acc_z"]));
     assert!(error.to_string().contains("twice"), "{error}");
-    let error = refused("0 1 1 1\n0.1 1 1 1\n", &xyz());
+    let error = refused("0 1 1 1\n0.01 1 1 1\n", &xyz());
     assert!(error.to_string().contains("no header"), "{error}");
-    let error = refused("t,x,x,z\n0,1,1,1\n0.1,1,1,1\n", &xyz());
+    let error = refused("t,x,x,z\n0,1,1,1\n0.01,1,1,1\n", &xyz());
     assert!(error.to_string().contains("2 times"), "{error}");
 }
 
@@ -157,7 +157,7 @@ fn refuses_columns_that_are_not_there_or_twice() {
 fn refuses_a_unit_against_the_heading() {
     let mut o = xyz();
     o.unit = Some(proofmass_io::Unit::MetrePerSecondSquared);
-    let error = refused("t,x (g),y (g),z (g)\n0,1,1,1\n0.1,1,1,1\n", &o);
+    let error = refused("t,x (g),y (g),z (g)\n0,1,1,1\n0.01,1,1,1\n", &o);
     assert!(
         error
             .to_string()

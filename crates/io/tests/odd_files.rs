@@ -139,13 +139,14 @@ fn a_stretch_is_read_and_damage_outside_of_it_is_not() {
 
 #[test]
 fn temperatures_become_degrees_celsius() {
-    // The same 20 °C, but for the last, which nobody would take for °C.
+    // The same 20 °C; the last two may be in another unit.
     for (heading, number, told) in [
         ("T_degC", 20.0, Some("in °C by the heading")),
         ("T (°F)", 68.0, Some("in °F by the heading")),
         ("temperature fahrenheit", 68.0, Some("in °F by the heading")),
         ("T_K", 293.15, Some("in K by the heading")),
         ("T", 20.0, Some("in °C assumed")),
+        ("T", 68.0, None),
         ("T", 293.15, None),
     ] {
         let rows = (0..50).map(|i| format!("{:.2},0.1,0.2,9.8,{number}\n", f64::from(i) / 100.0));
@@ -154,7 +155,7 @@ fn temperatures_become_degrees_celsius() {
         let Some(told) = told else {
             let refused = read.unwrap_err();
             assert!(
-                refused.hint().unwrap().contains("T_K or T_degC"),
+                refused.hint().unwrap().contains("T_degC or T_K"),
                 "{refused}"
             );
             continue;

@@ -169,7 +169,7 @@ impl Stated {
                     "an expanded uncertainty needs its coverage factor",
                 )
                 .with_hint(
-                    "say it (`k = 2` in [reference], `--coverage-factor 2`), or add a column `k`",
+                    "add a column `k` to the table, or say it: `k = 2` in [reference] of a campaign, -k 2 of a command that reads the table alone, --standard-coverage-factor 2 beside --standard",
                 )),
             (None, None) => Err(sheet
                 .header_error(&format!("u_{ending}"), "the table has no such column")

@@ -38,7 +38,7 @@ fn stamped(
     mut stamp: impl FnMut(usize) -> Option<f64>,
 ) -> Result<MultiPositionOutcome, Trouble> {
     let folder = tempfile::tempdir().unwrap();
-    let mut text = "t,x,y,z\n".to_owned();
+    let mut text = "t_s,x,y,z\n".to_owned();
     for i in 0..recording.outputs[0].len() {
         if let Some(t) = stamp(i) {
             let [x, y, z] = [0, 1, 2].map(|a| recording.outputs[a][i]);

@@ -14,9 +14,26 @@ pub fn speed_increment(speeds: &[f64]) -> Option<f64> {
             .map(|w| (w[1] - w[0]).abs())
             .filter(|d| *d > 1e-12 * largest)
     };
+    let holds = |step: f64| {
+        let off =
+            |d: f64| (d / step - (d / step).round()).abs() > 1e-3 * (d / step).max(1.0).sqrt();
+        step.is_finite() && step > 1e-6 * largest && !steps().any(off)
+    };
     let least = steps().fold(f64::INFINITY, f64::min);
-    let off = |d: f64| (d / least - (d / least).round()).abs() > 1e-3 * (d / least).max(1.0).sqrt();
-    (least.is_finite() && least > 1e-6 * largest && !steps().any(off)).then_some(least)
+    // A motion of few different speeds may have none that lie one step apart.
+    let common = || steps().fold(least, common_step);
+    Some(least)
+        .filter(|s| holds(*s))
+        .or_else(|| Some(common()).filter(|s| holds(*s)))
+}
+
+/// The largest step of which both are multiples, to a thousandth (Euclid).
+fn common_step(a: f64, b: f64) -> f64 {
+    let (mut a, mut b) = (a.max(b), a.min(b));
+    while b > 1e-3 * a {
+        (a, b) = (b, (a - (a / b).round() * b).abs());
+    }
+    a
 }
 
 /// Time around a stop in which readings of zero say little, s.
@@ -63,6 +80,29 @@ pub fn leave_out_threshold(time: &mut Vec<f64>, speed: &mut Vec<f64>) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn known_step_of_digits_that_no_two_speeds_are_apart() {
+        // 250 samples a period, read in hundredths of a km/h: neighbouring values differ by two and three steps and more.
+        let speeds = |frequency: f64| -> Vec<f64> {
+            let at = |k: i32| {
+                10.0 + 6.0 * (std::f64::consts::TAU * frequency * 0.01 * f64::from(k)).sin()
+            };
+            (0..1000).map(|k| (at(k) * 360.0).round() / 360.0).collect()
+        };
+        for frequency in [0.4, 0.5, 0.25] {
+            let found = speed_increment(&speeds(frequency)).unwrap();
+            assert!(
+                (found * 360.0 - 1.0).abs() < 1e-6,
+                "{frequency} Hz: {found}"
+            );
+        }
+        let mut noisy = speeds(0.4);
+        for (k, v) in noisy.iter_mut().enumerate() {
+            *v += 1e-4 * (k as f64 * 1.618).fract();
+        }
+        assert_eq!(speed_increment(&noisy), None);
+    }
 
     /// Drives, brakes to a stop at 10 s, waits and drives on at 20 s.
     fn record(threshold: f64) -> (Vec<f64>, Vec<f64>) {

@@ -235,7 +235,7 @@ impl Text {
                 text.line(&cut(&line, text.width));
             }
             if more {
-                text.wrapped("Evidence and advice: on the page and in result.json.", "");
+                text.wrapped("Evidence and advice: in result.json and its page, or `proofmass explain CODE`.", "");
             }
             text.out
         };

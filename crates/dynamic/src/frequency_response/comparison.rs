@@ -161,11 +161,10 @@ pub(super) fn common_frequencies(responses: &[&FrequencyResponse]) -> Result<Vec
         .iter()
         .map(|r| -> Vec<f64> { r.frequencies().filter(|f| within.contains(f)).collect() });
     let sparsest = each.filter(|list| !list.is_empty()).min_by_key(Vec::len);
-    sparsest.ok_or(Error::OutOfRange {
-        name: "highest frequency that all calibrations have",
-        value: high,
-        min: low,
-        max: f64::MAX,
+    sparsest.ok_or(Error::TooFew {
+        name: "frequencies that all calibrations have in common",
+        needed: 1,
+        got: 0,
     })
 }
 

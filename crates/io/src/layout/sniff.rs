@@ -16,6 +16,7 @@ struct Line<'a> {
 const VOTERS: usize = 200;
 
 pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Result<Layout> {
+    super::other_format::refuse(head)?;
     refuse_binary(head)?;
     let comment = options
         .comment

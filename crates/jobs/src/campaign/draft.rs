@@ -117,7 +117,8 @@ impl Draft {
                         "# time_unit = \"{unit}\"             # likely, by the size of the steps; or s, ms, us, ns, min, h, d, index"
                     ));
                 }
-                if let (Some(TimeUnit::Index), Some(rate)) = (self.time_unit, self.rate_hz) {
+                // Beside a clock it is refused, as in every other command.
+                if let Some(rate) = self.rate_hz {
                     line(format!("sampling_rate_Hz = {rate}"));
                 }
             }
@@ -255,15 +256,14 @@ impl Draft {
         };
         let words = match options.iter().any(|o| o == "--rate HZ") {
             true => {
-                " (or --time COLUMN in place of --rate; --rows readings where every row is a mean or a single reading in an attitude of its own)"
+                " (--time COLUMN in place of --rate; --rows readings where every row is a mean or a single reading in an attitude of its own)"
             }
             false => "",
         };
         Err(Error::new(ErrorKind::Configuration, what)
             .at(recording)
             .with_hint(format!(
-                "type: proofmass calibrate {} {}{words}; or write a campaign: proofmass init {}",
-                recording.display(),
+                "add {}{words} to the command; or write a campaign: proofmass init {}",
                 options.join(" "),
                 recording.display()
             )))

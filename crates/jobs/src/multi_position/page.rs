@@ -68,7 +68,7 @@ fn verdict(fit: &MultiPositionFit) -> String {
             format!("The model fits the {noun}s within their noise: ‖a‖ is g within {left}.")
         }
         Some(_) => format!(
-            "The model fits the {noun}s within {left} of g, more than their noise; the intervals contain it."
+            "The model fits the {noun}s within {left} of g. That is more than their noise, and the intervals allow for it."
         ),
         None => format!("The model fits the {noun}s within {left} of g."),
     }

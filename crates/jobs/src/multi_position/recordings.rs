@@ -160,7 +160,10 @@ impl MultiPositionCampaign {
                 standard_uncertainty: local.standard_uncertainty(),
                 by: match (self.gravity.latitude_deg, self.gravity.height_m) {
                     (Some(latitude), Some(height)) => {
-                        format!("by latitude {latitude}° and height {height} m")
+                        let give_or_take = self.gravity.height_standard_uncertainty_m;
+                        let give_or_take =
+                            give_or_take.map_or(String::new(), |u| format!(" ± {u} m"));
+                        format!("by latitude {latitude}° and height {height} m{give_or_take}")
                     }
                     _ => "as stated".to_owned(),
                 },

@@ -280,6 +280,7 @@ impl NoiseReading {
                     )
             };
             layout.numeric[*i]
+                && !layout.counts_rows(*i)
                 && Some(*i) != time
                 && Some(*i) != temperature
                 && !layout.unit(*i).is_some_and(other)
@@ -288,6 +289,21 @@ impl NoiseReading {
             .filter(is_signal)
             .map(|i| ColumnRef::Index(i + 1))
             .collect();
+        // One unit that is stated, or asked for, does not hold for a gyroscope beside an accelerometer, a counter or a thermometer.
+        let unsaid = (0..layout.columns).filter(is_signal);
+        let unsaid: Vec<String> = unsaid
+            .filter(|&i| layout.unit(i).is_none())
+            .map(|i| layout.name(i))
+            .collect();
+        if unsaid.len() > 3 {
+            return Err(Trouble::data(format!(
+                "{} columns have no unit in their headings, and may not all be of one kind: {}",
+                unsaid.len(),
+                unsaid.join(", ")
+            ))
+            .detail(name)
+            .with_hint("choose those of one sensor with --columns A,B,C"));
+        }
         if columns.is_empty() {
             return Err(Trouble::data("no column holds a signal")
                 .detail(name)

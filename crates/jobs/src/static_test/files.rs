@@ -83,9 +83,23 @@ impl StaticTestFiles {
             ..RecordingOptions::default()
         };
         let mut recording = Recording::from_source(source, &options)?;
+        let input = recording.columns.first().filter(|c| c.unit.is_none());
+        let open = input.and_then(|c| plain(c, usual).err());
         recording.state_unit(0, Some(usual), SaidBy::Nobody)?;
         recording.state_unit(1, columns.output_unit, SaidBy::Person)?;
-        recording.need_units(&["", "--output-unit"])?;
+        let needed = recording
+            .need_units(&["", "--output-unit"])
+            .map_err(Trouble::from);
+        match (open, needed) {
+            (Some(open), Err(needed)) => {
+                let hints = [&open, &needed].map(|t| t.hint().unwrap_or_default());
+                return Err(
+                    Trouble::data(format!("{open}; and {needed}")).with_hint(hints.join("; and "))
+                );
+            }
+            (Some(open), Ok(())) => return Err(open.detail(name)),
+            (None, needed) => needed?,
+        }
         let [inputs, outputs] = recording.columns.as_slice() else {
             return Err(Trouble::data("two columns are needed").detail(name));
         };
@@ -207,6 +221,31 @@ impl StaticTestFiles {
     }
 }
 
+/// Whether the numbers of an input are so plainly in the usual unit that it need not be said: angles in degrees are, unless a turn
+/// would hold them in radians.
+fn plain(column: &RecordedColumn, usual: Unit) -> Result<()> {
+    let turn = std::f64::consts::TAU;
+    let parts_of_a_turn = column.data.iter().any(|v| v.fract() != 0.0)
+        && column.data.iter().all(|v| v.abs() <= 1.01 * turn);
+    let kind = usual.si().0;
+    match kind {
+        Unit::Radian if !parts_of_a_turn => Ok(()),
+        Unit::Radian | Unit::MetrePerSecondSquared | Unit::RadianPerSecond => {
+            let example = match kind {
+                Unit::Radian => "angle_deg or angle_rad",
+                Unit::RadianPerSecond => "speed_r/min or speed_rad/s",
+                _ => "acceleration_g or acceleration_m/s2",
+            };
+            Err(Trouble::data(format!(
+                "the unit of column {:?} is not said, and its numbers fit more than one",
+                column.name
+            ))
+            .with_hint(format!("write it into the heading, as in {example}")))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Factor of a column to SI; its heading wins over the usual unit, and must be of the same kind.
 fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64> {
     let (unit, factor) = column.unit.unwrap_or(usual).si();
@@ -255,16 +294,23 @@ mod tests {
 
     #[test]
     fn known_column_that_is_called_by_its_unit() -> Result<()> {
-        for (heading, expected) in [("V", "V"), ("mV", "mV"), ("output", "count")] {
+        let read = |heading: &str| -> Result<StaticTestFiles> {
             let text = format!("angle_deg,{heading}\n90,1.5\n270,1.6\n");
             let source = Source::from_bytes("t.csv", text.into_bytes())?;
             let columns = ReadingColumns::new(heading);
-            let files = StaticTestFiles::readings(source, &tilt()?, &"angle_deg".into(), &columns)?;
+            StaticTestFiles::readings(source, &tilt()?, &"angle_deg".into(), &columns)
+        };
+        for heading in ["V", "mV"] {
+            let files = read(heading)?;
             let StaticTestInput::Readings { unit, .. } = files.data().input else {
                 return Err(Trouble::data("no readings"));
             };
-            assert_eq!(unit, expected);
+            assert_eq!(unit, heading);
         }
+        let asked = read("output")
+            .err()
+            .and_then(|e| e.hint().map(str::to_owned));
+        assert!(asked.is_some_and(|hint| hint.contains("--output-unit")));
         Ok(())
     }
 

@@ -31,7 +31,7 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
   const output = document.createElement("output");
   output.className = "read-off";
   svg.parentNode.after(output);
-  const help = "Pointer or ← → show values, ↑ ↓ change the curve; drag or + − zoom; Esc goes back.";
+  const help = matchMedia("(hover: none)").matches ? "A touch shows values; push the figure sideways." : "Pointer or ← → show values, ↑ ↓ change the curve; drag or + − zoom; Esc goes back.";
   output.textContent = help;
   svg.setAttribute("tabindex", "0");
   const value = (axis, share) => {
