@@ -216,9 +216,9 @@ impl StaticTestJob {
             },
             (test, _) => return Err(test.needs()),
         };
-        Ok(StaticTestFit::Test(
+        Ok(StaticTestFit::Test(Box::new(
             fit.map_err(|e| Trouble::from(e).detail(data.name))?,
-        ))
+        )))
     }
 }
 
@@ -286,7 +286,7 @@ fn day_of(date: &str) -> Option<f64> {
 #[derive(Clone, Debug, PartialEq)]
 pub enum StaticTestFit {
     /// Quantities of one test.
-    Test(StaticFit),
+    Test(Box<StaticFit>),
     /// Drifts over calibrations.
     History(StabilityFit),
 }

@@ -200,7 +200,8 @@ mod tests {
     /// An hour of sleep, filled with the last value, with zeros, or by a straight line between both ends, beside ten still windows.
     #[test]
     fn law_sleep_is_no_stillness_however_it_is_filled() {
-        let fills: [(&str, fn(f64) -> Triple); 3] = [
+        type Fill = fn(f64) -> Triple;
+        let fills: [(&str, Fill); 3] = [
             ("repeats", |_| [0.6, 0.8, 0.0]),
             ("zeros", |_| [0.0; 3]),
             ("line", |share| [0.6 - 0.6 * share, 0.8, share]),
