@@ -73,6 +73,21 @@ fn law_every_export_names_its_source_and_checks_itself() {
             assert!(text.contains(word), "{form:?} lacks {word}\n{text}");
         }
     }
+    // Outside of the temperatures nothing is computed unless it is asked for.
+    for (form, refuses, holds) in [
+        (
+            ExportForm::Rust,
+            "pub fn apply(output: [f32; 3], temperature: f32) -> Option<[f32; 3]>",
+            "as the nearer end of it",
+        ),
+        (ExportForm::C, "return 0;", "_HOLD_TEMPERATURE"),
+        (ExportForm::Python, "raise ValueError", "if hold:"),
+    ] {
+        let text = export(&file, form, &ExportOptions::default()).unwrap();
+        for word in [refuses, holds] {
+            assert!(text.contains(word), "{form:?} lacks {word}\n{text}");
+        }
+    }
     // Raw outputs have no place in a form for accelerations.
     let error = export(&file, ExportForm::ImuYaml, &ExportOptions::default()).unwrap_err();
     assert!(error.hint().is_some() && error.to_string().contains("count"));

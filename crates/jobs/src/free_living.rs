@@ -20,7 +20,8 @@ use proofmass_signal::Trace;
 use proofmass_static::{
     AutoCalibration, AutoCalibrationFit, StillWindow, StillWindows, WindowRule,
 };
-use proofmass_uncertainty::{Estimate, Finding};
+use proofmass_uncertainty::findings::gaps_in_record;
+use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// Which windows are still, and how they are fitted.
@@ -81,6 +82,19 @@ pub struct FreeLivingWindows {
     pub name: String,
     /// How x, y, z are called in the recording, for compensating others of its kind.
     pub columns: Option<[ColumnRef; 3]>,
+}
+
+/// Gaps that were filled with something else than zeros.
+fn filled(windows: &StillWindows) -> Option<Finding> {
+    let (filled, seen) = (windows.filled(), windows.seen());
+    (filled > 0).then(|| {
+        gaps_in_record(
+            " and were filled with the last value or a straight line: such windows are not taken for stillness",
+            &format!("{filled} of {seen} windows change on no axis, or as a straight line on all"),
+            "nothing, where the logger sleeps while it is not moved",
+        )
+        .at(Severity::Note)
+    })
 }
 
 impl FreeLivingCampaign {
@@ -202,6 +216,7 @@ impl FreeLivingCampaign {
             rows += block.rows();
         }
         findings.extend(reader.findings());
+        findings.extend(filled(&windows));
         let duration = last - first.unwrap_or(last);
         if time.is_some() && rows > 1 {
             if duration <= 0.0 {

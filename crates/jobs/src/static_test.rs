@@ -216,9 +216,9 @@ impl StaticTestJob {
             },
             (test, _) => return Err(test.needs()),
         };
-        Ok(StaticTestFit::Test(
+        Ok(StaticTestFit::Test(Box::new(
             fit.map_err(|e| Trouble::from(e).detail(data.name))?,
-        ))
+        )))
     }
 }
 
@@ -286,7 +286,7 @@ fn day_of(date: &str) -> Option<f64> {
 #[derive(Clone, Debug, PartialEq)]
 pub enum StaticTestFit {
     /// Quantities of one test.
-    Test(StaticFit),
+    Test(Box<StaticFit>),
     /// Drifts over calibrations.
     History(StabilityFit),
 }
@@ -351,6 +351,8 @@ impl Outcome for StaticTestOutcome {
             StaticTestFit::Test(fit) => vec![
                 section("nonlinearity", &fit.nonlinearity)?,
                 section("orders", &fit.orders)?,
+                section("departures", &fit.departures)?,
+                section("harmonics", &fit.harmonics)?,
             ],
             StaticTestFit::History(fit) => vec![section("due_in_days", &fit.due_in)?],
         })

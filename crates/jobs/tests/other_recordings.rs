@@ -93,14 +93,15 @@ fn known_axis_up_and_down_from_two_files() {
     assert!((bias - 0.02).abs() < 4.0 * u);
     let [scale, u, _] = quantity(&level, "sensitivity");
     assert!((scale - 1.004).abs() < 4.0 * u);
-    // Half a degree in each position, by hand: δ² of the sensitivity, δ²/2 of g in the bias.
+    // Half a degree about two axes in each position, by hand: δ² of the sensitivity, whose mean is taken off, δ²/√2 of g in the bias.
     let tilted = calibrate(folder.path(), &campaign(0.5)).unwrap();
     let square = 0.5f64.to_radians().powi(2);
-    let [_, with, _] = quantity(&tilted, "sensitivity");
+    let [longer, with, _] = quantity(&tilted, "sensitivity");
+    assert!((longer / scale - 1.0 - square).abs() < 1e-9);
     assert!(((with * with - u * u).sqrt() / (1.004 * square) - 1.0).abs() < 1e-3);
     let [_, with, _] = quantity(&tilted, "bias");
     let added = (with * with - quantity(&level, "bias")[1].powi(2)).sqrt();
-    assert!((added / (0.5 * 1.004 * G * square) - 1.0).abs() < 1e-3);
+    assert!((added / (0.5f64.sqrt() * 1.004 * G * square) - 1.0).abs() < 1e-3);
 }
 
 #[test]

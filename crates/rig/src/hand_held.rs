@@ -34,6 +34,10 @@ pub struct HandHeld {
     pub wander: f64,
     /// Step of the output; zero for none.
     pub resolution: f64,
+    /// Standard deviation of a tremor or of gusts that come and go within a rest, m/s²; correlated over half a second.
+    pub tremor: f64,
+    /// Probability that a rest is touched: half a second of motion of 0.1 to 1 m/s² somewhere in it.
+    pub touched: f64,
 }
 
 impl Default for HandHeld {
@@ -55,6 +59,8 @@ impl Default for HandHeld {
             correlation: 0.0,
             wander: 0.0,
             resolution: 1.0,
+            tremor: 0.0,
+            touched: 0.0,
         }
     }
 }
@@ -113,8 +119,12 @@ impl HandHeld {
                 let w: f64 = StandardNormal.sample(&mut rng);
                 self.wander * w
             });
-            for _ in 0..(duration * self.rate).round() as usize {
-                let force = std::array::from_fn(|i| self.gravity * attitude[i] + wander[i]);
+            let n = (duration * self.rate).round() as usize;
+            let mut unrest = Unrest::of(self, n, &mut rng);
+            for sample in 0..n {
+                let moved = unrest.next(sample, &mut rng);
+                let force =
+                    std::array::from_fn(|i| self.gravity * attitude[i] + wander[i] + moved[i]);
                 push(force, &mut outputs, &mut rng);
             }
             rests.push(Rest {
@@ -145,6 +155,60 @@ impl HandHeld {
             outputs,
             rests,
         }
+    }
+}
+
+/// Motion within a rest. It draws nothing where there is none, so that a seed stays the recording that it was.
+struct Unrest {
+    rate: f64,
+    /// Standard deviation and what is left of it from sample to sample.
+    tremor: f64,
+    kept: f64,
+    sway: [f64; 3],
+    /// Middle of a touch, samples, its direction and size.
+    touch: Option<(f64, [f64; 3])>,
+    /// Length of a swell, samples.
+    swell: f64,
+}
+
+impl Unrest {
+    fn of(rig: &HandHeld, samples: usize, rng: &mut Xoshiro256PlusPlus) -> Self {
+        let touch = (rig.touched > 0.0 && rng.random::<f64>() < rig.touched).then(|| {
+            let size = 0.1 * 10f64.powf(rng.random::<f64>());
+            let way = unit(std::array::from_fn(|_| StandardNormal.sample(rng)));
+            (rng.random::<f64>() * samples as f64, way.map(|v| v * size))
+        });
+        Self {
+            rate: rig.rate,
+            tremor: rig.tremor,
+            kept: (-2.0 / rig.rate).exp(),
+            sway: [0.0; 3],
+            touch,
+            swell: rig.rate * rig.rest.max(2.0),
+        }
+    }
+
+    fn next(&mut self, sample: usize, rng: &mut Xoshiro256PlusPlus) -> [f64; 3] {
+        let mut moved = [0.0; 3];
+        if self.tremor > 0.0 {
+            let fresh = self.tremor * (1.0 - self.kept * self.kept).sqrt();
+            let swell = (std::f64::consts::TAU * sample as f64 / self.swell)
+                .sin()
+                .powi(2);
+            for axis in 0..3 {
+                let w: f64 = StandardNormal.sample(rng);
+                self.sway[axis] = self.kept * self.sway[axis] + fresh * w;
+                moved[axis] = swell * self.sway[axis];
+            }
+        }
+        if let Some((at, way)) = &self.touch {
+            let near = (sample as f64 - at) / (0.25 * self.rate).max(1.0);
+            if near.abs() < 1.0 {
+                let push = (std::f64::consts::PI * near).sin();
+                moved = std::array::from_fn(|i| moved[i] + push * way[i]);
+            }
+        }
+        moved
     }
 }
 

@@ -17,6 +17,7 @@ pub mod bench;
 mod hand_held;
 mod interferometer;
 mod transducer;
+mod turned_axis;
 
 pub use axis::{
     AxisAccelerometer, AxisEncoder, AxisMotion, AxisRecording, DrivenAxis, MotionPoint,
@@ -27,3 +28,4 @@ pub use transducer::{
     BridgeArms, Principle, ProofMass, Transducer, TransducerBench, TransducerLimits,
     TransducerMotion, TransducerRecording,
 };
+pub use turned_axis::{TurnedAxis, TurnedAxisRecording};

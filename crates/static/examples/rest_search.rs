@@ -2,7 +2,8 @@
 //!
 //! Prints the table of docs/multi-position.md: `cargo run --release -p proofmass-static --example rest_search`. A hand-held recording is
 //! simulated, its rests are found by the search itself, and the fit is held against the truth and against the fit of the
-//! rests as they were. An argument sets the number of recordings per cell (1000).
+//! rests as they were. Arguments are the number of recordings per
+//! cell (1000) and how many cells are passed over (0).
 
 use proofmass_core::{Gravity, SensorModel};
 use proofmass_rig::{HandHeld, HandHeldRecording};
@@ -25,6 +26,12 @@ pub struct Place {
     pub noise: f64,
     /// Standard deviation between rests in mm/s².
     pub wander: f64,
+    /// Tremor or gusts within a rest in mm/s².
+    pub tremor: f64,
+    /// Share of the rests that are touched.
+    pub touched: f64,
+    /// Bits of the converter over ±8 g; the noise is in its steps.
+    pub bits: i32,
 }
 
 /// What came of the recordings of one place.
@@ -56,12 +63,13 @@ struct Run {
     found: bool,
 }
 
-/// Step of the converter, m/s²: 16 bits over ± 8 g.
-const STEP: f64 = 16.0 * 9.80665 / 65536.0;
-
 impl Place {
     fn rig(&self) -> HandHeld {
+        // ±8 g.
+        let step = 16.0 * 9.80665 / 2f64.powi(self.bits);
         HandHeld {
+            tremor: self.tremor * 1e-3,
+            touched: self.touched,
             rate: self.rate,
             rests: self.attitudes,
             rest: self.rest,
@@ -74,9 +82,9 @@ impl Place {
                         [0.0, 0.985, 0.008],
                         [0.0, 0.0, 1.006],
                     ]
-                    .map(|row| row.map(|v| v / STEP)),
+                    .map(|row| row.map(|v| v / step)),
                 ),
-                [120.0, -50.0, 200.0],
+                [120.0, -50.0, 200.0].map(|b| b * 2f64.powi(self.bits - 16)),
             )
             .unwrap_or_else(|error| unreachable!("{error}")),
             ..HandHeld::default()
@@ -177,23 +185,24 @@ fn of(sensor: &SensorModel<f64>, name: &str) -> f64 {
 }
 
 fn main() {
-    let recordings = std::env::args()
-        .nth(1)
-        .and_then(|a| a.parse().ok())
-        .unwrap_or(1000);
+    let argument = |i| std::env::args().nth(i).and_then(|a| a.parse().ok());
+    let (recordings, passed) = (argument(1).unwrap_or(1000), argument(2).unwrap_or(0));
     println!(
-        "| rate / Hz | attitudes | rest / s | noise / step | between rests / (mm/s²) | coverage / % (worst) | U against given | found all / % | refused / % |"
+        "| rate / Hz | attitudes | rest / s | bits | noise / step | between rests / (mm/s²) | tremor / (mm/s²) | touched / % | coverage / % (worst) | U against given | found all / % | refused / % |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
-    for place in PLACES {
+    println!("|{}", "---|".repeat(12));
+    for place in &PLACES[passed.min(PLACES.len())..] {
         let cell = place.cell(recordings);
         println!(
-            "| {} | {} | {} | {} | {} | {:.1} ({:.1}) | {:.2} | {:.0} | {:.1} | {}",
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {:.1} ({:.1}) | {:.2} | {:.0} | {:.1} | {}",
             place.rate,
             place.attitudes,
             place.rest,
+            place.bits,
             place.noise,
             place.wander,
+            place.tremor,
+            100.0 * place.touched,
             100.0 * cell.mean,
             100.0 * cell.worst,
             cell.width,
@@ -211,11 +220,21 @@ const fn place(rate: f64, attitudes: usize, rest: f64, noise: f64, wander: f64) 
         rest,
         noise,
         wander,
+        tremor: 0.0,
+        touched: 0.0,
+        bits: 16,
+    }
+}
+
+const fn coarse(bits: i32, noise: f64) -> Place {
+    Place {
+        bits,
+        ..place(50.0, 16, 10.0, noise, 1.0)
     }
 }
 
 /// The map.
-pub const PLACES: [Place; 18] = [
+pub const PLACES: [Place; 31] = [
     place(50.0, 12, 10.0, 4.0, 0.0),
     place(50.0, 12, 10.0, 4.0, 1.0),
     place(50.0, 16, 10.0, 4.0, 5.0),
@@ -234,4 +253,30 @@ pub const PLACES: [Place; 18] = [
     place(50.0, 12, 10.0, 0.5, 1.0),
     place(50.0, 12, 10.0, 1.0, 1.0),
     place(50.0, 12, 10.0, 10.0, 1.0),
+    place(5.0, 12, 4.5, 4.0, 1.0),
+    place(10.0, 16, 3.5, 4.0, 1.0),
+    place(25.0, 16, 3.5, 4.0, 1.0),
+    coarse(8, 0.05),
+    coarse(8, 0.5),
+    coarse(10, 0.2),
+    coarse(12, 0.05),
+    coarse(12, 0.2),
+    coarse(12, 2.0),
+    Place {
+        tremor: 20.0,
+        ..place(50.0, 12, 10.0, 4.0, 1.0)
+    },
+    Place {
+        tremor: 100.0,
+        ..place(100.0, 24, 4.0, 4.0, 1.0)
+    },
+    Place {
+        touched: 0.2,
+        ..place(50.0, 12, 10.0, 4.0, 1.0)
+    },
+    Place {
+        tremor: 20.0,
+        touched: 0.3,
+        ..place(100.0, 24, 4.0, 4.0, 1.0)
+    },
 ];

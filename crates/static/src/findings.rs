@@ -113,6 +113,14 @@ findings! {
         advice "count {of_a_reading:.2} mg as standard uncertainty of a compensated reading",
         false_alarms "1 % of healthy recordings, by the level of the test";
 
+    /// The raw difference between heating and cooling is another than the model's.
+    branches_beyond_model(axis: &str, raw: f64, model: f64, temperature: f64, of_a_reading: f64) =
+        "branches-beyond-model", [Warning],
+        what "heating and cooling differ on {axis} otherwise than the model has it: by slow wander of the output, or by a form beyond its square",
+        evidence "{raw:.2} mg by the outputs, {model:.2} mg by the model at {temperature:.1} °C",
+        advice "count {of_a_reading:.2} mg as standard uncertainty of a compensated reading, and run the cycle twice: wander does not repeat",
+        false_alarms "1 % of healthy recordings; 7 % where the output wanders by 1 mg";
+
     /// There are fewer attitudes than a calibration should have. A decision where nothing checks the fit.
     few_attitudes(consequence: &str, standstills: usize, parameters: usize, remedy: &str) =
         "few-attitudes", [Warning, Decision],
@@ -248,13 +256,44 @@ findings! {
         evidence "{error:.2} mg at {acceleration:.2} m/s²",
         advice "compensate with the whole matrix K, not with scale factors alone";
 
+    /// Rising and falling readings differ.
+    rising_and_falling(difference: f64, expanded: f64) =
+        "rising-and-falling", [Warning],
+        what "readings that were reached from below and from above differ: hysteresis, or a drift between both ways",
+        evidence "{difference:.3} % ± {expanded:.3} % of full scale",
+        advice "count half of it as half-width of a reading whose way is not known, and run the way twice: a drift does not repeat",
+        false_alarms "1 % of healthy tests, by the level of the test";
+
+    /// Which rest of a recording belongs to which angle is in doubt.
+    angles_in_doubt(doubt: &str, evidence: &str) =
+        "angles-in-doubt", [Decision],
+        what "{doubt}",
+        evidence "{evidence}",
+        advice "compare the residuals with the list of angles; cut the recording into one file per angle (`files`) where rests are found at the wrong places",
+        false_alarms "0.1 % of healthy recordings";
+
     /// Residuals over the angle of a table have a second harmonic.
-    second_harmonic(percentage: f64, f: f64, limit: f64) =
+    second_harmonic(percentage: f64, f: f64, limit: f64, found: f64) =
         "second-harmonic", [Warning],
         what "the residuals go twice around with the angle: the output is curved, or the axis of the table moves",
-        evidence "{percentage:.3} % of the output at 1 g; F = {f:.1}, limit {limit:.1}",
+        evidence "{percentage:.3} % of the output at 1 g; F = {f:.1}, limit {limit:.1}; {found:.3} % is found in nine of ten tests",
         advice "test linearity with known accelerations, or turn the sensor by 180° on the table and repeat",
-        false_alarms "1 % of healthy tests, by the level of the test";
+        false_alarms "0.5 % of healthy tests, by the level of the test";
+
+    /// Residuals over the angle of a table have a third harmonic.
+    third_harmonic(slope: f64, percentage: f64, f: f64, limit: f64, found: f64) =
+        "third-harmonic", [Warning],
+        what "the residuals go three times around with the angle: the output has a cube of the acceleration, and the sensitivity at zero is another",
+        evidence "by {slope:.2} % where it is a cube; third harmonic {percentage:.3} % of the output at 1 g; F = {f:.1}, limit {limit:.1}; {found:.3} % is found in nine of ten tests",
+        advice "state the sensitivity as that of ±1 g, or test linearity with the same readings against g cos θ",
+        false_alarms "0.5 % of healthy tests, by the level of the test";
+
+    /// The angles cannot show a cube of the acceleration.
+    cubic_not_tested(readings: usize) =
+        "cubic-not-tested", [Note],
+        what "these angles cannot show a cube of the acceleration: the sensitivity is that of ±1 g",
+        evidence "{readings} readings; 0.1 % of a cube at 1 g is 0.075 % to 0.1 % of the sensitivity at zero",
+        advice "read ten angles or more in steps of 45° or less";
 
     /// Gravity is not along the axis that was named.
     gravity_elsewhere(axis: &str, outputs: &str) =

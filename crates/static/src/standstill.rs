@@ -42,6 +42,25 @@ impl Standstill {
     /// Fewest samples of a window that is shorter than asked.
     const SHORTENED: f64 = 12.0;
 
+    /// Shortest hold of the sensor that will do at this sampling rate, s: 1.6 times what the shortest window can see.
+    ///
+    /// A window reaches half its length into what was before and behind a hold, so that a hold is seen once it lasts a window and
+    /// the shortest standstill; noise and a settling sensor shorten it (`law_the_shortest_hold_is_found`).
+    pub fn shortest_hold(&self, rate: f64) -> f64 {
+        let seen = self.windows(rate).map(|search| {
+            let [half, fewest] = search.samples(rate);
+            (2 * half + fewest) as f64 / rate
+        });
+        1.6 * seen.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Half a window and the shortest standstill, samples.
+    fn samples(&self, rate: f64) -> [usize; 2] {
+        let half = ((0.5 * self.window * rate).round() as usize).max(Self::HALF_WINDOW);
+        let fewest = ((self.minimum_duration * rate).round() as usize).max(Self::MINIMUM_SAMPLES);
+        [half, fewest]
+    }
+
     /// The search with its own window, with half of it and with a quarter, as far as enough samples are left in one.
     ///
     /// A run that a window of w finds is that much shorter than the rest: a shorter window needs the shortest standstill less w.
@@ -105,9 +124,7 @@ impl WindowedVariance {
                 });
             }
         }
-        let half = ((0.5 * search.window * rate).round() as usize).max(Standstill::HALF_WINDOW);
-        let minimum_samples =
-            ((search.minimum_duration * rate).round() as usize).max(Standstill::MINIMUM_SAMPLES);
+        let [half, minimum_samples] = search.samples(rate);
         let n = samples.len();
         let needed = (2 * half + 1).max(minimum_samples);
         if n < needed {

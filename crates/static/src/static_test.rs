@@ -1,6 +1,9 @@
 //! Static tests of an accelerometer: inclination, sensitivity, bias, orthogonality, linearity, centrifuge, stability.
 
 mod centrifuge;
+mod departures;
+mod harmonics;
+mod known_angles;
 mod linearity;
 mod orthogonality;
 mod readings;
@@ -10,6 +13,9 @@ mod tilt;
 mod zero_g;
 
 pub use centrifuge::Centrifuge;
+pub use departures::Departure;
+pub use harmonics::Harmonic;
+pub use known_angles::{Counts, KnownAngles};
 pub use linearity::Linearity;
 pub use orthogonality::Orthogonality;
 pub use readings::{CommonError, PolynomialOrder, ReadingResidual, StaticFit};

@@ -4,14 +4,18 @@
 #[path = "../examples/rest_search.rs"]
 mod rest_search;
 
+use proofmass_static::Standstill;
 use rest_search::{PLACES, Place};
 
 const RECORDINGS: usize = 40;
 
 fn at(rate: f64, rest: f64, noise: f64) -> Place {
-    let found = PLACES
-        .iter()
-        .find(|p| (p.rate, p.rest, p.noise) == (rate, rest, noise) && p.wander > 0.0);
+    let found = PLACES.iter().find(|p| {
+        (p.rate, p.rest, p.noise) == (rate, rest, noise)
+            && p.wander > 0.0
+            && p.bits == 16
+            && p.tremor + p.touched == 0.0
+    });
     *found.expect("a place of the map")
 }
 
@@ -39,4 +43,37 @@ fn coverage_a_converter_coarser_than_the_noise() {
     let cell = at(50.0, 10.0, 0.05).cell(RECORDINGS);
     assert_eq!(cell.refused, 0, "{cell:?}");
     assert!(cell.mean > 31.0 / 40.0 && cell.width < 1.3, "{cell:?}");
+}
+
+/// The shortest hold that is asked for at a rate is found in nearly every recording; rests vary by ±20 % about their mean.
+#[test]
+fn law_the_shortest_hold_is_found() {
+    for (rate, expected) in [
+        (5.0, 3.52),
+        (10.0, 3.2),
+        (25.0, 1.6),
+        (50.0, 1.6),
+        (100.0, 1.6),
+    ] {
+        let shortest = Standstill::default().shortest_hold(rate);
+        assert!((shortest - expected).abs() < 1e-9, "{rate}: {shortest}");
+        let place = Place {
+            rate,
+            rest: shortest / 0.8,
+            ..PLACES[1]
+        };
+        let cell = place.cell(RECORDINGS);
+        assert_eq!(cell.refused, 0, "{rate}: {cell:?}");
+        assert!(cell.found > 0.85, "{rate}: {cell:?}");
+    }
+}
+
+/// A touched rest is one reading, and a tremor widens what it is worth.
+#[test]
+fn coverage_rests_that_are_touched() {
+    for place in PLACES.iter().filter(|p| p.touched > 0.0) {
+        let cell = place.cell(RECORDINGS);
+        assert_eq!(cell.refused, 0, "{cell:?}");
+        assert!(cell.mean > 31.0 / 40.0, "{cell:?}");
+    }
 }

@@ -108,6 +108,121 @@ fn known_curved_axis_shows_a_second_harmonic() {
     assert_eq!(fit.findings[0].code(), "second-harmonic");
 }
 
+/// V = a + 0.002 a²: ±20 m/s², over both ends the chord is 0.8 above, the middle of the best fit two thirds … of it.
+#[test]
+fn known_linearity_by_its_definitions() {
+    let a: Vec<f64> = (0..41).map(|i| f64::from(i) - 20.0).collect();
+    let read = |seed: u64, size: f64, loops: f64| {
+        let mut n = Normal::new(seed);
+        let way: Vec<f64> = a.iter().chain(a.iter().rev()).copied().collect();
+        let output: Vec<f64> = way
+            .iter()
+            .enumerate()
+            .map(|(i, a)| {
+                let side = if i < 41 { 0.5 } else { -0.5 };
+                a + 0.002 * a * a + loops * side + size * n.draw()
+            })
+            .collect();
+        Linearity::default().fit(&way, &output, None, "V").unwrap()
+    };
+    let fit = read(1, 1e-9, 0.0);
+    let share = |line: &str| {
+        let found = fit.departures.iter().find(|d| d.line == line);
+        found.unwrap().share
+    };
+    // 0.002 · 400 = 0.8 of 20; the mean of a² over the readings is 140, so that the ends are 260 · 0.002 off; zero based all 0.8.
+    assert!((share("end point") - 0.04).abs() < 1e-8);
+    assert!((share("best fit") - 0.026).abs() < 1e-8);
+    assert!((share("zero based") - 0.04).abs() < 1e-8);
+    let codes = read(1, 1e-3, 0.02).findings;
+    assert!(codes.iter().any(|f| f.code() == "rising-and-falling"));
+    let (mut held, mut seen, mut alarms) = (0, 0, 0);
+    for seed in 0..300 {
+        let fit = read(seed, 0.02, 0.0);
+        let off = fit.departures.iter().map(|d| {
+            let truth = if d.line == "best fit" { 0.026 } else { 0.04 };
+            (d.share - truth).abs() <= d.expanded
+        });
+        held += off.filter(|h| *h).count();
+        let named = |fit: &StaticFit| {
+            let codes = fit.findings.iter().map(|f| f.code());
+            usize::from(codes.into_iter().any(|c| c == "rising-and-falling"))
+        };
+        alarms += named(&fit);
+        // 0.1 % of full scale between rising and falling beside a scatter of 0.1 %.
+        seen += named(&read(seed, 0.02, 0.02));
+    }
+    assert!(held >= 3 * 280, "{held}");
+    // A hundredth of 300 is 3; more than 9 once in a thousand times.
+    assert!(alarms <= 9, "{alarms}");
+    assert!(seen >= 270, "{seen}");
+}
+
+/// A cube of 1 % at 1 g lies in the sensitivity by 0.75 %: found from ten readings on, by its size, and in U with fewer.
+#[test]
+fn known_cube_is_found_or_lies_within_u() {
+    let read = |count: u32, cube: f64, seed: u64| {
+        let mut n = Normal::new(seed);
+        let step = 360.0 / f64::from(count);
+        let angle: Vec<f64> = (0..count)
+            .map(|i| (step * f64::from(i)).to_radians())
+            .collect();
+        let output: Vec<f64> = angle
+            .iter()
+            .map(|t| 2.0 + t.cos() + cube * t.cos().powi(3) + 5e-4 * n.draw())
+            .collect();
+        Tilt::new(gravity()).fit(&angle, &output, "V").unwrap()
+    };
+    let said = (0..200).map(|seed| read(12, 0.0, seed).harmonics[1].found);
+    let said = said.sum::<f64>() / 200.0;
+    let (mut found, mut large) = (0, 0);
+    for seed in 0..200 {
+        let fit = read(12, 9.6e-3, seed);
+        let third = fit.findings.iter().find(|f| f.code() == "third-harmonic");
+        found += usize::from(third.is_some());
+        let size = fit.harmonics[1].size;
+        assert!((size - 2.4e-3).abs() < 4.0 * 5e-4 / 6f64.sqrt(), "{size}");
+        // What is said to be found in nine of ten is.
+        let again = read(12, 4.0 * said, seed + 1000);
+        large += usize::from(again.findings.iter().any(|f| f.code() == "third-harmonic"));
+    }
+    // A third harmonic of 2.4 mV beside 0.5 mV of scatter in twelve readings.
+    assert!(found > 190, "{found}");
+    // Nine of ten of 200 is 180, and four deviations; the mean of an estimated scatter is 5 % short with five degrees of freedom.
+    assert!((155..=197).contains(&large), "{large}");
+    let mut held = 0;
+    for seed in 0..200 {
+        let quantity = read(8, 9.6e-3, seed).estimate.get("sensitivity").unwrap();
+        held += usize::from((quantity.value - 1.0 / G).abs() <= quantity.expanded(0.95));
+    }
+    assert!(held > 180, "{held}");
+    let fit = read(4, 9.6e-3, 1);
+    assert!(fit.findings.iter().any(|f| f.code() == "cubic-not-tested"));
+}
+
+/// Tilts about two axes lower every reading in the mean and shift the bias where up and down tilt differently.
+#[test]
+fn coverage_levelling() {
+    let (b, s, u) = (5e-4, 10e-3 / G, 1f64.to_radians());
+    check(
+        coverage(|seed| {
+            let mut n = Normal::new(seed);
+            let position = [1.0, -1.0];
+            let output = position.map(|p| {
+                let tilt = (u * n.draw()).hypot(u * n.draw());
+                b + s * p * G * tilt.cos() + 1e-9 * n.draw()
+            });
+            let mut test = Sensitivity::new(Gravity::given(G, 0.0).unwrap());
+            test.levelling = u;
+            test.reading = Some(1e-9);
+            let fit = test.fit(&position, &output, "V").unwrap();
+            (fit.estimate, vec![("bias", b), ("sensitivity", s)])
+        }),
+        // U is that of positions that tilt alike.
+        1.0,
+    );
+}
+
 #[test]
 fn known_level_that_was_not_stated() {
     let mut n = Normal::new(4);

@@ -56,6 +56,15 @@ pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
         text,
         "/// Compensation of the sensor; K, its inverse and b, nothing is computed at start-up.\npub const {name}: {kind}<{real}> = {value};\n"
     );
+    if plan.needs_temperature() {
+        let _ = writeln!(
+            text,
+            "/// Acceleration in m/s²; nothing where the temperature lies beyond the calibration. [`{name}`]`.apply` takes such a temperature\n\
+             /// as the nearer end of it.\npub fn apply(output: [{real}; 3], temperature: {real}) -> Option<[{real}; 3]> {{\n    \
+             let covered = {name}.thermal().is_none_or(|terms| terms.covers(temperature));\n    \
+             covered.then(|| {name}.apply(output, temperature))\n}}\n"
+        );
+    }
     let check = &plan.check;
     let bound = if single {
         check.single_bound

@@ -6,6 +6,7 @@ use proofmass_io::{
     ClockUnit, ColumnRef, Error, ErrorKind, Layout, LayoutOptions, Result, Source, TimeUnit, Unit,
     split_heading,
 };
+use proofmass_static::Standstill;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -177,6 +178,9 @@ impl Draft {
         self.place(&mut line);
         line(String::new());
         line("[standstill]".into());
+        if self.rows == RowsAre::Samples {
+            line(format!("# {}", self.shortest_hold()));
+        }
         line("# exclude = [13]                # by number, or by label".into());
         line("# segments = \"segments.csv\"    # where standstills and attitudes are known".into());
         line(String::new());
@@ -186,6 +190,19 @@ impl Draft {
             None => line("# model = \"triangular\"        # bias, bias-scale, triangular, symmetric, full, six-position".into()),
         }
         Ok(text)
+    }
+
+    /// How long an attitude is held, by the rate where it is known.
+    fn shortest_hold(&self) -> String {
+        let of = |rate: f64| Standstill::default().shortest_hold(rate);
+        match self.rate_hz.filter(|rate| *rate > 0.0 && rate.is_finite()) {
+            Some(rate) => format!("hold each attitude for {:.1} s or longer", of(rate)),
+            None => format!(
+                "hold each attitude for {:.1} s or longer at 50 samples per second and more, {:.1} s at five",
+                of(50.0),
+                of(5.0)
+            ),
+        }
     }
 
     /// Everything that neither the recording nor the draft says, in one refusal with the command to type.

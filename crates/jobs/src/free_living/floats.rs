@@ -102,8 +102,8 @@ impl FreeLivingCampaign {
         }
         Ok(FreeLivingWindows {
             seen: windows.seen(),
+            findings: super::filled(&windows).into_iter().collect(),
             still: windows.finish(),
-            findings: Vec::new(),
             inputs: vec![self.source.input.clone(), source.finish()?],
             name,
             columns: Some(axes.map(Clone::clone)),

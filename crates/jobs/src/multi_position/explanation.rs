@@ -6,7 +6,7 @@ use crate::plural::count;
 use crate::trouble::Trouble;
 use proofmass_core::Error;
 use proofmass_static::{
-    DirectionCoverage, MeanNoise, Samples, Segment, Standstill, ThresholdSweep, WindowedVariance,
+    DirectionCoverage, MeanNoise, Samples, Segment, ThresholdSweep, WindowedVariance,
 };
 
 /// What a fit that failed says to the person who recorded the data.
@@ -132,10 +132,9 @@ fn data_at_fault(
         let (shortest, longest) =
             spans.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
         trouble = trouble.detail(format!(
-            "{:.3} samples per second; a standstill takes {} s of at least {} samples{}",
+            "{:.3} samples per second, at which each attitude is held for {:.1} s or longer{}",
             data.rate,
-            job.search.minimum_duration,
-            Standstill::MINIMUM_SAMPLES,
+            job.search.shortest_hold(data.rate),
             if n > 0 {
                 format!("; those found last from {shortest:.1} s to {longest:.1} s")
             } else {
@@ -181,7 +180,8 @@ fn data_at_fault(
     }
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
-            "record at least twelve standstills of 3 s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){tumble}{}",
+            "record at least twelve standstills of {:.0} s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){tumble}{}",
+            job.search.shortest_hold(data.rate).ceil().max(3.0),
             match n {
                 1..SIX => "; one axis alone, up and down, is a campaign of kind = \"single-axis\"",
                 _ => "",

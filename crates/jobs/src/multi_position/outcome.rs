@@ -34,6 +34,8 @@ pub struct MultiPositionOutcome {
     pub(super) reading: CompensatedReading,
     /// Where to hold the sensor next.
     pub(super) next_attitudes: Vec<NextAttitude>,
+    /// Shortest hold that the search needs at the rate of the recording, and that rate: s, Hz. Where standstills were searched.
+    pub(super) shortest_hold: Option<[f64; 2]>,
     /// Other models of the same standstills, with the evidence for each.
     models: Vec<ModelEvidence>,
 }
@@ -116,6 +118,10 @@ impl MultiPositionOutcome {
             temperature_range: temperature_range(data, &calibration)
                 .or(job.temperature.map(|t| [t, t])),
             columns: data.columns.clone(),
+            shortest_hold: figures
+                .windowed
+                .as_ref()
+                .map(|_| [job.search.shortest_hold(data.rate), data.rate]),
             figures,
             reading: fit.compensated_reading(),
             next_attitudes: fit.next_attitudes(NEXT),

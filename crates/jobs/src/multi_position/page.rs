@@ -37,7 +37,10 @@ pub(super) fn add(page: Report, outcome: &MultiPositionOutcome) -> Report {
         )
         .section(model(fit, outcome.method == MethodModel::Ferraris))
         .section(practice::section(fit, &outcome.reading));
-    if let Some(section) = practice::next(fit, &outcome.next_attitudes) {
+    if let Some(mut section) = practice::next(fit, &outcome.next_attitudes) {
+        if let Some([hold, rate]) = outcome.shortest_hold {
+            section = section.paragraph(practice::hold(hold, rate));
+        }
         page = page.section(section.summarised());
     }
     page = page.section(agreement(outcome)).section(budget(fit));

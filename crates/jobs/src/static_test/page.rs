@@ -8,7 +8,7 @@ use proofmass_report::{
     Axis, BarPlot, Cell, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot,
 };
 use proofmass_static::static_test::{
-    Drift, MONTH, PolynomialOrder, ReadingResidual, StabilityFit, StaticFit,
+    Departure, Drift, Harmonic, MONTH, PolynomialOrder, ReadingResidual, StabilityFit, StaticFit,
 };
 use proofmass_uncertainty::Quantity;
 
@@ -57,6 +57,12 @@ fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
     result = result.table(quantities(&fit.estimate.quantities(), probability));
     if !fit.orders.is_empty() {
         result = result.table(orders(fit));
+    }
+    if !fit.departures.is_empty() {
+        result = result.table(departures(fit));
+    }
+    if !fit.harmonics.is_empty() {
+        result = result.table(harmonics(fit));
     }
     if let Some(share) = fit.nonlinearity {
         page = page.verdict(format!(
@@ -125,6 +131,40 @@ fn orders(fit: &StaticFit) -> Table {
     ];
     Table::of("Orders", fields, &fit.orders)
         .note("Cross-validation: RMS error of each reading predicted from all others.")
+}
+
+fn departures(fit: &StaticFit) -> Table {
+    let percent = |share: f64| -> Cell { (1e2 * share).into() };
+    let fields = [
+        Field::shown("line", "", |d: &Departure| d.line.as_str().into()),
+        Field::shown("largest departure", "% FS", move |d: &Departure| {
+            percent(d.share)
+        })
+        .decimals(4),
+        Field::shown("U (95 %)", "% FS", move |d: &Departure| percent(d.expanded)).decimals(4),
+        Field::shown("at", "m/s²", |d: &Departure| d.acceleration.into()).decimals(2),
+    ];
+    Table::of("Linearity", fields, &fit.departures).note(
+        "Of the fitted curve: end point, the line through both ends; best fit, by least squares over the readings; zero based, \
+         through the output at zero. U holds wherever the largest departure lies.",
+    )
+}
+
+fn harmonics(fit: &StaticFit) -> Table {
+    let percent = |share: f64| -> Cell { (1e2 * share).into() };
+    let fields = [
+        Field::shown("harmonic", "", |h: &Harmonic| h.order.into()),
+        Field::shown("size", "% of 1 g", move |h: &Harmonic| percent(h.size)).decimals(4),
+        Field::shown("F", "", |h: &Harmonic| h.f.into()).decimals(2),
+        Field::shown("F limit", "", |h: &Harmonic| h.f_limit.into()).decimals(2),
+        Field::shown("found in 90 %", "% of 1 g", move |h: &Harmonic| {
+            percent(h.found)
+        })
+        .decimals(4),
+    ];
+    Table::of("Harmonics of the residuals", fields, &fit.harmonics).note(
+        "The last column is the size that nine of ten tests with these angles and this scatter find.",
+    )
 }
 
 /// Drifts with a control chart of each quantity.

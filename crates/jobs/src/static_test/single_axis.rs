@@ -7,8 +7,8 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{Input, Layout, RecordedColumn, Recording, SaidBy, Unit};
-use proofmass_static::static_test::{Sensitivity, Tilt};
-use proofmass_static::{MeanNoise, Samples, Segment, Standstill, WindowedVariance};
+use proofmass_static::static_test::{KnownAngles, Sensitivity, Tilt};
+use proofmass_static::{MeanNoise, Samples, Segment, Standstill};
 use proofmass_uncertainty::Finding;
 
 /// Readings of one axis at known angles.
@@ -182,7 +182,7 @@ impl SingleAxisReadings {
         let output: Vec<f64> = outputs.into_iter().flatten().collect();
         let samples = Samples::new(&output, &output, &output)?;
         if let (Some(_), [recording]) = (&campaign.recording.file, recordings) {
-            segments = self.found(campaign, &samples, recording)?;
+            segments = self.found(campaign, &output, recording)?;
         }
         let mean = |s: &Segment| samples.mean(s.start, s.end)[0];
         self.output = segments.iter().map(mean).collect();
@@ -195,36 +195,37 @@ impl SingleAxisReadings {
         Ok(())
     }
 
-    /// As many standstills as there are angles, at the strictest threshold that gives them.
+    /// As many rests as there are angles.
     fn found(
-        &self,
+        &mut self,
         campaign: &SingleAxisCampaign,
-        samples: &Samples<'_>,
+        output: &[f64],
         recording: &Recording,
     ) -> Result<Vec<Segment>> {
         let mut search = Standstill::default();
         if let Some(duration) = campaign.position.minimum_duration_s {
             search.minimum_duration = duration;
         }
-        let rate = recording.time.rate_hz();
-        let windowed = WindowedVariance::new(samples, rate, &pauses(recording), &search)
+        let (rate, pauses) = (recording.time.rate_hz(), pauses(recording));
+        let found = KnownAngles::find(output, rate, &pauses, &search, &self.angle)
             .map_err(|e| Trouble::from(e).detail(self.name.clone()))?;
-        let wanted = self.angle.len();
-        let mut counts = Vec::new();
-        for threshold in WindowedVariance::ladder() {
-            let segments = windowed.segments(threshold);
-            if segments.len() == wanted {
-                return Ok(segments);
+        match found {
+            Ok(found) => {
+                self.findings.extend(found.findings);
+                Ok(found.segments)
             }
-            counts.push(segments.len());
+            Err([low, high]) => {
+                let wanted = self.angle.len();
+                Err(Trouble::data(format!(
+                    "{wanted} angles are given, but {low} to {high} standstills are found"
+                ))
+                .detail(self.name.clone())
+                .with_hint(format!(
+                    "list one angle for each rest of {:.1} s or more, in order; or cut the recording into one file per angle (`files`)",
+                    search.shortest_hold(rate)
+                )))
+            }
         }
-        let low = counts.iter().copied().min().unwrap_or(0);
-        let high = counts.iter().copied().max().unwrap_or(0);
-        Err(Trouble::data(format!(
-            "{wanted} angles are given, but {low} to {high} standstills are found"
-        ))
-        .detail(self.name.clone())
-        .with_hint("list one angle for each rest of a second or more, in order; or cut the recording into one file per angle (`files`)"))
     }
 
     fn is_up_and_down(&self) -> bool {

@@ -103,7 +103,18 @@ fn figures(fit: &TemperatureFit, probability: f64) -> Vec<KeyFigure> {
         }
         figures.extend(axis.hysteresis.as_ref().map(|h| {
             let label = format!("hysteresis of {name}");
-            let note = format!("heating less cooling, largest at {:.0} °C", h.temperature);
+            let largest = h
+                .raw
+                .iter()
+                .max_by(|a, b| a[1].abs().total_cmp(&b[1].abs()));
+            let raw = largest.map_or(String::new(), |[t, difference, _]| {
+                let difference = difference * MG;
+                format!("; by the outputs alone {difference:.2} mg at {t:.0} °C")
+            });
+            let note = format!(
+                "heating less cooling, largest at {:.0} °C{raw}",
+                h.temperature
+            );
             figure(label, h.difference, h.standard_uncertainty, "mg").note(note)
         }));
     }
@@ -138,7 +149,11 @@ fn hysteresis(fit: &TemperatureFit) -> Option<XyPlot> {
             let points = h.curve.iter();
             points.map(|p| (p[1] + k * p[2]) * MG).collect()
         };
+        let raw =
+            |i: usize, factor: f64| -> Vec<f64> { h.raw.iter().map(|p| p[i] * factor).collect() };
+        let markers = Series::markers(format!("{name}, by the outputs"), &raw(0, 1.0), &raw(1, MG));
         plot.series(Series::line(name, &t, &part(0.0)).band(&part(-2.0), &part(2.0)))
+            .series(markers)
     }))
 }
 

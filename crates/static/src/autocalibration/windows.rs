@@ -42,12 +42,14 @@ pub struct StillWindow {
 
 /// Collects the still windows of a stream of samples: memory for the windows, none for the samples.
 ///
-/// Samples that are exactly zero on all three axes are what a logger fills its pauses with: they are no samples.
+/// Samples that are exactly zero on all three axes are what a logger fills its pauses with: they are no samples. So are windows
+/// whose samples on all three axes are one value, or lie on a straight line: the last value repeated, or a gap interpolated.
 #[derive(Clone, Debug)]
 pub struct StillWindows {
     rule: WindowRule,
     still: Vec<StillWindow>,
     windows: usize,
+    filled: usize,
     current: Sums,
 }
 
@@ -59,9 +61,29 @@ struct Sums {
     pedestal: Triple,
     sum: Triple,
     square: Triple,
+    /// Σ i v over the samples i of the window.
+    moment: Triple,
     temperature: f64,
     temperatures: f64,
 }
+
+impl Sums {
+    /// Whether the samples of every axis lie on a straight line.
+    fn is_filled(&self) -> bool {
+        let n = self.count;
+        let spread = n * (n * n - 1.0) / 12.0;
+        (0..3).all(|axis| {
+            let square = self.square[axis] - self.sum[axis].powi(2) / n;
+            let slope = self.moment[axis] - 0.5 * (n - 1.0) * self.sum[axis];
+            // Sums of squares of up to 1 g lose a few units in the last place.
+            let rounding = 1e-13 * self.square[axis];
+            square - slope * slope / spread <= n * FILLED * FILLED + rounding
+        })
+    }
+}
+
+/// Standard deviation about a straight line below which no sensor made the samples, g: a thousandth of the quietest.
+const FILLED: f64 = 1e-7;
 
 /// Fewest samples of a window: below, its standard deviation tells nothing.
 const FEWEST: f64 = 10.0;
@@ -91,6 +113,7 @@ impl StillWindows {
             rule,
             still: Vec::new(),
             windows: 0,
+            filled: 0,
             current: Sums::default(),
         })
     }
@@ -120,6 +143,7 @@ impl StillWindows {
             let v = output[axis] - sums.pedestal[axis];
             sums.sum[axis] += v;
             sums.square[axis] += v * v;
+            sums.moment[axis] += (sums.count - 1.0) * v;
         }
         if let Some(temperature) = temperature.filter(|t| t.is_finite()) {
             sums.temperature += temperature;
@@ -134,6 +158,10 @@ impl StillWindows {
         }
         self.windows += 1;
         let n = sums.count;
+        if sums.is_filled() {
+            self.filled += 1;
+            return;
+        }
         let mut mean = [0.0; 3];
         for axis in 0..3 {
             mean[axis] = sums.pedestal[axis] + sums.sum[axis] / n;
@@ -154,6 +182,11 @@ impl StillWindows {
         self.windows
     }
 
+    /// Windows that a logger or a converter filled: one value or a straight line on all axes.
+    pub fn filled(&self) -> usize {
+        self.filled
+    }
+
     /// The still windows; a last window that is not full does not count.
     pub fn finish(self) -> Vec<StillWindow> {
         self.still
@@ -163,6 +196,32 @@ impl StillWindows {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An hour of sleep, filled with the last value, with zeros, or by a straight line between both ends, beside ten still windows.
+    #[test]
+    fn law_sleep_is_no_stillness_however_it_is_filled() {
+        type Fill = fn(f64) -> Triple;
+        let fills: [(&str, Fill); 3] = [
+            ("repeats", |_| [0.6, 0.8, 0.0]),
+            ("zeros", |_| [0.0; 3]),
+            ("line", |share| [0.6 - 0.6 * share, 0.8, share]),
+        ];
+        for (name, fill) in fills {
+            let mut windows = StillWindows::new(WindowRule::default()).unwrap();
+            for i in 0..(3700 * 20) {
+                let time = f64::from(i) / 20.0;
+                let noise = [3e-3, -1e-3, -2e-3, 1e-3, -1e-3][i as usize % 5];
+                let output = match time {
+                    t if t < 3600.0 => fill(t / 3600.0),
+                    _ => [0.6 + noise, 0.8 - noise, noise],
+                };
+                windows.push(time, output, None);
+            }
+            let filled = windows.filled();
+            assert_eq!(filled, if name == "zeros" { 0 } else { 360 }, "{name}");
+            assert!((9..=10).contains(&windows.finish().len()), "{name}");
+        }
+    }
 
     #[test]
     fn known_windows_of_a_stream() {

@@ -1,6 +1,7 @@
 //! Polynomial error model from readings at known accelerations and temperatures.
 
 use super::StaticFit;
+use super::departures::{Branches, Polynomial, branches};
 use super::readings::{
     CommonError, PolynomialOrder, Solved, check, least_squares, not_negative, positive,
 };
@@ -148,13 +149,7 @@ impl Linearity {
                 let f = (order > 1 && run.squares > 0.0).then(|| {
                     (runs[order - 2].squares - run.squares) / (run.squares / run.dof as f64)
                 });
-                let leverage = |i: usize| -> f64 {
-                    let c = columns(order);
-                    (0..c.len()).map(|p| c[p][i] * run.gain[p * n + i]).sum()
-                };
-                let press: f64 = (0..n)
-                    .map(|i| ((y[i] - run.fitted[i]) / (1.0 - leverage(i)).max(1e-9)).powi(2))
-                    .sum();
+                let press: f64 = (0..n).map(|i| run.deleted(i, y[i]).0.powi(2)).sum();
                 PolynomialOrder {
                     order,
                     aicc: aicc[order - 1] - best,
@@ -241,6 +236,19 @@ impl Linearity {
             })
             .collect();
         let mut findings = Vec::new();
+        let powers = Polynomial {
+            first,
+            reach,
+            solved: largest,
+            scatter,
+        };
+        let departures = powers.departures(&z, k1.abs() * full_scale);
+        let branches = branches(&columns(top), y, a, k1.abs() * full_scale);
+        findings.extend(
+            branches
+                .filter(Branches::seen)
+                .map(|b| findings::rising_and_falling(1e2 * b.difference, 1e2 * b.expanded)),
+        );
         let share = departure / (k1.abs() * full_scale);
         if share > 1e-3 {
             let finding = findings::nonlinear_output(
@@ -258,6 +266,8 @@ impl Linearity {
             scatter: Some(scatter),
             nonlinearity: Some(share),
             orders,
+            departures,
+            harmonics: Vec::new(),
             findings,
         })
     }

@@ -122,6 +122,8 @@ impl Orthogonality {
             scatter: None,
             nonlinearity: None,
             orders: Vec::new(),
+            departures: Vec::new(),
+            harmonics: Vec::new(),
             findings,
         })
     }

@@ -80,6 +80,10 @@ pub struct StaticFit {
     pub nonlinearity: Option<f64>,
     /// Orders that were compared, where the test has a polynomial.
     pub orders: Vec<PolynomialOrder>,
+    /// Departures of the fitted curve from straight lines, by their definitions, where the test has a polynomial.
+    pub departures: Vec<super::Departure>,
+    /// Harmonics of the residuals over the angle, where they were tested.
+    pub harmonics: Vec<super::Harmonic>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -92,6 +96,8 @@ pub(super) struct Solved {
     /// (XᵀX)⁻¹ Xᵀ, p × n.
     pub(crate) gain: Vec<f64>,
     pub(crate) fitted: Vec<f64>,
+    /// Diagonal of X (XᵀX)⁻¹ Xᵀ.
+    pub(crate) leverage: Vec<f64>,
     /// Σ r².
     pub(crate) squares: f64,
     pub(crate) dof: usize,
@@ -172,17 +178,28 @@ pub(super) fn least_squares(
         .map(|i| (y[i] - pedestal - deviations[i]).powi(2))
         .sum();
     parameters[0] += pedestal;
+    let leverage = (0..n)
+        .map(|i| (0..p).map(|a| columns[a][i] * gain[a * n + i]).sum())
+        .collect();
     Ok(Solved {
         parameters,
         inverse,
         gain,
         fitted: deviations.iter().map(|d| d + pedestal).collect(),
+        leverage,
         squares,
         dof: n - p,
     })
 }
 
 impl Solved {
+    /// By how much a reading is off the fit of all others, and what its deletion takes off Σ r².
+    pub fn deleted(&self, i: usize, y: f64) -> (f64, f64) {
+        let rest = (1.0 - self.leverage[i]).max(1e-9);
+        let residual = y - self.fitted[i];
+        (residual / rest, residual * residual / rest)
+    }
+
     /// Standard deviation of one reading: from the residuals, or as given where there are none to spare.
     pub fn scatter(&self, given: Option<f64>) -> Result<(f64, DegreesOfFreedom), Error> {
         match (DegreesOfFreedom::new(self.dof as f64), given) {

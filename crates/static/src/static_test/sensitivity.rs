@@ -11,9 +11,9 @@ use serde::{Deserialize, Serialize};
 
 /// S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2; repeated readings are averaged and their scatter counts.
 ///
-/// **Accuracy** Student's t is exact for the scatter (`coverage_sensitivity`); levelling within δ lowers a reading by
-/// g δ²/2 or less and is carried as δ² of the sensitivity, and as δ²/2 of g in the bias where the two positions tilt
-/// differently.
+/// **Accuracy** Student's t is exact for the scatter (`coverage_sensitivity`); levelling by δ about each of two
+/// axes lowers a reading by g δ² in the mean, which is added to the sensitivity, and as much again as standard uncertainty where
+/// both positions tilt alike; in the bias it is δ²/√2 of g, where they tilt differently.
 /// **Source** `[IEEE1293]` (two-point test).
 ///
 /// ```
@@ -32,7 +32,7 @@ use serde::{Deserialize, Serialize};
 pub struct Sensitivity {
     /// Local gravity.
     pub gravity: Gravity,
-    /// Standard uncertainty of the levelling of each position, rad.
+    /// Standard uncertainty of the levelling of each position about each of two axes, rad.
     pub levelling: f64,
     /// Standard uncertainty of one reading, output unit: needed where each position is read once.
     pub reading: Option<f64>,
@@ -79,8 +79,9 @@ impl Sensitivity {
             effect: position.iter().map(|p| p * s).collect(),
         }];
         let mut influences = solved.influences(scatter, dof, &common)?;
-        // The half sum of cos δ₊ and cos δ₋ departs from one by 3δ⁴/4 in the mean square where both are alike, the half
-        // difference by δ⁴/4 where they are independent.
+        // 1 − cos of a tilt of two components is exponential with mean δ². The half sum of two that are alike scatters by δ², the
+        // half difference of two that are independent by δ²/√2.
+        let s = s * (1.0 + self.levelling * self.levelling);
         for (key, description, sensitivity) in [
             (
                 "levelling",
@@ -90,7 +91,10 @@ impl Sensitivity {
             (
                 "levelling.difference",
                 "difference of that angle between up and down",
-                [0.5 * s * g * self.levelling, 0.0],
+                [
+                    std::f64::consts::FRAC_1_SQRT_2 * s * g * self.levelling,
+                    0.0,
+                ],
             ),
         ] {
             influences.extend(fixture_angle(
@@ -116,6 +120,8 @@ impl Sensitivity {
             scatter: (solved.dof > 0).then_some(scatter),
             nonlinearity: None,
             orders: Vec::new(),
+            departures: Vec::new(),
+            harmonics: Vec::new(),
             findings,
         })
     }

@@ -1,12 +1,15 @@
 //! One axis turned through known angles in the field of gravity.
 
 use super::StaticFit;
+use super::harmonics::{doubts, harmonics, hidden};
 use super::readings::{
     CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
 };
 use crate::findings;
 use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::{Component, Estimate, Finding};
+use proofmass_uncertainty::{
+    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
+};
 use serde::{Deserialize, Serialize};
 
 /// Output V = b + S g cos(θ + φ) at angles θ between the sensitive axis and the vertical.
@@ -17,6 +20,10 @@ use serde::{Deserialize, Serialize};
 /// An axis of the table that leans by ψ off the level and a sensitive axis that lies χ out of the plane of turning lower S
 /// by ψ²/2 and χ²/2 and, together, shift the bias by S g χ ψ: what no angle and no residual shows. Both stand in the
 /// budget, 1° and 1° as 0.3 mg.
+///
+/// A cube of the acceleration lies in S by three times its third harmonic. From ten readings on harmonics two and three are tested,
+/// with the size that such a test finds; with fewer, what they leave open of the third is in U of S, and where the angles cannot
+/// show it (steps of 90°) a finding says so.
 ///
 /// **Accuracy** Student's t is exact for scatter of the readings and of each angle (`coverage_tilt`).
 /// **Source** `[IEEE1293]` (multi-point tumble test).
@@ -156,10 +163,16 @@ impl Tilt {
             .iter()
             .map(|r| r.residual().abs())
             .fold(0.0, f64::max);
-        let mut findings = Vec::new();
-        if let Some(finding) = second_harmonic(angle, &readings, reach) {
-            findings.push(finding);
-        }
+        let harmonics = harmonics(angle, &readings, reach);
+        let mut findings: Vec<Finding> = doubts(harmonics.as_deref().unwrap_or_default()).collect();
+        let estimate = match (&harmonics, hidden(angle, phase, &readings)) {
+            (Some(_), _) => estimate,
+            (None, Some(open)) => self.with_cubic(estimate, open)?,
+            (None, None) => {
+                findings.push(findings::cubic_not_tested(n));
+                estimate
+            }
+        };
         Ok(StaticFit {
             estimate,
             readings,
@@ -168,12 +181,40 @@ impl Tilt {
             scatter: (solved.dof > 0).then_some(scatter),
             nonlinearity: (solved.dof > 0).then_some(largest / full_scale),
             orders: Vec::new(),
+            departures: Vec::new(),
+            harmonics: harmonics.unwrap_or_default(),
             findings,
         })
     }
 }
 
 impl Tilt {
+    /// The estimate with a cube of the acceleration that the readings leave open: h of the third harmonic is 3 h of the first.
+    fn with_cubic(
+        &self,
+        estimate: Estimate,
+        (open, dof): (f64, DegreesOfFreedom),
+    ) -> Result<Estimate, Error> {
+        let u = 3.0 * open / self.gravity.value();
+        let mut influences = estimate.influences().to_vec();
+        if u > 0.0 {
+            influences.push(Influence {
+                key: "cubic".to_owned(),
+                description: "a cube of the acceleration that these angles do not show".to_owned(),
+                evaluation: Evaluation::A,
+                distribution: "t".to_owned(),
+                dof,
+                effect: Effect::Scalar {
+                    value: 0.0,
+                    unit: "1".to_owned(),
+                    standard_uncertainty: u,
+                    sensitivity: vec![0.0, 1.0, 0.0],
+                },
+            });
+        }
+        Estimate::new(estimate.components().to_vec(), influences)
+    }
+
     /// The estimate of bias, sensitivity and misalignment with what the fixture does in second order.
     fn with_fixture(&self, estimate: Estimate, s: f64) -> Result<Estimate, Error> {
         let mut influences = estimate.influences().to_vec();
@@ -197,35 +238,4 @@ impl Tilt {
         }
         Estimate::new(estimate.components().to_vec(), influences)
     }
-}
-
-/// A part of the residuals that goes twice around with the angle: curvature of the output, or a table that is not round.
-fn second_harmonic(
-    angle: &[f64],
-    readings: &[super::ReadingResidual],
-    reach: f64,
-) -> Option<Finding> {
-    let n = angle.len();
-    // Five parameters and five readings to spare, or nothing is tested.
-    if n < 10 {
-        return None;
-    }
-    let columns = [
-        vec![1.0; n],
-        angle.iter().map(|t| t.cos()).collect(),
-        angle.iter().map(|t| t.sin()).collect(),
-        angle.iter().map(|t| (2.0 * t).cos()).collect(),
-        angle.iter().map(|t| (2.0 * t).sin()).collect(),
-    ];
-    let y: Vec<f64> = readings.iter().map(|r| r.residual()).collect();
-    let full = least_squares(&columns, &y, "second harmonic").ok()?;
-    let line: f64 = y.iter().map(|v| v * v).sum();
-    let nu = full.dof as f64;
-    if !(full.squares > 0.0) {
-        return None;
-    }
-    let f = (line - full.squares) / 2.0 / (full.squares / nu);
-    let limit = proofmass_uncertainty::f_quantile(0.99, 2.0, nu);
-    let size = full.parameters[3].hypot(full.parameters[4]) / reach;
-    (f > limit).then(|| findings::second_harmonic(1e2 * size, f, limit))
 }

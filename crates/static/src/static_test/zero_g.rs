@@ -140,6 +140,8 @@ impl ZeroG {
             scatter: None,
             nonlinearity: None,
             orders: Vec::new(),
+            departures: Vec::new(),
+            harmonics: Vec::new(),
             findings,
         })
     }

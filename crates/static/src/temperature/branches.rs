@@ -15,12 +15,45 @@ pub struct Hysteresis {
     pub temperature: f64,
     /// Heating minus cooling at points of the common range: temperature in °C, difference, standard uncertainty.
     pub curve: Vec<[f64; 3]>,
+    /// The same without a model: means of the outputs of one attitude where both branches went through a temperature, with the
+    /// standard uncertainty from their scatter alone.
+    pub raw: Vec<[f64; 3]>,
+    /// Where the raw difference and the model's disagree most beyond what noise explains: temperature, raw difference, model's.
+    pub disagreement: Option<[f64; 3]>,
 }
 
 impl Hysteresis {
-    /// Standard uncertainty of a reading whose branch is not known: half the difference as half-width of a rectangle.
+    /// Standard uncertainty of a reading whose branch is not known: half the difference as half-width of a rectangle. The raw
+    /// difference counts where it disagrees with the model's and is larger.
     pub fn of_a_reading(&self) -> f64 {
-        0.5 * self.difference.abs() / 3f64.sqrt()
+        let raw = self.disagreement.map_or(0.0, |[_, raw, _]| raw.abs());
+        0.5 * raw.max(self.difference.abs()) / 3f64.sqrt()
+    }
+
+    /// The curve of the model beside the raw differences.
+    pub(super) fn new(curve: Vec<[f64; 3]>, raw: Vec<[f64; 3]>) -> Self {
+        let worst = curve.iter().fold(
+            curve[0],
+            |m, p| if p[1].abs() > m[1].abs() { *p } else { m },
+        );
+        let nearest = |t: f64| {
+            let points = curve.iter();
+            points.min_by(|a, b| (a[0] - t).abs().total_cmp(&(b[0] - t).abs()))
+        };
+        let off = raw.iter().filter_map(|[t, difference, u]| {
+            let [_, model, u_model] = nearest(*t)?;
+            let off = (difference - model).abs() - (MODEL * u_model + RAW * u);
+            (off > 0.0).then_some((off, [*t, *difference, *model]))
+        });
+        let disagreement = off.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, d)| d);
+        Self {
+            difference: worst[1],
+            standard_uncertainty: worst[2],
+            temperature: worst[0],
+            curve,
+            raw,
+            disagreement,
+        }
     }
 }
 
@@ -35,6 +68,15 @@ pub(super) struct Branches {
     /// Whether Ṫ varies enough within the branches to tell lag from hysteresis.
     pub(crate) lag: bool,
 }
+
+/// How far raw and modelled difference may be apart in standard uncertainties of each: a hundredth of healthy recordings is
+/// beyond that at one of a dozen temperatures on three axes. The model has two, for it counts a form that it lacks as noise.
+const MODEL: f64 = 2.0;
+const RAW: f64 = 3.6;
+/// Temperatures at which the raw difference is taken, over the common range.
+const BINS: usize = 12;
+/// Blocks of each branch that a raw difference needs.
+const FEWEST_RAW: usize = 3;
 
 /// Blocks a branch must hold.
 const FEWEST: usize = 12;
@@ -107,4 +149,62 @@ impl Branches {
             lag: common.is_some() && scatter > VARIED * mean,
         }
     }
+
+    /// Heating less cooling of one axis by the outputs alone: temperature, difference, standard uncertainty. In each of a dozen
+    /// stretches of the common range both branches of one attitude share a slope.
+    pub fn raw(&self, blocks: &Blocks, axis: usize) -> Vec<[f64; 3]> {
+        let Some([low, high]) = self.common else {
+            return Vec::new();
+        };
+        let width = (high - low) / BINS as f64;
+        (0..BINS)
+            .filter_map(|bin| {
+                let from = low + width * bin as f64;
+                let within = |i: usize| (from..from + width).contains(&blocks.temperature[i]);
+                (0..blocks.attitudes.len())
+                    .filter_map(|attitude| {
+                        let of = |sign: f64| -> Vec<[f64; 2]> {
+                            (0..blocks.len())
+                                .filter(|i| {
+                                    within(*i)
+                                        && blocks.attitude[*i] == attitude
+                                        && self.sign[*i] == sign
+                                })
+                                .map(|i| [blocks.temperature[i], blocks.output[i][axis]])
+                                .collect()
+                        };
+                        let (heating, cooling) = (of(1.0), of(-1.0));
+                        let found = offset(&heating, &cooling)?;
+                        Some((heating.len() + cooling.len(), found))
+                    })
+                    .max_by_key(|(count, _)| *count)
+                    .map(|(_, [difference, u])| [from + 0.5 * width, difference, u])
+            })
+            .collect()
+    }
+}
+
+/// Distance of two lines of one slope, first less second, with its standard uncertainty from the scatter about them.
+fn offset(first: &[[f64; 2]], second: &[[f64; 2]]) -> Option<[f64; 2]> {
+    if first.len().min(second.len()) < FEWEST_RAW {
+        return None;
+    }
+    let mean = |p: &[[f64; 2]], k: usize| p.iter().map(|v| v[k]).sum::<f64>() / p.len() as f64;
+    let groups = [first, second].map(|p| (p, mean(p, 0), mean(p, 1)));
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        let parts = groups.iter();
+        parts
+            .flat_map(|(p, t, y)| p.iter().map(move |v| f(v[0] - t, v[1] - y)))
+            .sum()
+    };
+    let (xx, xy) = (sum(&|t, _| t * t), sum(&|t, y| t * y));
+    let slope = if xx > 0.0 { xy / xx } else { 0.0 };
+    let freedom = (first.len() + second.len()) as f64 - 3.0;
+    let variance = sum(&|t, y| (y - slope * t).powi(2)) / freedom;
+    let apart = groups[0].1 - groups[1].1;
+    let share = 1.0 / first.len() as f64
+        + 1.0 / second.len() as f64
+        + if xx > 0.0 { apart * apart / xx } else { 0.0 };
+    let difference = groups[0].2 - groups[1].2 - slope * apart;
+    Some([difference, (variance * share).sqrt()])
 }

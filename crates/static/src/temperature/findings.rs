@@ -160,6 +160,15 @@ fn hysteresis(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) 
     let k = DegreesOfFreedom::INFINITE.coverage_factor(probability);
     for (name, axis) in AXES.into_iter().zip(&fit.axes) {
         let Some(h) = &axis.hysteresis else { continue };
+        if let Some([temperature, raw, model]) = h.disagreement {
+            found.push(findings::branches_beyond_model(
+                name,
+                raw * MG,
+                model * MG,
+                temperature,
+                h.of_a_reading() * MG,
+            ));
+        }
         // The largest of a curve of three parameters: Scheffé's factor keeps the rate of false alarms at 1 %.
         let limit = 3.37 * h.standard_uncertainty;
         if h.difference.abs() > limit {

@@ -302,10 +302,12 @@ impl Context<'_> {
         let covariance = (0..count * count)
             .map(|i| c[(fixed + i / count) * size + fixed + i % count])
             .collect();
-        let hysteresis = self
-            .branches
-            .common
-            .map(|common| self.hysteresis(common, x, c, size));
+        let hysteresis = self.branches.common.map(|common| {
+            Hysteresis::new(
+                self.gap(common, x, c, size),
+                self.branches.raw(self.blocks, axis),
+            )
+        });
         let mut branch = vec![0.0; count];
         if hysteresis.is_some() {
             for k in 1..=top.min(2) {
@@ -426,9 +428,10 @@ impl Context<'_> {
         (sum / count.max(1) as f64).sqrt()
     }
 
-    fn hysteresis(&self, common: [f64; 2], x: &[f64], c: &[f64], size: usize) -> Hysteresis {
+    /// Heating less cooling over the common range: temperature, difference, standard uncertainty.
+    fn gap(&self, common: [f64; 2], x: &[f64], c: &[f64], size: usize) -> Vec<[f64; 3]> {
         let at = self.gap_at;
-        let curve: Vec<[f64; 3]> = (0..=24)
+        (0..=24)
             .map(|i| {
                 let t = common[0] + (common[1] - common[0]) * f64::from(i) / 24.0;
                 let z = (t - self.reference) / self.half;
@@ -442,17 +445,7 @@ impl Context<'_> {
                 }
                 [t, value, variance.max(0.0).sqrt()]
             })
-            .collect();
-        let worst = curve.iter().fold(
-            curve[0],
-            |m, p| if p[1].abs() > m[1].abs() { *p } else { m },
-        );
-        Hysteresis {
-            difference: worst[1],
-            standard_uncertainty: worst[2],
-            temperature: worst[0],
-            curve,
-        }
+            .collect()
     }
 }
 

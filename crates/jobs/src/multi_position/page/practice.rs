@@ -80,6 +80,14 @@ pub(super) fn next(fit: &MultiPositionFit, next: &[NextAttitude]) -> Option<Sect
     )))
 }
 
+/// How long each attitude must be held.
+pub(super) fn hold(shortest: f64, rate: f64) -> String {
+    format!(
+        "At {} samples per second hold each attitude for {shortest:.1} s or longer: shorter ones the search may not tell from motion.",
+        two_digits(rate)
+    )
+}
+
 fn attitudes(next: &[NextAttitude]) -> Table {
     let signed = |v: f64| Cell::number(format!("{v:+.2}").replace('-', "−"));
     let rows = next.iter().enumerate().map(|(index, attitude)| {
