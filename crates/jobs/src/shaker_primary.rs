@@ -178,6 +178,7 @@ impl Job for ShakerPrimaryJob {
             reference: run.acceleration,
             output: run.output,
             transverse: run.transverse,
+            covariance: run.noise,
         });
         let reference = format!(
             "laser interferometer, λ = {} nm",

@@ -66,7 +66,7 @@ fn known_cut_channels_are_named() {
         [x, y].map(|c| c.iter().map(|v| v.clamp(sides[0], sides[1])).collect())
     };
     for full_scale in ["", "full_scale_V = 1\n"] {
-        let outcome = calibrated(folder.path(), &[whole.clone()], full_scale);
+        let outcome = calibrated(folder.path(), std::slice::from_ref(&whole), full_scale);
         assert!(!codes(&outcome).contains(&"clipped"));
         // Both at one voltage, where both lose alike and the ratio tells nothing; and one on one side.
         for sides in [[-0.09, 0.09], [-1.0, 0.09]] {
