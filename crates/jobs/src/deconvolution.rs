@@ -273,10 +273,12 @@ impl Job for DeconvolutionJob {
         let peak = result.value[top].abs();
         let greatest = plain.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let u = result.standard_uncertainty[top];
+        // What the low-pass may have removed is stated with its own warning.
+        let blurred = result.noise.hypot(result.model);
         // Below its resonances a device answers a motion by twice its greatest value at most.
         let slowest = fit.model.modes.iter().map(|m| m.frequency);
         let below = result.corner < slowest.fold(f64::INFINITY, f64::min);
-        if !(peak > 4.0 * u) || (below && 2.0 * (peak + 2.0 * u) < greatest) {
+        if !(peak > 4.0 * blurred) || (below && 2.0 * (peak + 2.0 * u) < greatest) {
             return Err(Trouble::data(format!(
                 "the peak is not in what the low-pass of {:.4e} Hz leaves: {peak:.3e} with U = {:.1e}, where output over static sensitivity reaches {greatest:.3e}",
                 result.corner,
