@@ -484,10 +484,9 @@ fn known_simulated_transducers_are_tested_and_read_back() {
         "-o",
         text(&agreed),
     ]);
-    // Of many frequencies one has |E_n| above 1 by chance, which is told; as a whole they agree.
-    let mut found = codes(&json(&agreed.join("result.json")));
-    found.retain(|code| code != "normalised-error-above-one");
-    assert!(found.is_empty(), "{found:?}");
+    // Of many frequencies some have |E_n| above 1 by chance, which is told; as a whole they agree.
+    let found = codes(&json(&agreed.join("result.json")));
+    assert_eq!(found, ["normalised-error-above-one"]);
     let warm = other("warm", &["--seed", "9", "--temperature", "60"]);
     let differs = place("differs");
     succeed(&[
@@ -498,7 +497,7 @@ fn known_simulated_transducers_are_tested_and_read_back() {
         text(&differs),
     ]);
     let found = codes(&json(&differs.join("result.json")));
-    assert_eq!(found, ["calibrations-differ"]);
+    assert_eq!(found, ["calibrations-differ", "normalised-error-above-one"]);
     let said = refuse(&[
         "compare",
         text(&fitted.join("calibration.json")),
