@@ -247,8 +247,7 @@ impl Apply {
     /// Whether what stands at the place may go: what an earlier run wrote there and nobody changed, or what the user says.
     /// Its digest, where something stands there.
     fn may_replace(&self) -> Result<Option<String>, Failure> {
-        let regular = std::fs::metadata(&self.output).is_ok_and(|m| m.is_file() && m.len() > 0);
-        if !regular || self.output == Path::new("-") {
+        if !console::stands(&self.output) || self.output == Path::new("-") {
             return Ok(None);
         }
         let there = Input::of(&self.output)?.sha256;
@@ -256,7 +255,7 @@ impl Apply {
             Ok(Some(provenance)) => provenance.wrote(&there),
             _ => false,
         };
-        if self.force || own || console::asked(&format!("replace {}?", self.output.display())) {
+        if console::may_replace(&self.output, self.force || own) {
             return Ok(Some(there));
         }
         Err(Failure::new(format!(

@@ -48,12 +48,21 @@ pub(crate) fn complain(text: &str) {
     let _ = err.flush();
 }
 
-/// Asks a question that `y` answers with yes; without a person at the terminal the answer is no.
-pub(crate) fn asked(question: &str) -> bool {
+/// Whether something stands at the place of a file that would be lost with it.
+pub(crate) fn stands(file: &Path) -> bool {
+    std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() > 0)
+}
+
+/// Whether a file may be replaced: where that is agreed, else by a person who answers `y`; without one at the terminal it may not.
+pub(crate) fn may_replace(file: &Path, agreed: bool) -> bool {
+    if agreed {
+        return true;
+    }
     if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
         return false;
     }
-    complain(&format!("{} [y/N] ", Visible(question)));
+    let question = format!("replace {}?", file.display());
+    complain(&format!("{} [y/N] ", Visible(&question)));
     let mut answer = String::new();
     let read = std::io::stdin().read_line(&mut answer);
     read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")

@@ -33,8 +33,7 @@ impl Delivery {
 
     /// Refuses to replace a file beside the folder that nobody said may go.
     pub(crate) fn keep(&self, file: &Path) -> Result<(), Failure> {
-        let there = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() > 0);
-        if !there || self.force || console::asked(&format!("replace {}?", file.display())) {
+        if !console::stands(file) || console::may_replace(file, self.force) {
             return Ok(());
         }
         Err(Failure::new(format!("{} is there already", file.display()))

@@ -25,10 +25,12 @@ impl Render {
         } else {
             self.result.clone()
         };
-        if let (Some(doubt), Some(_)) = (doubt_of(&path), &self.delivery.output) {
-            return Err(Failure::new(doubt).hint(
+        match (doubt_of(&path), &self.delivery.output) {
+            (Some(doubt), Some(_)) => return Err(Failure::new(doubt).hint(
                 "what is written from it would look like a result that nobody changed: look at it without -o, or evaluate it again",
-            ));
+            )),
+            (Some(doubt), None) => console::note(format!("warning: {doubt}")),
+            (None, _) => {}
         }
         if self.delivery.signs() && !listed(&path) {
             return Err(Failure::new(format!(
@@ -37,7 +39,6 @@ impl Render {
             ))
             .hint("write it without --sign, or sign the result where it is computed"));
         }
-        console::doubt(&path);
         let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         let result = StoredResult::from_json(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;

@@ -185,17 +185,13 @@ fn inspect_inner(
     reading.between_s = options.between;
     selected.extend(time_column);
     let time_at = time_column.map(|_| signals);
-    let window = match (options.between, &clock, rate) {
-        (Some(between), Some(clock), _) => {
-            Some(TimeWindow::by_column(between, signals, clock.per_second))
-        }
-        (Some(between), None, Some(rate)) => Some(TimeWindow::by_rate(between, rate)),
-        (Some(_), None, None) => {
-            return Err(Error::new(ErrorKind::Time, "a stretch of time needs times")
-                .with_hint("add --time COLUMN or --rate HZ"));
-        }
-        _ => None,
+    let window = |between| {
+        TimeWindow::of(between, signals, clock.as_ref(), rate).ok_or_else(|| {
+            Error::new(ErrorKind::Time, "a stretch of time needs times")
+                .with_hint("add --time COLUMN or --rate HZ")
+        })
     };
+    let window = options.between.map(window).transpose()?;
     let mut times: Option<Times> = None;
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
     let (mut bad_rows, mut bad_row_count) = (Vec::new(), 0);

@@ -246,9 +246,7 @@ impl Layout {
                 None => groups.push((option, vec![index])),
             }
         }
-        let mut what = Vec::new();
-        let mut options = Vec::new();
-        let mut all_likely = true;
+        let (mut what, mut options, mut likely) = (Vec::new(), Vec::new(), Vec::new());
         for (option, indices) in &groups {
             let names: Vec<String> = indices.iter().map(|&i| self.name(i)).collect();
             let norm = crate::time_unit::short(self.norm(indices));
@@ -260,27 +258,27 @@ impl Layout {
                 "the unit of {} is not said; {size}",
                 names.join(", ")
             ));
-            let likely = self.likely_unit(indices);
-            all_likely &= likely.is_some();
-            let word = likely.map_or("UNIT", Unit::ascii);
+            let unit = self.likely_unit(indices);
+            likely.extend(unit);
+            let word = unit.map_or("UNIT", Unit::ascii);
             options.push(match *option {
                 Self::CAMPAIGN => format!("unit = \"{word}\""),
                 option => format!("{option} {word}"),
             });
         }
         let options = options.join(" ");
-        let hint = match (all_likely, self.likely_unit(&groups[0].1)) {
-            (true, Some(unit)) if groups.len() == 1 && groups[0].0 == Self::CAMPAIGN => {
+        let hint = match (likely.as_slice(), groups.as_slice()) {
+            (all, _) if all.len() < groups.len() => format!(
+                "say {options}: m/s2, g, mg, rad/s, count, V, N, 1 for a pure number, … (`unit` in a campaign, or in the heading)"
+            ),
+            ([unit], [(Self::CAMPAIGN, _)]) => {
                 format!("likely it is {unit}: write {options} into the campaign, or what it is")
             }
-            (true, Some(unit)) if groups.len() == 1 => format!(
+            ([unit], _) => format!(
                 "likely it is {unit}: say {options} (unit = \"{}\" in a campaign), or what it is",
                 unit.ascii()
             ),
-            (true, _) => format!("likely so: say {options}, or what they are"),
-            (false, _) => format!(
-                "say {options}: m/s2, g, mg, rad/s, count, V, N, 1 for a pure number, … (`unit` in a campaign, or in the heading)"
-            ),
+            _ => format!("likely so: say {options}, or what they are"),
         };
         Error::new(ErrorKind::Column, what.join("; and ")).with_hint(hint)
     }
@@ -293,8 +291,8 @@ impl Layout {
 
     /// Whether a column counts the rows, one by one.
     pub fn counts_rows(&self, index: usize) -> bool {
-        let counted = |h: &ColumnHead| h.whole && h.step == Some(1.0) && h.mean_square > 0.0;
-        self.unit(index).is_none() && self.head.get(index).is_some_and(|h| counted(h) && h.rises)
+        let counted = |h: &ColumnHead| h.whole && h.rises && h.step == Some(1.0);
+        self.unit(index).is_none() && self.head.get(index).is_some_and(counted)
     }
 
     /// The first column whose heading says that it is the time, counted from zero.

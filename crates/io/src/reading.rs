@@ -134,6 +134,12 @@ impl Reading {
     }
 }
 
+/// A column by its number, and its heading where it has one.
+fn column_by(f: &mut fmt::Formatter<'_>, number: usize, heading: Option<&str>) -> fmt::Result {
+    write!(f, "{number}")?;
+    heading.map_or(Ok(()), |heading| write!(f, " {heading}"))
+}
+
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words = if self.columns.len() == 1 {
@@ -151,10 +157,8 @@ impl fmt::Display for Reading {
             let next = self.columns.get(i + 1);
             let alike = next.is_some_and(|n| (n.unit, n.unit_by) == (column.unit, column.unit_by));
             if !skipped {
-                write!(f, "{}{}", if i > from { ", " } else { "" }, column.number)?;
-                if let Some(heading) = &column.heading {
-                    write!(f, " {heading}")?;
-                }
+                write!(f, "{}", if i > from { ", " } else { "" })?;
+                column_by(f, column.number, column.heading.as_deref())?;
             } else if i == SHOWN - 1 {
                 write!(f, ", …")?;
             }
@@ -178,10 +182,8 @@ impl fmt::Display for Reading {
         }
         match (time.column, time.unit) {
             (Some(column), unit) => {
-                write!(f, " by column {column}")?;
-                if let Some(heading) = &time.heading {
-                    write!(f, " {heading}")?;
-                }
+                write!(f, " by column ")?;
+                column_by(f, column, time.heading.as_deref())?;
                 match (unit, time.by) {
                     (_, SaidBy::Field) | (None, _) => write!(f, " {}", SaidBy::Field)?,
                     (Some(unit), by) => write!(f, " in {unit} {by}")?,
@@ -191,10 +193,8 @@ impl fmt::Display for Reading {
             _ => {}
         }
         if let Some(column) = &self.temperature {
-            write!(f, "; temperature by column {}", column.number)?;
-            if let Some(heading) = &column.heading {
-                write!(f, " {heading}")?;
-            }
+            write!(f, "; temperature by column ")?;
+            column_by(f, column.number, column.heading.as_deref())?;
             if let Some(unit) = column.unit {
                 write!(f, " in {unit} {}", column.unit_by)?;
             }

@@ -225,10 +225,9 @@ impl Recording {
         reading.temperature = temperature
             .zip(thermometer.as_ref())
             .map(|(index, thermometer)| Reading::thermometer(&layout, index, thermometer));
-        let window = options.between.map(|between| match (&clock, rate) {
-            (Some(clock), _) => TimeWindow::by_column(between, signals, clock.per_second),
-            (None, rate) => TimeWindow::by_rate(between, rate.unwrap_or(1.0)),
-        });
+        let window = options
+            .between
+            .and_then(|between| TimeWindow::of(between, signals, clock.as_ref(), rate));
         let mut reader = RowReader::new(source, layout, &selected)?.between(window);
         if time.is_some() {
             reader = reader.stamps(signals);

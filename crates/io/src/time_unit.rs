@@ -192,6 +192,17 @@ impl ClockUnit {
         })
     }
 
+    /// The likely unit where it has to be asked for; `None` where it is known, assumed, or impossible.
+    pub fn open(
+        layout: &Layout,
+        index: usize,
+        stated: Option<TimeUnit>,
+        rate: Option<f64>,
+    ) -> Option<TimeUnit> {
+        let asked = Self::consider(layout, index, stated, rate, false).err()?;
+        asked.likely.map(|(unit, _)| unit)
+    }
+
     fn consider(
         layout: &Layout,
         index: usize,

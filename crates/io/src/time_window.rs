@@ -1,5 +1,6 @@
 //! A stretch of a recording: the rows whose times lie in it.
 
+use crate::ClockUnit;
 use crate::rows::RowBlock;
 use crate::stamp::Stamp;
 
@@ -32,6 +33,18 @@ enum WindowClock {
 }
 
 impl TimeWindow {
+    /// By the clock of a recording, whose column stands behind so many others, or by its rate, Hz; `None` where it has neither.
+    pub fn of(
+        between: [f64; 2],
+        selected: usize,
+        clock: Option<&ClockUnit>,
+        rate: Option<f64>,
+    ) -> Option<Self> {
+        let by_column = |clock: &ClockUnit| Self::by_column(between, selected, clock.per_second);
+        let by_rate = || rate.map(|rate| Self::by_rate(between, rate));
+        clock.map(by_column).or_else(by_rate)
+    }
+
     /// By one of the selected columns, with so many units in a second.
     pub fn by_column(between: [f64; 2], selected: usize, per_second: f64) -> Self {
         Self::new(between, WindowClock::Column(selected, per_second))

@@ -441,11 +441,9 @@ impl Verification {
 /// Why a file is not to be trusted that stands in a folder of results: it is not what the list there says, or the signature of the
 /// list is not of what the list says now. `None` where it is, and where no list names it.
 pub fn doubt_of(path: &Path) -> Option<String> {
-    let (folder, name) = (path.parent()?, path.file_name()?.to_str()?);
-    let manifest = Manifest::read(folder).ok()??;
-    let listed = manifest.files.iter().find(|f| f.name == name)?;
-    let list = folder.join(MANIFEST);
-    if Input::of(path).ok()?.sha256 != listed.sha256 {
+    let (manifest, sha256) = listing(path)?;
+    let list = path.with_file_name(MANIFEST);
+    if Input::of(path).ok()?.sha256 != sha256 {
         return Some(format!(
             "{} was changed since it was written: {} lists another",
             path.display(),
@@ -461,12 +459,16 @@ pub fn doubt_of(path: &Path) -> Option<String> {
 
 /// Whether the list of a folder of results names a file in it.
 pub fn listed(path: &Path) -> bool {
-    let named = || {
-        let manifest = Manifest::read(path.parent()?).ok()??;
-        let name = path.file_name()?.to_str()?;
-        Some(manifest.files.iter().any(|f| f.name == name))
-    };
-    named().unwrap_or(false)
+    listing(path).is_some()
+}
+
+/// The list beside a file that names it, and the digest that it has there.
+fn listing(path: &Path) -> Option<(Manifest, String)> {
+    let manifest = Manifest::read(path.parent()?).ok()??;
+    let name = path.file_name()?.to_str()?;
+    let file = manifest.files.iter().find(|f| f.name == name)?;
+    let sha256 = file.sha256.clone();
+    Some((manifest, sha256))
 }
 
 /// Where an input may lie.

@@ -153,15 +153,14 @@ impl FreeLivingCampaign {
                 .map_err(|e| e.at(source.name()))
             })
             .transpose()?;
-        let window = match (table.between_s, &clock, table.sampling_rate_hz) {
-            (Some(between), Some(clock), _) => Some(TimeWindow::by_column(
+        let window = table.between_s.and_then(|between| {
+            TimeWindow::of(
                 between,
                 selected.len(),
-                clock.per_second,
-            )),
-            (Some(between), None, Some(rate)) => Some(TimeWindow::by_rate(between, rate)),
-            _ => None,
-        };
+                clock.as_ref(),
+                table.sampling_rate_hz,
+            )
+        });
         let per_second = clock.as_ref().map_or(1.0, |c| c.per_second);
         let rate = table.sampling_rate_hz;
         let mut reading = Reading::of(

@@ -5,7 +5,7 @@ mod sensor_files;
 
 pub(crate) use sensor_files::SensorFiles;
 
-use crate::campaign::{DriveFrequency, RunData, RunPhasor, RunTable, ShakerRecording, ShakerRun};
+use crate::campaign::{RunData, RunPhasor, RunTable, ShakerRecording, ShakerRun};
 use crate::findings;
 use crate::trouble::{Result, Trouble};
 use doubts::{durations, named, uneven, unusable};
@@ -13,7 +13,6 @@ use num_complex::Complex64;
 use proofmass_core::Watch;
 use proofmass_io::{Input, Waveform, WaveformOptions};
 use proofmass_shaker::recording::{Drive, Line, PhasorReading, Phasors, Quality};
-use proofmass_signal::sine::Frequency;
 use proofmass_uncertainty::Finding;
 use rayon::prelude::*;
 use sensor_files::{elsewhere, together, tolerance};
@@ -220,15 +219,8 @@ impl Bench<'_> {
         sensor: Option<&SensorFiles<'_>>,
     ) -> Result<RowOutcome> {
         let reading = |rate: f64| PhasorReading {
-            frequency: match self.settings.frequency {
-                DriveFrequency::Known => Frequency::Known,
-                DriveFrequency::Common => Frequency::Common,
-            },
-            harmonics: self.settings.harmonics,
-            drift: self.settings.drift,
-            full_scale: self.settings.full_scale_v,
             mains: listens(table, &row[0]),
-            ..PhasorReading::new(rate)
+            ..self.settings.phasor_reading(rate)
         };
         let frequencies: Vec<f64> = row.iter().map(|r| r.frequency_hz).collect();
         let drive = self.settings.drive();
@@ -356,7 +348,8 @@ impl Bench<'_> {
     }
 }
 
-fn place<S>(table: &RunTable<S>, run: &ShakerRun<S>) -> String {
+/// Where a run stands.
+pub(crate) fn place<S>(table: &RunTable<S>, run: &ShakerRun<S>) -> String {
     format!("run {}, {}:{}", run.run, table.path.display(), run.line)
 }
 

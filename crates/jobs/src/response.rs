@@ -188,6 +188,7 @@ impl ResponseJob {
     fn estimate(
         &self,
         data: &ResponseData<'_>,
+        driven: [f64; 2],
         watch: &dyn Watch,
         findings: &mut Vec<Finding>,
     ) -> Result<(ResponseEstimate, Option<CrossSpectra>)> {
@@ -242,7 +243,7 @@ impl ResponseJob {
                 let [x, y] = one()?;
                 let mut method = LocalPolynomial::default();
                 method.band = self.band.unwrap_or_else(|| {
-                    let [low, high] = driven_band(x.data, rate);
+                    let [low, high] = driven;
                     match swept_band(x.data, rate) {
                         Some([first, last]) if first < last => [first.max(low), last.min(high)],
                         _ => [low, high],
@@ -283,7 +284,8 @@ impl Job for ResponseJob {
                 findings.extend(saturation::clipped(c.name, c.data, "the response is distorted: its gain is too small, for a random excitation by the share that is cut off"));
             }
         }
-        let (response, spectra) = self.estimate(data, watch, &mut findings)?;
+        let driven = driven_band(x.data, data.rate);
+        let (response, spectra) = self.estimate(data, driven, watch, &mut findings)?;
         let input_unit = match &self.standard {
             Some(_) if x.unit != "V" => {
                 return Err(Trouble::data(format!(
@@ -308,7 +310,6 @@ impl Job for ResponseJob {
                 .with_hint("widen --band, or give longer segments"));
         }
         watch.step("response", 1, 2)?;
-        let driven = driven_band(x.data, data.rate);
         quality(&response, driven, &mut findings);
         if input_unit == y.unit {
             order(&response, &mut findings);

@@ -165,7 +165,7 @@ impl Job for ShakerPrimaryJob {
         let own: Vec<PrimaryRun> = runs.iter().map(|r| r.run.clone()).collect();
         let output = DeviceOutput::Volt;
         let single = sensitivities(&own, output.unit(), &self.budget)?;
-        let results = means(&own, &single, output.unit())?;
+        let results = means(&own, &single)?;
         let (checks, doubts) = method_checks(&own, &results);
         findings.extend(doubts);
         findings.extend(sign_of_motion(&results));

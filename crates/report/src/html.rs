@@ -133,7 +133,7 @@ impl Page {
     /// A section that only some readers open.
     fn folded(&mut self, section: &Section) -> Result<(), Error> {
         let rows = match &section.blocks[..] {
-            [Block::Table(table)] if table.rows.len() > LONG => {
+            [block @ Block::Table(table)] if is_long(block) => {
                 format!(": {} rows", table.rows.len())
             }
             _ => String::new(),

@@ -37,6 +37,7 @@ pub mod plan;
 pub mod primary;
 pub mod published;
 pub mod recording;
+mod repeated_runs;
 mod robust;
 pub mod sample_clock;
 pub mod screening;

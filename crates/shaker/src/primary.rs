@@ -1,16 +1,15 @@
 //! Primary calibration: the sensitivity by the acceleration that an interferometer tells.
 
-use crate::derived::PROBABILITY;
 use crate::findings;
 use crate::interferometer::{AmplitudeCheck, CheckMethod, QuadratureFit};
-use crate::observation::ascending;
+use crate::repeated_runs::{MeanOfRuns, by_frequency};
 use crate::single_axis::{SingleAxis, TransverseMotion};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::transfer::turned;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Repeats, Severity,
+    Severity,
 };
 use serde::{Deserialize, Serialize};
 
@@ -217,58 +216,23 @@ fn components(s: Complex64, unit: &str) -> Vec<Component> {
 /// Mean over the runs of each frequency, in ascending frequency; a frequency of one run stays as it is.
 ///
 /// What is drawn anew in every run (noise, correction of the quadrature) is replaced by the scatter of the runs, which is never less
-/// than what the recordings tell of it ([`Repeats::mean_of`]); the rest is common to them and stays.
+/// than what the recordings tell of it ([`Repeats::mean_of`](proofmass_uncertainty::Repeats::mean_of)); the rest is common to them and stays.
 ///
 /// # Errors
 /// As [`Estimate::new`].
-pub fn means(
-    runs: &[PrimaryRun],
-    single: &[SingleAxis],
-    unit: &str,
-) -> Result<Vec<SingleAxis>, Error> {
+pub fn means(runs: &[PrimaryRun], single: &[SingleAxis]) -> Result<Vec<SingleAxis>, Error> {
     let mut means = Vec::new();
-    for frequency in ascending(single.iter().map(|r| r.frequency)) {
-        let group: Vec<usize> = (0..single.len())
-            .filter(|&i| single[i].frequency == frequency)
-            .collect();
-        let first = &single[group[0]];
-        if group.len() == 1 {
-            means.push(first.clone());
+    for group in by_frequency(single) {
+        let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &single[i]).collect();
+        if let [one] = of_one[..] {
+            means.push(one.clone());
             continue;
         }
         let n = group.len() as f64;
-        let sum: Complex64 = group.iter().map(|&i| single[i].sensitivity).sum();
-        let s = sum / n;
-        let m = s.norm();
-        let jacobian = [m / first.sensitivity.norm(), 0.0, 0.0, 1.0];
-        let scaled = first.estimate.propagate(components(s, unit), &jacobian)?;
-        let mut list = scaled.influences().to_vec();
-        list.retain(|i| !OF_ONE_RUN.contains(&i.key.as_str()));
-        for (part, key) in ["repeatability", "repeatability.phase"]
-            .into_iter()
-            .enumerate()
-        {
-            let apart = |i: &usize| {
-                let d = single[*i].sensitivity / s - 1.0;
-                [d.re, d.im][part]
-            };
-            let along: Vec<f64> = group.iter().map(apart).collect();
-            let own = group.iter().flat_map(|&i| runs[i].own());
-            let variance = own.map(|v| v[2 * part]).sum::<f64>() / n;
-            let dof = DegreesOfFreedom::new(NOISE_DOF * n).unwrap_or(DegreesOfFreedom::INFINITE);
-            let declared = (variance > 0.0).then_some((variance.sqrt(), dof));
-            let scatter = Repeats::pool(&[&along])?.mean_of(group.len(), declared, PROBABILITY);
-            let u = scatter.standard_uncertainty;
-            let mut rows = [0.0; 4];
-            rows[3 * part] = (u * [m, 1.0][part]).powi(2);
-            let what = "scatter of the repeats, or the noise of their recordings";
-            list.push(influence(key, what, (Evaluation::A, scatter.dof), rows)?);
-        }
-        means.push(SingleAxis {
-            frequency,
-            sensitivity: s,
-            estimate: Estimate::new(components(s, unit), list)?,
-        });
+        let own: Vec<[f64; 3]> = group.iter().flat_map(|&i| runs[i].own()).collect();
+        let noise = [0, 2].map(|part| (own.iter().map(|v| v[part]).sum::<f64>() / n).sqrt());
+        let dof = DegreesOfFreedom::new(NOISE_DOF * n).unwrap_or(DegreesOfFreedom::INFINITE);
+        means.push(MeanOfRuns::of(&of_one, &OF_ONE_RUN, (noise, dof))?.result);
     }
     Ok(means)
 }
@@ -425,7 +389,7 @@ mod tests {
         // Four that agree too well: the recordings say what they may scatter by, and the rest does not average out.
         let four = vec![one; 4];
         let single = sensitivities(&four, "V", &budget).unwrap();
-        let mean = means(&four, &single, "V").unwrap();
+        let mean = means(&four, &single).unwrap();
         let m = mean[0].estimate.get("modulus").unwrap();
         let wanted = (0.5 * noise).hypot(2e-5).hypot(3e-5) * 0.01;
         assert!((m.standard_uncertainty / wanted - 1.0).abs() < 1e-9);
@@ -444,7 +408,7 @@ mod tests {
         let of = |one: &PrimaryRun| {
             let runs = std::slice::from_ref(one);
             let single = sensitivities(runs, "V", &PrimaryBudget::default()).unwrap();
-            method_checks(runs, &means(runs, &single, "V").unwrap())
+            method_checks(runs, &means(runs, &single).unwrap())
         };
         let (checks, findings) = of(&one);
         assert!(findings.is_empty());

@@ -276,16 +276,17 @@ impl PhasorReading {
         Ok((if used { at } else { even }, Some(stamps)))
     }
 
+    /// Whether samples of a channel stand at the declared full scale: at the last code on either side, where a sample may be any
+    /// larger value.
+    pub fn at_full_scale(&self, channel: &[f64]) -> bool {
+        let limit = self.full_scale.map(|full| full * (1.0 - 1e-6));
+        limit.is_some_and(|limit| channel.iter().filter(|v| v.abs() >= limit).count() > 1)
+    }
+
     /// What a fit of all channels tells.
     fn told(&self, fit: &SineFit, channels: &[&[f64]], resolution: f64) -> Phasors {
-        // The last code on either side: a sample there may be any larger value.
-        let limit = self.full_scale.map(|full| full * (1.0 - 1e-6));
-        let at_limit =
-            |channel: &[f64], limit: f64| channel.iter().filter(|v| v.abs() >= limit).count() > 1;
         // An amplifier may saturate before the converter does.
-        let cut = |channel: &[f64]| {
-            limit.is_some_and(|limit| at_limit(channel, limit)) || !rails(channel).is_empty()
-        };
+        let cut = |channel: &[f64]| self.at_full_scale(channel) || !rails(channel).is_empty();
         let clipped: Vec<usize> = (0..channels.len()).filter(|&k| cut(channels[k])).collect();
         let c = &fit.channels;
         let outputs = if self.with_reference {

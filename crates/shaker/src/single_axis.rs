@@ -1,15 +1,14 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
-use crate::derived::PROBABILITY;
 use crate::findings;
-use crate::observation::ascending;
+use crate::repeated_runs::{MeanOfRuns, by_frequency};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_signal::transfer::turned;
 use proofmass_uncertainty::chi_squared_chance;
 use proofmass_uncertainty::{
-    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence, Repeats,
+    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
 };
 use serde::{Deserialize, Serialize};
 
@@ -262,7 +261,7 @@ fn without_phase(estimate: Estimate, budget: &ComparisonBudget) -> Result<Estima
 /// Mean over the runs of each frequency, in ascending frequency; a frequency of one run stays as it is.
 ///
 /// The mean is of the complex sensitivities. Certificate and reading are common to the repeats and stay; the
-/// scatter adds the influences `repeatability` of the modulus and of the phase after [`Repeats::mean_of`], whose declared noise is that of
+/// scatter adds the influences `repeatability` of the modulus and of the phase after [`Repeats::mean_of`](proofmass_uncertainty::Repeats::mean_of), whose declared noise is that of
 /// the recordings.
 ///
 /// A scatter beyond the declared uncertainty of a reading and that noise (χ² with 2 (n − 1) degrees of freedom) is a finding.
@@ -274,75 +273,22 @@ pub fn combine(
     results: &[SingleAxis],
     budget: &ComparisonBudget,
 ) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
-    let frequencies = ascending(results.iter().map(|r| r.frequency));
     let (mut means, mut findings) = (vec![], vec![]);
-    for frequency in frequencies {
-        let group: Vec<usize> = (0..results.len())
-            .filter(|&i| results[i].frequency == frequency)
-            .collect();
-        let first = &results[group[0]];
-        if group.len() == 1 {
-            means.push(first.clone());
+    for group in by_frequency(results) {
+        let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &results[i]).collect();
+        if let [one] = of_one[..] {
+            means.push(one.clone());
             continue;
         }
         let n = group.len() as f64;
-        let mean = group
-            .iter()
-            .map(|&i| results[i].sensitivity)
-            .sum::<Complex64>()
-            / n;
-        // Along and across the mean: modulus and phase.
-        let turned: Vec<[f64; 2]> = group
-            .iter()
-            .map(|&i| {
-                let d = results[i].sensitivity / mean - 1.0;
-                [d.re, d.im]
-            })
-            .collect();
-        let m = mean.norm();
-        let unit = first.estimate.components()[0].unit.clone();
-        let components = vec![
-            Component::new("modulus", unit, m),
-            Component::new("phase", "rad", mean.arg()),
-        ];
-        // Certificate and reading are relative: those of one run, scaled to the mean.
-        let ratio = m / first.sensitivity.norm();
-        let (components, jacobian) = match budget.free_phase {
-            true => (components[..1].to_vec(), vec![ratio]),
-            false => (components, vec![ratio, 0.0, 0.0, 1.0]),
-        };
-        let scaled = first.estimate.propagate(components.clone(), &jacobian)?;
-        let mut influences = scaled.influences().to_vec();
-        influences.retain(|i| i.key != NOISE);
-        let size = components.len();
         // The noise of one run, root mean square: what the recordings say of it.
         let noise: [f64; 2] = std::array::from_fn(|p| {
             let squares = group.iter().map(|&i| rows[i].noise()[p].powi(2));
             (squares.sum::<f64>() / n).sqrt()
         });
-        let parts = ["repeatability", "repeatability.phase"];
-        for (p, key) in parts.into_iter().enumerate().take(size) {
-            let along: Vec<f64> = turned.iter().map(|d| d[p]).collect();
-            let scatter = Repeats::pool(&[&along])?;
-            let declared = (noise[p] > 0.0).then_some((noise[p], DegreesOfFreedom::INFINITE));
-            let mean = scatter.mean_of(group.len(), declared, PROBABILITY);
-            let u = mean.standard_uncertainty * [m, 1.0][p];
-            let mut covariance = vec![0.0; size * size];
-            covariance[p * size + p] = u * u;
-            influences.push(Influence {
-                key: key.to_owned(),
-                description: "scatter of the repeats, or the noise of their recordings".to_owned(),
-                evaluation: Evaluation::A,
-                distribution: "normal".to_owned(),
-                dof: mean.dof,
-                effect: Effect::Joint {
-                    covariance: proofmass_uncertainty::Covariance::try_from_rows(
-                        size,
-                        &covariance,
-                    )?,
-                },
-            });
-        }
+        // Certificate and reading are relative.
+        let mean = MeanOfRuns::of(&of_one, &[NOISE], (noise, DegreesOfFreedom::INFINITE))?;
+        let turned = &mean.departures;
         if budget.ratio > 0.0 && budget.phase > 0.0 {
             let one = [budget.ratio.hypot(noise[0]), budget.phase.hypot(noise[1])];
             let of = |d: &[f64; 2]| (d[0] / one[0]).powi(2) + (d[1] / one[1]).powi(2);
@@ -354,7 +300,7 @@ pub fn combine(
                     .max_by(|&a, &b| of(&turned[a]).total_cmp(&of(&turned[b])))
                     .unwrap_or(0);
                 findings.push(findings::scatter_exceeds_reading(
-                    frequency,
+                    mean.result.frequency,
                     group.len(),
                     (statistic / dof).sqrt(),
                     &rows[group[worst]].run,
@@ -363,11 +309,7 @@ pub fn combine(
                 ));
             }
         }
-        means.push(SingleAxis {
-            frequency,
-            sensitivity: mean,
-            estimate: Estimate::new(components, influences)?,
-        });
+        means.push(mean.result);
     }
     Ok((means, findings))
 }

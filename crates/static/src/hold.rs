@@ -6,7 +6,7 @@ use crate::{Ellipsoid, Samples, Segment, Triple, WindowedVariance};
 const SAME_ATTITUDE: f64 = 0.03;
 
 /// Largest windowed variance between two pieces of one hold, in multiples of the threshold that cut them apart.
-const STILL_BETWEEN: f64 = 3.0;
+pub(crate) const STILL_BETWEEN: f64 = 3.0;
 
 /// The rests of a search, each once.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,25 +30,36 @@ impl Holds {
             .map(|s| samples.mean(s.start, s.end))
             .collect();
         let near = Ellipsoid::sphere(&means).map_or(0.0, |sphere| SAME_ATTITUDE * sphere.radius());
-        let found = pieces.len();
-        let mut segments: Vec<Segment> = Vec::with_capacity(found);
-        for (piece, mean) in pieces.into_iter().zip(&means) {
-            let before = segments
-                .last_mut()
-                .filter(|hold| distance(&samples.mean(hold.start, hold.end), mean) < near);
-            let Some(hold) = before else {
-                segments.push(piece);
-                continue;
-            };
-            if windowed.stays_below(hold.end, piece.start, STILL_BETWEEN * threshold) {
-                hold.end = piece.end;
-            } else if piece.len() > hold.len() {
-                *hold = piece;
-            }
-        }
-        let cuts = found - segments.len();
+        let segments = joined(&pieces, |hold, k| {
+            let alike = distance(&samples.mean(hold.start, hold.end), &means[k]) < near;
+            let quiet =
+                || windowed.stays_below(hold.end, pieces[k].start, STILL_BETWEEN * threshold);
+            alike.then(quiet)
+        });
+        let cuts = pieces.len() - segments.len();
         Self { segments, cuts }
     }
+}
+
+/// Pieces of one hold as one: `same` tells of a hold and the number of the next piece whether they are one, and whether the sensor was
+/// still between them. Where it was touched the longer piece stands for both.
+pub(crate) fn joined(
+    pieces: &[Segment],
+    same: impl Fn(&Segment, usize) -> Option<bool>,
+) -> Vec<Segment> {
+    let mut holds: Vec<Segment> = Vec::with_capacity(pieces.len());
+    for (k, piece) in pieces.iter().enumerate() {
+        let before = holds
+            .last_mut()
+            .and_then(|hold| same(hold, k).map(|still| (hold, still)));
+        match before {
+            None => holds.push(piece.clone()),
+            Some((hold, true)) => hold.end = piece.end,
+            Some((hold, false)) if piece.len() > hold.len() => *hold = piece.clone(),
+            Some(_) => {}
+        }
+    }
+    holds
 }
 
 impl WindowedVariance {

@@ -135,18 +135,25 @@ impl ResponseComparison {
         let worst = points
             .iter()
             .max_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        let off = beyond(&points);
+        let limit = binomial_limit(points.len(), 1.0 - probability);
         let differ = match (&whole, worst) {
             (Some(whole), _) => whole.chi_square > whole.limit,
             // exp(−χ²/2) is the chance of two degrees of freedom; of all points at most their number times that.
             (None, Some(worst)) => {
-                let limit = binomial_limit(points.len(), 1.0 - probability);
-                let off = beyond(&points);
                 count * (-0.5 * worst.chi_square).exp() < OF_POINT
                     || off.iter().any(|n| *n >= limit)
             }
             (None, None) => false,
         };
-        let findings = findings(&points, whole.as_ref(), differ, worst, probability);
+        let findings = findings(
+            &points,
+            whole.as_ref(),
+            differ,
+            worst,
+            (off, limit),
+            probability,
+        );
         Ok(Self {
             points,
             whole,
@@ -399,11 +406,10 @@ fn findings(
     whole: Option<&ComparedWhole>,
     differ: bool,
     worst: Option<&ComparedPoint>,
+    (off, limit): ([usize; 2], usize),
     probability: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let off = beyond(points);
-    let limit = binomial_limit(points.len(), 1.0 - probability);
     let counted = format!(
         "|E_n| above 1 at {} moduli and {} phases of {}",
         off[0],
@@ -443,8 +449,9 @@ fn findings(
         ));
     }
     if off[0] + off[1] > 0 {
-        let mut worst: Vec<&ComparedPoint> = points.iter().filter(|p| p.en() > 1.0).collect();
-        worst.sort_by(|a, b| b.en().total_cmp(&a.en()));
+        let mut worst: Vec<&ComparedPoint> =
+            points.iter().filter(|p| p.largest_en() > 1.0).collect();
+        worst.sort_by(|a, b| b.largest_en().total_cmp(&a.largest_en()));
         let listed = worst.iter().take(6).map(|p| {
             format!(
                 "{:.4} Hz {} ({:.2}, {:.2})",
@@ -473,7 +480,7 @@ fn findings(
 
 impl ComparedPoint {
     /// The larger |E_n| of modulus and phase.
-    fn en(&self) -> f64 {
+    pub fn largest_en(&self) -> f64 {
         self.modulus_en.abs().max(self.phase_en.abs())
     }
 }
@@ -614,7 +621,7 @@ mod tests {
     }
 
     #[test]
-    fn published_limits_of_a_count() {
+    fn known_limits_of_a_count() {
         // Binomial: of 17 at 5 %, four or more in 0.88 %, five or more in 0.12 %; two of one never suffice.
         assert_eq!(binomial_limit(17, 0.05), 5);
         assert_eq!(binomial_limit(1, 0.05), 2);

@@ -107,8 +107,7 @@ impl Draft {
                 line(format!("time = {}", column(time)));
                 let likely = || {
                     let index = layout.find(&ColumnRef::from_word(time)).ok()?;
-                    let open = ClockUnit::of(&layout, index, None, self.rate_hz, false).err()?;
-                    open.hint().and_then(likely_time_unit)
+                    ClockUnit::open(&layout, index, None, self.rate_hz)
                 };
                 if let Some(unit) = self.time_unit {
                     line(format!("time_unit = \"{unit}\""));
@@ -386,7 +385,8 @@ impl Unsaid<'_> {
                 if let Err(error) =
                     ClockUnit::of(layout, index, self.time_unit, self.rate_hz, false)
                 {
-                    let Some(unit) = error.hint().and_then(likely_time_unit) else {
+                    let open = ClockUnit::open(layout, index, self.time_unit, self.rate_hz);
+                    let Some(unit) = open else {
                         return Err(error);
                     };
                     list.push((
@@ -427,12 +427,6 @@ impl Unsaid<'_> {
             )),
         )
     }
-}
-
-/// The unit that a question for the unit of the times calls likely.
-fn likely_time_unit(hint: &str) -> Option<String> {
-    let after = hint.split("--time-unit ").nth(1)?;
-    after.split_whitespace().next().map(str::to_owned)
 }
 
 /// The columns of x, y and z have to be named.

@@ -12,7 +12,7 @@ pub(crate) use budget::BudgetSource;
 pub use budget::ShakerBudget;
 pub use certificate::{Certificate, CertificateOptions, CertificateTable};
 pub use output_recording::OutputRecording;
-pub use recording::{DriveFrequency, ShakerRecording};
+pub use recording::ShakerRecording;
 pub(crate) use runs::read_runs;
 pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};
 pub(crate) use seat::read_plan;

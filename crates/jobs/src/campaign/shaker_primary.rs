@@ -9,7 +9,6 @@ use proofmass_io::{Ambient, Device, Result, WaveformOptions};
 use proofmass_shaker::interferometer::HELIUM_NEON_UNCERTAINTY;
 use proofmass_shaker::primary::{DeclaredInput, PrimaryBudget};
 use proofmass_shaker::recording::Drive;
-use proofmass_shaker::single_axis::TransverseMotion;
 use proofmass_uncertainty::DegreesOfFreedom;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
@@ -170,13 +169,8 @@ impl ShakerPrimaryCampaign {
                 return of("dof", format!("{dof} is impossible"));
             }
         }
-        for (key, value) in [
-            ("sensitivity_%", self.transverse.map(|t| t.sensitivity)),
-            ("motion_%", self.transverse.and_then(|t| t.motion)),
-        ] {
-            if let Some(v) = value.filter(|v| !(0.0..=100.0).contains(v)) {
-                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
-            }
+        if let Some(transverse) = &self.transverse {
+            transverse.check(source)?;
         }
         if let Some(datasheet) = &self.datasheet {
             datasheet.si(source)?;
@@ -240,10 +234,7 @@ impl ShakerPrimaryCampaign {
                 .unwrap_or(HELIUM_NEON_UNCERTAINTY),
             clock: laser.u_rate_relative,
             front_end: output.hypot(0.5 * cosine.hypot(sine)),
-            transverse: self.transverse.map(|t| TransverseMotion {
-                sensitivity: t.sensitivity / 100.0,
-                largest: t.motion.map(|m| m / 100.0),
-            }),
+            transverse: self.transverse.map(|t| t.shares()),
             declared: declared.collect(),
         }
     }

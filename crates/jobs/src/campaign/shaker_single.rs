@@ -10,6 +10,7 @@ use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
 use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
+use proofmass_shaker::single_axis::TransverseMotion;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -36,6 +37,29 @@ pub struct TransverseTable {
     /// Largest transverse motion of the table, per cent, where the runs do not say it.
     #[serde(rename = "motion_%")]
     pub(crate) motion: Option<f64>,
+}
+
+impl TransverseTable {
+    /// Refuses per cents that are impossible.
+    pub(super) fn check(&self, source: &CampaignFile) -> Result<()> {
+        for (key, value) in [
+            ("sensitivity_%", Some(self.sensitivity)),
+            ("motion_%", self.motion),
+        ] {
+            if let Some(v) = value.filter(|v| !(0.0..=100.0).contains(v)) {
+                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The same as shares.
+    pub(crate) fn shares(&self) -> TransverseMotion {
+        TransverseMotion {
+            sensitivity: self.sensitivity / 100.0,
+            largest: self.motion.map(|m| m / 100.0),
+        }
+    }
 }
 
 /// `[[devices]]`: one of several devices on the table at once.
@@ -163,15 +187,8 @@ impl ShakerSingleCampaign {
                 return Err(source.refuse("reading", key, format!("{v} is impossible")));
             }
         }
-        for (key, value) in [
-            ("sensitivity_%", self.transverse.map(|t| t.sensitivity)),
-            ("motion_%", self.transverse.and_then(|t| t.motion)),
-        ] {
-            if let Some(v) = value
-                && !(0.0..=100.0).contains(&v)
-            {
-                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
-            }
+        if let Some(transverse) = &self.transverse {
+            transverse.check(source)?;
         }
         self.channels_differ()?;
         if let Some(datasheet) = &self.datasheet {

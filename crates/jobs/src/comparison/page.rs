@@ -83,8 +83,7 @@ fn verdict(pair: &ResponseComparison, [a, b]: [&str; 2]) -> String {
 
 /// Points whose differences exceed their expanded uncertainty.
 fn beyond(pair: &ResponseComparison) -> usize {
-    let far = |p: &&ComparedPoint| p.modulus_en.abs() > 1.0 || p.phase_en.abs() > 1.0;
-    pair.points.iter().filter(far).count()
+    pair.points.iter().filter(|p| p.largest_en() > 1.0).count()
 }
 
 fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {

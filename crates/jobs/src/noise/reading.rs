@@ -285,16 +285,10 @@ impl NoiseReading {
                 && Some(*i) != temperature
                 && !layout.unit(*i).is_some_and(other)
         };
-        let columns: Vec<ColumnRef> = (0..layout.columns)
-            .filter(is_signal)
-            .map(|i| ColumnRef::Index(i + 1))
-            .collect();
+        let signals: Vec<usize> = (0..layout.columns).filter(is_signal).collect();
         // One unit that is stated, or asked for, does not hold for a gyroscope beside an accelerometer, a counter or a thermometer.
-        let unsaid = (0..layout.columns).filter(is_signal);
-        let unsaid: Vec<String> = unsaid
-            .filter(|&i| layout.unit(i).is_none())
-            .map(|i| layout.name(i))
-            .collect();
+        let unsaid = signals.iter().filter(|&&i| layout.unit(i).is_none());
+        let unsaid: Vec<String> = unsaid.map(|&i| layout.name(i)).collect();
         if unsaid.len() > 3 {
             return Err(Trouble::data(format!(
                 "{} columns have no unit in their headings, and may not all be of one kind: {}",
@@ -304,12 +298,12 @@ impl NoiseReading {
             .detail(name)
             .with_hint("choose those of one sensor with --columns A,B,C"));
         }
-        if columns.is_empty() {
+        if signals.is_empty() {
             return Err(Trouble::data("no column holds a signal")
                 .detail(name)
                 .with_hint("name the columns with --columns"));
         }
-        Ok(columns)
+        Ok(signals.iter().map(|i| ColumnRef::Index(i + 1)).collect())
     }
 
     /// How the temperature column is read, where one is named.

@@ -2,9 +2,9 @@
 
 use super::{ShakerPrimaryFiles, ShakerPrimaryJob, ShakerPrimaryRun};
 use crate::bench_runs::BenchFiles;
-use crate::campaign::{DriveFrequency, RunData, ShakerPrimaryCampaign, ShakerRun};
+use crate::campaign::{RunData, ShakerPrimaryCampaign, ShakerRun};
 use crate::campaign::{RunTable, SingleAxisSeat};
-use crate::observed::Observed;
+use crate::observed::{Observed, place};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use num_complex::Complex64;
@@ -17,8 +17,6 @@ use proofmass_shaker::interferometer::{
     HELIUM_NEON, HELIUM_NEON_UNCERTAINTY, SineApproximationMethod, Unusable,
 };
 use proofmass_shaker::primary::PrimaryRun;
-use proofmass_shaker::recording::PhasorReading;
-use proofmass_signal::sine::Frequency;
 use proofmass_uncertainty::{Finding, Severity};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
@@ -127,7 +125,7 @@ impl ShakerPrimaryCampaign {
         options: &WaveformOptions,
         wavelength: f64,
     ) -> Result<Seen> {
-        let place = || format!("run {}, {}:{}", run.run, table.path.display(), run.line);
+        let place = || place(table, run);
         let RunData::Recording(name) = &run.data else {
             return Err(Trouble::data("a primary calibration needs recordings").detail(place()));
         };
@@ -140,31 +138,21 @@ impl ShakerPrimaryCampaign {
         let recording = &self.recording;
         let method = SineApproximationMethod {
             wavelength,
-            reading: PhasorReading {
-                frequency: match recording.frequency {
-                    DriveFrequency::Known => Frequency::Known,
-                    DriveFrequency::Common => Frequency::Common,
-                },
-                harmonics: recording.harmonics,
-                drift: recording.drift,
-                full_scale: recording.full_scale_v,
-                ..PhasorReading::new(rate)
-            },
+            reading: recording.phasor_reading(rate),
         };
         let frequency = run.frequency_hz;
         let [cosine, sine, output] = [0, 1, 2].map(|k| waveform.channels[k].as_slice());
         let named = |f: &Finding| f.clone().of_part(format_args!("run {}", run.run));
         let mut findings: Vec<Finding> = waveform.findings.iter().map(named).collect();
-        if let Some(full) = recording.full_scale_v {
-            let at_limit =
-                |c: &&[f64]| c.iter().filter(|v| v.abs() >= full * (1.0 - 1e-6)).count() > 1;
-            if [cosine, sine].iter().any(at_limit) {
-                findings.push(proofmass_uncertainty::findings::clipped(
-                    &format!("run {} is clipped", run.run),
-                    "samples at full scale on a channel of the interferometer",
-                    "the phase of the interference is wrong there",
-                ));
-            }
+        if [cosine, sine]
+            .iter()
+            .any(|c| method.reading.at_full_scale(c))
+        {
+            findings.push(proofmass_uncertainty::findings::clipped(
+                &format!("run {} is clipped", run.run),
+                "samples at full scale on a channel of the interferometer",
+                "the phase of the interference is wrong there",
+            ));
         }
         let found = match method.evaluate(frequency, [cosine, sine], output) {
             Ok(found) => found,

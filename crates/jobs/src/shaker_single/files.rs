@@ -10,7 +10,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_shaker::recording::Quality;
 use proofmass_shaker::sample_clock::SampleClock;
-use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow, TransverseMotion};
+use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 impl ShakerSingleCampaign {
@@ -78,10 +78,7 @@ impl ShakerSingleCampaign {
                 .dof
                 .and_then(DegreesOfFreedom::new)
                 .unwrap_or(DegreesOfFreedom::INFINITE),
-            transverse: self.transverse.map(|t| TransverseMotion {
-                sensitivity: t.sensitivity / 100.0,
-                largest: t.motion.map(|m| m / 100.0),
-            }),
+            transverse: self.transverse.map(|t| t.shares()),
             front_end: delay("reference").hypot(delay(names[own])),
             free_phase: clock == Some(SampleClock::Own),
         };

@@ -1,6 +1,7 @@
 //! Rests at known angles in the recording of one axis.
 
 use super::readings::{Solved, least_squares};
+use crate::hold::{STILL_BETWEEN, joined};
 use crate::{Samples, Segment, Standstill, WindowedVariance, findings};
 use proofmass_core::Error;
 use proofmass_uncertainty::{Finding, student_quantile};
@@ -32,8 +33,6 @@ pub struct KnownAngles {
 const ALIKE: f64 = 3.0;
 /// Means of two pieces of one hold, as a share of half the range of the outputs.
 const SAME: f64 = 3e-3;
-/// Largest windowed variance between two pieces of one hold, in multiples of the threshold that cut them apart.
-const STILL_BETWEEN: f64 = 3.0;
 /// Largest RMS residual that needs no decision, as a share of the output at 1 g: an angle set to 0.6°.
 const LARGE: f64 = 1e-2;
 /// Probability that one healthy recording has a rest far off its angle.
@@ -90,9 +89,11 @@ impl KnownAngles {
                 let means: Vec<f64> = pieces.iter().map(mean).collect();
                 let near = SAME * half_range(&means);
                 let holds = [true, false].map(|still| {
-                    joined(&pieces, &mean, |a, b, difference| {
-                        let quiet = windowed.stays_below(a.end, b.start, STILL_BETWEEN * threshold);
-                        (difference < near && (quiet || !still)).then_some(quiet)
+                    joined(&pieces, |hold, k| {
+                        let alike = (mean(hold) - means[k]).abs() < near;
+                        let (from, to) = (hold.end, pieces[k].start);
+                        let quiet = || windowed.stays_below(from, to, STILL_BETWEEN * threshold);
+                        alike.then(quiet).filter(|quiet| *quiet || !still)
                     })
                 });
                 let least = holds.iter().chain([&pieces]).map(Vec::len).min();
@@ -313,28 +314,4 @@ fn half_range(values: &[f64]) -> f64 {
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
     let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     (0.5 * (high - low)).max(0.0)
-}
-
-/// Pieces of one hold as one: `same` tells whether two neighbours are, and whether the axis was still between them. Where it was
-/// touched the longer piece stands for both.
-fn joined(
-    pieces: &[Segment],
-    mean: &dyn Fn(&Segment) -> f64,
-    same: impl Fn(&Segment, &Segment, f64) -> Option<bool>,
-) -> Vec<Segment> {
-    let mut holds: Vec<Segment> = Vec::with_capacity(pieces.len());
-    for piece in pieces {
-        let Some(last) = holds.last_mut() else {
-            holds.push(piece.clone());
-            continue;
-        };
-        let difference = (mean(last) - mean(piece)).abs();
-        match same(last, piece, difference) {
-            None => holds.push(piece.clone()),
-            Some(true) => last.end = piece.end,
-            Some(false) if piece.len() > last.len() => *last = piece.clone(),
-            Some(false) => {}
-        }
-    }
-    holds
 }

@@ -101,9 +101,7 @@ impl Curve {
         }
         self.start = found;
         if scatter {
-            let mut r = vec![0.0; n];
-            self.residual(&self.start, &points, &mut r);
-            self.scattered = r;
+            self.scattered = self.residuals_of(before, &self.start);
         }
         Ok(())
     }
@@ -128,16 +126,15 @@ impl Curve {
 
     /// Weighted sum of the squared residuals.
     pub fn sum_of_squares(&self, before: &[f64], parameters: &[f64]) -> f64 {
-        let mut r = vec![0.0; self.residuals()];
-        self.residual(parameters, &self.points(before), &mut r);
+        let mut r = self.residuals_of(before, parameters);
         for (r, scattered) in r.iter_mut().zip(&self.scattered) {
             *r += scattered;
         }
         r.iter().map(|r| r * r).sum()
     }
 
-    /// Residuals as they are at some points.
-    pub fn plain_residuals(&self, before: &[f64], parameters: &[f64]) -> Vec<f64> {
+    /// Residuals at some points, weighed as the fit is.
+    pub fn residuals_of(&self, before: &[f64], parameters: &[f64]) -> Vec<f64> {
         let mut r = vec![0.0; self.residuals()];
         self.residual(parameters, &self.points(before), &mut r);
         r

@@ -88,14 +88,8 @@ pub(super) struct Earlier {
     known: Vec<(String, f64, DegreesOfFreedom, String, usize)>,
     /// Variables that are columns of one table of trials.
     rows: Vec<Vec<usize>>,
-    /// Results that need a decision, and why.
-    doubts: Vec<(String, String)>,
-    /// Results with warnings, and which.
-    warnings: Vec<(String, String)>,
-    /// Results that no list of files vouches for.
-    unlisted: Vec<String>,
-    /// Results drawn by the law of propagation for what they share, though curvature moves their ends.
-    by_law: Vec<String>,
+    /// What is to be said of the results themselves.
+    findings: Vec<Finding>,
     /// Causes that two results share.
     shared: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
@@ -106,25 +100,24 @@ impl Earlier {
     pub fn of(entries: &[EarlierEntry], inputs: &[InputEntry]) -> Result<Self, Refusal> {
         // What two results share counts for more than how nearly linear they are.
         let mut entries = Cow::Borrowed(entries);
-        let mut all = Self::default();
+        let (mut all, mut by_law) = (Self::default(), Vec::new());
         for k in 0..entries.len() {
             let entry = &entries[k];
             let mut others = entries.iter().filter(|e| !std::ptr::eq(*e, entry));
             if entry.by_causes() && others.any(|e| e.drawn().is_some() && entry.shares_with(e)) {
-                all.by_law.push(entry.file.clone());
+                by_law.push(findings::earlier_result_linearised(&entry.file));
                 entries.to_mut()[k].trials = None;
             }
         }
-        for entry in entries.iter().filter(|e| !e.doubts.is_empty()) {
-            all.doubts
-                .push((entry.file.clone(), entry.doubts.join("; ")));
-        }
+        let doubts = entries.iter().filter(|e| !e.doubts.is_empty());
+        let doubts =
+            doubts.map(|e| findings::earlier_result_in_doubt(&e.file, &e.doubts.join("; ")));
         let warned = entries.iter().filter(|e| !e.warnings.is_empty());
-        all.warnings = warned
-            .map(|e| (e.file.clone(), e.warnings.join("; ")))
-            .collect();
+        let warned =
+            warned.map(|e| findings::earlier_result_warned(&e.file, &e.warnings.join("; ")));
         let unlisted = entries.iter().filter(|e| e.unlisted);
-        all.unlisted = unlisted.map(|e| e.file.clone()).collect();
+        let unlisted = unlisted.map(|e| findings::earlier_result_unlisted(&e.file));
+        all.findings = doubts.chain(warned).chain(unlisted).chain(by_law).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
         for entry in entries.iter() {
             if let Some(table) = entry.drawn() {
@@ -428,21 +421,8 @@ impl Earlier {
             (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")));
         let lost = (!self.lost.is_empty())
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
-        let doubts = self.doubts.iter();
-        let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
-        let warnings = self.warnings.iter();
-        let warnings = warnings.map(|(file, what)| findings::earlier_result_warned(file, what));
-        let unlisted = self.unlisted.iter();
-        let unlisted = unlisted.map(|file| findings::earlier_result_unlisted(file));
-        let by_law = self.by_law.iter();
-        let by_law = by_law.map(|file| findings::earlier_result_linearised(file));
-        doubts
-            .chain(warnings)
-            .chain(unlisted)
-            .chain(by_law)
-            .chain(shared)
-            .chain(lost)
-            .collect()
+        let own = self.findings.iter().cloned();
+        own.chain(shared).chain(lost).collect()
     }
 }
 

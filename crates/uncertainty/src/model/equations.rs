@@ -175,26 +175,17 @@ impl Equations {
                 let name = fit.entry.name.clone();
                 let refuse = |what| Refusal::Equation { name, what };
                 let points: Vec<u32> = fit.x.iter().chain(&fit.y).copied().collect();
-                let covariance = if fit.entry.weights == FitWeights::Equal {
-                    None
-                } else {
-                    let (_, mut jacobian) = derivatives::<8>(&x, points.len(), |x, y| {
-                        let mut results = vec![Dual::from(0.0); place];
-                        self.run(x, &mut results);
-                        for (y, &k) in y.iter_mut().zip(&points) {
-                            *y = results[k as usize];
-                        }
-                    });
-                    jacobian
-                        .iter_mut()
-                        .filter(|j| !j.is_finite())
-                        .for_each(|j| *j = 0.0);
-                    Some(joint.seen_in(&jacobian))
-                };
+                let weighed = fit.entry.weights != FitWeights::Equal;
+                // What a fit that is not weighed is held against afterwards.
+                let judged = fit.entry.scatter == FitScatter::None && points.len() <= MOST_POINTS;
+                let slopes = (weighed || judged).then(|| self.slopes(&points, &x, place));
+                let covariance = slopes.as_ref().filter(|_| weighed);
+                let covariance = covariance.map(|jacobian| joint.seen_in(jacobian));
                 fit.prepare(&before, covariance.as_ref()).map_err(refuse)?;
                 let mut parameters = vec![0.0; fit.degree + 1];
                 fit.evaluate(&before, &mut parameters);
-                let u = self.points_alone(&fit, &x, place, joint);
+                let u = slopes.filter(|_| !weighed);
+                let u = u.map(|jacobian| uncertainties(&jacobian, joint));
                 findings.extend(fit.doubt(&before, &parameters, u.as_deref()));
                 let scatter = (fit.entry.scatter == FitScatter::Residuals)
                     .then(|| fit.scatter(&before, &parameters));
@@ -203,39 +194,31 @@ impl Equations {
             }
         }
     }
-}
 
-impl Equations {
-    /// Standard uncertainties of the points of a fit with equal weights and no scatter of its own: abscissae, then ordinates.
-    fn points_alone(
-        &self,
-        fit: &super::fit::Fit,
-        x: &[f64],
-        place: usize,
-        joint: &JointInputs,
-    ) -> Option<Vec<f64>> {
-        let told = fit.entry.weights == FitWeights::Equal && fit.entry.scatter == FitScatter::None;
-        let points: Vec<u32> = fit.x.iter().chain(&fit.y).copied().collect();
-        if !told || points.len() > MOST_POINTS {
-            return None;
-        }
-        let (_, jacobian) = derivatives::<8>(x, points.len(), |x, y| {
-            let mut results = vec![Dual::from(0.0); place];
-            self.run(x, &mut results);
-            for (y, &k) in y.iter_mut().zip(&points) {
-                *y = results[k as usize];
+    /// Derivatives of some results with respect to every draw, row by row; zero where there is none.
+    fn slopes(&self, results: &[u32], x: &[f64], place: usize) -> Vec<f64> {
+        let (_, mut jacobian) = derivatives::<8>(x, results.len(), |x, y| {
+            let mut all = vec![Dual::from(0.0); place];
+            self.run(x, &mut all);
+            for (y, &k) in y.iter_mut().zip(results) {
+                *y = all[k as usize];
             }
         });
-        // What correlates the points is no reason for less.
-        let variance = |row: &[f64]| -> f64 {
-            let terms = row.iter().zip(joint.draws());
-            terms
-                .map(|(j, d)| (j * d.standard_uncertainty).powi(2))
-                .sum()
-        };
-        let rows = jacobian.chunks(x.len().max(1));
-        Some(rows.map(|row| variance(row).sqrt()).collect())
+        let none = jacobian.iter_mut().filter(|j| !j.is_finite());
+        none.for_each(|j| *j = 0.0);
+        jacobian
     }
+}
+
+/// Standard uncertainty of each row of results; what correlates its draws is no reason for less.
+fn uncertainties(jacobian: &[f64], joint: &JointInputs) -> Vec<f64> {
+    let draws = joint.draws();
+    let of = |row: &[f64]| {
+        let terms = row.iter().zip(draws);
+        let squares = terms.map(|(j, d)| (j * d.standard_uncertainty).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    jacobian.chunks(draws.len().max(1)).map(of).collect()
 }
 
 impl Block {

@@ -225,19 +225,26 @@ impl Fit {
         Ok(())
     }
 
+    /// Residuals of the points, not weighed where the fit is not.
+    fn residuals(&self, before: &[f64], parameters: &[f64]) -> Vec<f64> {
+        if let Some(curve) = &self.curve {
+            return curve.residuals_of(before, parameters);
+        }
+        let x = self.x.iter().map(|&k| before[k as usize]);
+        x.zip(&self.y)
+            .map(|(x, &y)| {
+                before[y as usize] - parameters.iter().rev().fold(0.0, |sum, p| sum * x + p)
+            })
+            .collect()
+    }
+
     /// Weighted sum of the squared residuals, and its degrees of freedom.
     pub fn chi_squared(&self, before: &[f64], parameters: &[f64]) -> (f64, usize) {
         let dof = self.x.len() - parameters.len();
         if let Some(curve) = &self.curve {
             return (curve.sum_of_squares(before, parameters), dof);
         }
-        let x = self.x.iter().map(|&k| before[k as usize]);
-        let residuals: Vec<f64> = x
-            .zip(&self.y)
-            .map(|(x, &y)| {
-                before[y as usize] - parameters.iter().rev().fold(0.0, |sum, p| sum * x + p)
-            })
-            .collect();
+        let residuals = self.residuals(before, parameters);
         let whitened = match &self.weighing {
             Weighing::Equal => residuals,
             Weighing::Ordinates(rows) => whitened(Some(rows), residuals),
@@ -313,23 +320,14 @@ impl Fit {
     /// Variance of each residual by its own point: an abscissa counts by the slope there.
     fn variances(&self, before: &[f64], parameters: &[f64], u: &[f64]) -> Vec<f64> {
         let (ux, uy) = u.split_at(self.x.len());
-        let at = |shift: f64| -> Vec<f64> {
-            let mut moved = before.to_vec();
-            for (&k, u) in self.x.iter().zip(ux) {
-                moved[k as usize] += shift * u;
-            }
-            match &self.curve {
-                Some(curve) => curve.plain_residuals(&moved, parameters),
-                None => {
-                    let value = |k: u32| {
-                        let x = moved[k as usize];
-                        parameters.iter().rev().fold(0.0, |sum, p| sum * x + p)
-                    };
-                    self.x.iter().map(|&k| value(k)).collect()
-                }
-            }
-        };
-        let (here, there) = (at(0.0), at(1.0));
+        let mut moved = before.to_vec();
+        for (&k, u) in self.x.iter().zip(ux) {
+            moved[k as usize] += u;
+        }
+        let (here, there) = (
+            self.residuals(before, parameters),
+            self.residuals(&moved, parameters),
+        );
         let slopes = there.iter().zip(&here).map(|(b, a)| b - a);
         slopes
             .zip(uy)

@@ -3,7 +3,8 @@
 use crate::campaign::{CampaignFile, Prefixes};
 use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator, TimeUnit};
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
-use proofmass_shaker::recording::Drive;
+use proofmass_shaker::recording::{Drive, PhasorReading};
+use proofmass_signal::sine::Frequency;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -108,6 +109,20 @@ fn five() -> usize {
 }
 
 impl ShakerRecording {
+    /// How the phasors of the bench are read at a sampling rate, Hz.
+    pub(crate) fn phasor_reading(&self, rate: f64) -> PhasorReading {
+        PhasorReading {
+            frequency: match self.frequency {
+                DriveFrequency::Known => Frequency::Known,
+                DriveFrequency::Common => Frequency::Common,
+            },
+            harmonics: self.harmonics,
+            drift: self.drift,
+            full_scale: self.full_scale_v,
+            ..PhasorReading::new(rate)
+        }
+    }
+
     /// How the waveforms are read, channels in this order.
     ///
     /// # Errors
