@@ -1,0 +1,184 @@
+//! Which format a file is of, by how it begins: one table.
+
+use crate::stream::{Contents, SeekRead};
+use crate::{Error, Result, tdms, wav};
+
+/// What makes the streams of a file of known size.
+pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
+
+/// A format of recordings.
+#[non_exhaustive]
+pub struct Format {
+    /// Short word for it.
+    pub word: &'static str,
+    /// What a file of it is called, with its article.
+    pub name: &'static str,
+    /// What is read of it and what is not; where nothing is, how its numbers become something that is.
+    pub limits: &'static str,
+    pub(crate) mark: Mark,
+    pub(crate) reader: Option<Reader>,
+}
+
+impl Format {
+    /// Whether it is read here.
+    pub fn is_read(&self) -> bool {
+        self.reader.is_some()
+    }
+
+    pub(crate) fn refusal(&self) -> Error {
+        Error::new(format!("is {}, which is not read here", self.name)).with_hint(format!(
+            "{}; `proofmass formats` lists what is read",
+            self.limits
+        ))
+    }
+}
+
+/// How a file begins.
+pub(crate) enum Mark {
+    /// With these bytes.
+    Bytes(&'static [u8]),
+    /// As this says.
+    Test(fn(&[u8]) -> bool),
+}
+
+/// Every format that is known, in the order in which it is looked for.
+pub const FORMATS: &[Format] = &[
+    Format {
+        word: "wav",
+        name: "a WAV file",
+        limits: "integers of 8 to 32 bits, floats of 32 and 64; RIFF, RIFX and RF64, cut files; no µ-law, A-law or ADPCM",
+        mark: Mark::Test(wav::is_wav),
+        reader: Some(wav::read),
+    },
+    Format {
+        word: "tdms",
+        name: "a TDMS file of LabVIEW",
+        limits: "numbers of every kind, DAQmx, both byte orders; linear, polynomial and table scales; texts and times are passed over",
+        mark: Mark::Bytes(b"TDSm"),
+        reader: Some(tdms::read),
+    },
+    Format {
+        word: "tdms_index",
+        name: "an index of a TDMS file, without samples",
+        limits: "name the .tdms file beside it",
+        mark: Mark::Bytes(b"TDSh"),
+        reader: None,
+    },
+    Format {
+        word: "mcap",
+        name: "an MCAP log of ROS",
+        limits: "export it as delimited text (CSV): `mcap` or rosbag tools do",
+        mark: Mark::Bytes(b"\x89MCAP0"),
+        reader: None,
+    },
+    Format {
+        word: "hdf5",
+        name: "an HDF5 file",
+        limits: "export it as delimited text (CSV): h5py does",
+        mark: Mark::Bytes(b"\x89HDF"),
+        reader: None,
+    },
+    Format {
+        word: "mat",
+        name: "a MATLAB file",
+        limits: "export it as delimited text (CSV): `writematrix` in MATLAB or scipy.io does",
+        mark: Mark::Bytes(b"MATLAB "),
+        reader: None,
+    },
+    Format {
+        word: "parquet",
+        name: "a Parquet file",
+        limits: "export it as delimited text (CSV): pyarrow does",
+        mark: Mark::Bytes(b"PAR1"),
+        reader: None,
+    },
+    Format {
+        word: "ulog",
+        name: "a ULog of PX4",
+        limits: "export it as delimited text (CSV): `ulog2csv` does",
+        mark: Mark::Bytes(b"ULog\x01\x12\x35"),
+        reader: None,
+    },
+    Format {
+        word: "ide",
+        name: "a file of an enDAQ recorder (IDE)",
+        limits: "export it as delimited text (CSV): idelib does",
+        mark: Mark::Bytes(b"\x1A\x45\xDF\xA3"),
+        reader: None,
+    },
+    Format {
+        word: "cwa",
+        name: "a recording of an Axivity logger (CWA)",
+        limits: "export it as delimited text (CSV): OmGui or `cwa-convert` do",
+        mark: Mark::Bytes(b"MD\xFC\x03"),
+        reader: None,
+    },
+    Format {
+        word: "zip",
+        name: "a ZIP archive, as ActiGraph's .gt3x are",
+        limits: "unpack it, or export it as delimited text (CSV) with ActiLife or pygt3x",
+        mark: Mark::Bytes(b"PK\x03\x04"),
+        reader: None,
+    },
+    Format {
+        word: "geneactiv",
+        name: "a recording of a GENEActiv logger",
+        limits: "export it as delimited text (CSV): its own program or GGIRread do",
+        mark: Mark::Bytes(b"Device Identity"),
+        reader: None,
+    },
+    Format {
+        word: "uff",
+        name: "a universal file of modal analysis (UFF)",
+        limits: "export it as delimited text (CSV): pyuff or the program that wrote it do",
+        mark: Mark::Test(universal),
+        reader: None,
+    },
+    Format {
+        word: "xml",
+        name: "an XML document",
+        limits: "a certificate (DCC) is no recording",
+        mark: Mark::Bytes(b"<?xml"),
+        reader: None,
+    },
+];
+
+/// The format of a file by its first bytes, of which some thousand suffice; `None` where it may be a text.
+pub fn recognise(head: &[u8]) -> Option<&'static Format> {
+    FORMATS.iter().find(|format| match format.mark {
+        Mark::Bytes(bytes) => head.starts_with(bytes),
+        Mark::Test(test) => test(head),
+    })
+}
+
+/// A line of −1 in columns 5 and 6, and the number of a data set in the next.
+fn universal(head: &[u8]) -> bool {
+    let mut lines = head.split(|b| *b == b'\n').map(<[u8]>::trim_ascii_end);
+    let number = |line: &[u8]| {
+        let word = line.trim_ascii_start();
+        let digits = word.iter().take_while(|b| b.is_ascii_digit()).count();
+        (1..=4).contains(&digits) && line.len() > word.len()
+    };
+    lines.next() == Some(b"    -1") && lines.next().is_some_and(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_formats_by_name_and_no_table() {
+        let said = |head: &[u8]| recognise(head).map(|f| f.word);
+        assert_eq!(said(b"    -1\r\n    58\r\nrecord 1\r\n"), Some("uff"));
+        assert_eq!(said(b"TDSm\x0e\0\0\0"), Some("tdms"));
+        for table in [
+            &b"    -1    2    3\n    58    1    2\n"[..],
+            b"-1\n58\n",
+            b"t,x\n",
+            b"RIFF,a\n",
+            b"",
+        ] {
+            assert_eq!(said(table), None);
+        }
+    }
+}
