@@ -27,14 +27,20 @@
 //! - A scaling that the file declares is applied once; [`Container::without_scaling`] leaves it off.
 //! - Names of persons, birth dates and positions in headers are not passed on.
 
+mod arrays;
 mod bytes;
 mod error;
+mod lvm;
+mod mat;
+mod npy;
 mod raw;
 mod recognise;
 mod rows;
 mod scaling;
 mod stream;
 mod tdms;
+mod text;
+mod uff;
 mod wav;
 
 pub use error::{Error, Result};

@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, tdms, wav};
+use crate::{Error, Result, lvm, mat, npy, tdms, uff, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -25,7 +25,8 @@ impl Format {
         self.reader.is_some()
     }
 
-    pub(crate) fn refusal(&self) -> Error {
+    /// Why a file of it is not read, and what to do about it.
+    pub fn refusal(&self) -> Error {
         Error::new(format!("is {}, which is not read here", self.name)).with_hint(format!(
             "{}; `proofmass formats` lists what is read",
             self.limits
@@ -65,6 +66,41 @@ pub const FORMATS: &[Format] = &[
         reader: None,
     },
     Format {
+        word: "uff",
+        name: "a universal file of modal analysis (UFF)",
+        limits: "data sets 58 and 58b of all types, even and uneven; other data sets are passed over, floats of DEC and IBM refused",
+        mark: Mark::Test(uff::is_universal),
+        reader: Some(uff::read),
+    },
+    Format {
+        word: "lvm",
+        name: "a measurement file of LabVIEW (LVM)",
+        limits: "segments and columns of different length and step; texts in the column Comment are passed over",
+        mark: Mark::Bytes(b"LabVIEW Measurement"),
+        reader: Some(lvm::read),
+    },
+    Format {
+        word: "mat73",
+        name: "a MATLAB file of version 7.3 (HDF5)",
+        limits: "save it with `save -v7`, or export it as delimited text (CSV)",
+        mark: Mark::Bytes(b"MATLAB 7.3"),
+        reader: None,
+    },
+    Format {
+        word: "mat",
+        name: "a MATLAB file (level 5)",
+        limits: "vectors, matrices and fields of structures, compressed too, held in memory; the longer side is the time; no rate is in it; cells, objects and sparse matrices are passed over",
+        mark: Mark::Test(mat::is_level5),
+        reader: Some(mat::read),
+    },
+    Format {
+        word: "npy",
+        name: "an array of numpy (npy)",
+        limits: "one or two dimensions of any number, held in memory; the longer side is the time; no rate is in it; no records",
+        mark: Mark::Bytes(b"\x93NUMPY"),
+        reader: Some(npy::read),
+    },
+    Format {
         word: "mcap",
         name: "an MCAP log of ROS",
         limits: "export it as delimited text (CSV): `mcap` or rosbag tools do",
@@ -76,13 +112,6 @@ pub const FORMATS: &[Format] = &[
         name: "an HDF5 file",
         limits: "export it as delimited text (CSV): h5py does",
         mark: Mark::Bytes(b"\x89HDF"),
-        reader: None,
-    },
-    Format {
-        word: "mat",
-        name: "a MATLAB file",
-        limits: "export it as delimited text (CSV): `writematrix` in MATLAB or scipy.io does",
-        mark: Mark::Bytes(b"MATLAB "),
         reader: None,
     },
     Format {
@@ -128,11 +157,11 @@ pub const FORMATS: &[Format] = &[
         reader: None,
     },
     Format {
-        word: "uff",
-        name: "a universal file of modal analysis (UFF)",
-        limits: "export it as delimited text (CSV): pyuff or the program that wrote it do",
-        mark: Mark::Test(universal),
-        reader: None,
+        word: "mat4",
+        name: "a MATLAB file (level 4)",
+        limits: "vectors and matrices, held in memory; the longer side is the time; no rate is in it",
+        mark: Mark::Test(mat::is_level4),
+        reader: Some(mat::read_level4),
     },
     Format {
         word: "xml",
@@ -149,17 +178,6 @@ pub fn recognise(head: &[u8]) -> Option<&'static Format> {
         Mark::Bytes(bytes) => head.starts_with(bytes),
         Mark::Test(test) => test(head),
     })
-}
-
-/// A line of −1 in columns 5 and 6, and the number of a data set in the next.
-fn universal(head: &[u8]) -> bool {
-    let mut lines = head.split(|b| *b == b'\n').map(<[u8]>::trim_ascii_end);
-    let number = |line: &[u8]| {
-        let word = line.trim_ascii_start();
-        let digits = word.iter().take_while(|b| b.is_ascii_digit()).count();
-        (1..=4).contains(&digits) && line.len() > word.len()
-    };
-    lines.next() == Some(b"    -1") && lines.next().is_some_and(number)
 }
 
 #[cfg(test)]

@@ -49,9 +49,8 @@ impl Rows {
         self.chosen = channels.to_vec();
         match &mut stream.store {
             Store::Columns(columns) => {
-                for Source::Raw(raw) in columns.iter_mut().flat_map(|c| &mut c.sources) {
-                    raw.rewind();
-                }
+                let sources = columns.iter_mut().flat_map(|c| &mut c.sources);
+                sources.for_each(Source::rewind);
             }
         }
         Ok(())
@@ -86,7 +85,7 @@ impl Rows {
         } = &mut self.container;
         let Store::Columns(columns) = &mut streams[self.stream].store;
         let strides = self.chosen.iter().flat_map(|&c| &columns[c].sources);
-        let strides = strides.map(|Source::Raw(raw)| raw.stride());
+        let strides = strides.map(Source::stride);
         let stride = strides.max().unwrap_or(1).max(1);
         let n = self.rest.min((FETCHED / stride).clamp(1, ROWS)) as usize;
         self.rest -= n as u64;
@@ -115,12 +114,12 @@ fn fill(
 ) -> Result<()> {
     let as_stored = !scaled || column.scaling.steps.is_empty();
     let mut stored = Vec::with_capacity(column.sources.len());
-    for Source::Raw(raw) in &mut column.sources {
+    for source in &mut column.sources {
         let mut numbers = match as_stored {
             true => std::mem::take(to),
             false => Vec::with_capacity(n),
         };
-        raw.read(window, file, n, &mut numbers)?;
+        source.read(window, file, n, &mut numbers)?;
         if as_stored {
             *to = numbers;
             break;

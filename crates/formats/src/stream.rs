@@ -1,6 +1,6 @@
 //! A file as streams, each of them channels on one clock.
 
-use crate::raw::Raw;
+use crate::raw::{Raw, Window};
 use crate::scaling::Scaling;
 use crate::{Error, Format, Result, Rows, recognise};
 use std::collections::{HashMap, HashSet};
@@ -114,14 +114,67 @@ pub(crate) struct Column {
 pub(crate) enum Source {
     /// In the file.
     Raw(Raw),
+    /// Read from text or unpacked, and how far reading has come.
+    Held(Vec<f64>, usize),
+}
+
+impl Source {
+    pub(crate) fn held(numbers: Vec<f64>) -> Self {
+        Self::Held(numbers, 0)
+    }
+
+    pub(crate) fn rows(&self) -> u64 {
+        match self {
+            Self::Raw(raw) => raw.rows(),
+            Self::Held(numbers, _) => numbers.len() as u64,
+        }
+    }
+
+    pub(crate) fn rewind(&mut self) {
+        match self {
+            Self::Raw(raw) => raw.rewind(),
+            Self::Held(_, at) => *at = 0,
+        }
+    }
+
+    /// Longest distance between two numbers in the file.
+    pub(crate) fn stride(&self) -> u64 {
+        match self {
+            Self::Raw(raw) => raw.stride(),
+            Self::Held(..) => 1,
+        }
+    }
+
+    /// Appends the next numbers, at most so many.
+    pub(crate) fn read(
+        &mut self,
+        window: &mut Window,
+        file: &mut dyn SeekRead,
+        most: usize,
+        to: &mut Vec<f64>,
+    ) -> Result<()> {
+        match self {
+            Self::Raw(raw) => raw.read(window, file, most, to),
+            Self::Held(numbers, at) => {
+                let end = numbers.len().min(*at + most);
+                to.extend_from_slice(&numbers[*at..end]);
+                *at = end;
+                Ok(())
+            }
+        }
+    }
 }
 
 impl Column {
-    pub(crate) fn raw(raw: Raw) -> Self {
+    pub(crate) fn of(source: Source) -> Self {
         Self {
-            sources: vec![Source::Raw(raw)],
+            sources: vec![source],
             scaling: Scaling::none(),
         }
+    }
+
+    pub(crate) fn raw(raw: Raw) -> Self {
+        Self::of(Source::Raw(raw))
     }
 }
 
@@ -226,3 +279,6 @@ fn distinct(streams: &mut [Stream]) {
         }
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests;

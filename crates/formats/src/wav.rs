@@ -107,7 +107,7 @@ fn format(body: &[u8], length: u32, order: Order) -> Result<Samples> {
         b.u16();
         valid = b.u16().ok_or_else(short)?;
         b.u32();
-        form = b.u16().ok_or_else(short)?;
+        form = b.u32().ok_or_else(short)? as u16;
         if valid == 0 || valid > bits {
             valid = bits;
         }
@@ -198,3 +198,6 @@ fn stream(samples: &Samples, order: Order, at: u64, bytes: u64) -> Stream {
         store,
     }
 }
+
+#[cfg(test)]
+mod tests;

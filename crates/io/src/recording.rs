@@ -193,6 +193,14 @@ impl Recording {
         if time.is_none() && rate.is_none() {
             return Err(no_clock());
         }
+        // Times that follow from a rate are not estimated from.
+        let stated = time
+            .filter(|_| rate.is_none())
+            .and_then(|index| layout.stated_rate(index));
+        let (time, rate) = match stated {
+            Some(rate) => (None, Some(rate)),
+            None => (time, rate),
+        };
         let clock = time
             .map(|index| clock_unit(&layout, index, options))
             .transpose()?;
@@ -219,8 +227,11 @@ impl Recording {
             &selected[..signals],
             options.unit,
             time.zip(clock.as_ref()),
-            options.sampling_rate_hz,
+            options.sampling_rate_hz.or(stated),
         );
+        if stated.is_some() {
+            reading.time.by = SaidBy::File;
+        }
         reading.between_s = options.between;
         reading.temperature = temperature
             .zip(thermometer.as_ref())
@@ -473,6 +484,9 @@ impl Recording {
 
 /// The first column whose heading says that it is the time.
 pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
+    if let Some(own) = layout.own_times() {
+        return Some(own);
+    }
     let header = layout.header.as_ref()?;
     (0..layout.columns.min(header.len())).find(|&i| {
         let name = split_heading(&header[i]).0.to_ascii_lowercase();

@@ -3,6 +3,7 @@
 mod zstd;
 
 use crate::rows::hexadecimal;
+use crate::stream::Opened;
 use crate::{Error, ErrorKind, Input, Result};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
@@ -16,6 +17,9 @@ pub const LARGEST_DOCUMENT: u64 = 64 << 20;
 
 /// Most bytes of content that are held to learn whether a source of unknown size is a long one.
 const LONG: usize = 48 << 20;
+
+/// Most bytes of a pipe or a packed file that are held for a reader that jumps.
+const LARGEST_HELD: usize = 256 << 20;
 
 /// Bytes that are asked of the system at once.
 const PIECE: usize = 1 << 16;
@@ -44,6 +48,14 @@ pub struct Source {
     at: usize,
     /// The end of the content was seen.
     at_end: bool,
+    /// A file that can be opened a second time under its name.
+    is_file: bool,
+    /// Which stream of a file with several.
+    pub(crate) stream: Option<String>,
+    /// Numbers as stored, without the scaling that the file declares.
+    pub(crate) as_stored: bool,
+    /// What lies ahead, where it is no text and was looked at.
+    pub(crate) opened: Option<Opened>,
 }
 
 enum Body {
@@ -116,6 +128,7 @@ impl Source {
         }
         let mut source = Self::new(path, file)?;
         source.size = meta.is_file().then_some(meta.len());
+        source.is_file = meta.is_file();
         Ok(source)
     }
 
@@ -173,7 +186,44 @@ impl Source {
             head: Vec::new(),
             at: 0,
             at_end: false,
+            is_file: false,
+            stream: None,
+            as_stored: false,
+            opened: None,
         })
+    }
+
+    /// Chooses one of the streams of a file that holds several, by its name.
+    #[must_use]
+    pub fn with_stream(mut self, name: Option<String>) -> Self {
+        self.stream = name;
+        self
+    }
+
+    /// Leaves off the scaling that a file declares of its stored numbers.
+    #[must_use]
+    pub fn as_stored(mut self, as_stored: bool) -> Self {
+        self.as_stored = as_stored;
+        self
+    }
+
+    /// The content as something in which a reader can jump: the file opened a second time, or held in memory where it came through
+    /// a pipe or was unpacked. What is read here stays ahead, for the digest.
+    pub(crate) fn seekable(&mut self) -> Result<Box<dyn proofmass_formats::SeekRead>> {
+        if self.is_file && matches!(self.body, Body::Plain(_)) {
+            let file = File::open(&self.name).map_err(|e| Error::access(&self.name, "open", e))?;
+            return Ok(Box::new(file));
+        }
+        let (content, at_end) = self.ahead(LARGEST_HELD)?;
+        if !at_end && content.len() >= LARGEST_HELD {
+            let what = format!(
+                "is of a format in which a reader has to jump, and more than the {} that are held of a pipe or a packed file",
+                size_in_words(LARGEST_HELD as u64)
+            );
+            return Err(Error::new(ErrorKind::Format, what)
+                .with_hint("unpack it, or write it to a file, and name that"));
+        }
+        Ok(Box::new(io::Cursor::new(content.to_vec())))
     }
 
     /// The name that stands in messages and in the list of inputs.

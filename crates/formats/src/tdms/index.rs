@@ -138,7 +138,8 @@ fn raw_index(b: &mut Bytes<'_>, length: u32) -> Option<RawIndex> {
     // Two marks in place of a length tell the data of a converter card.
     let line = match length {
         0x1269 => Some(false),
-        0x1369 => Some(true),
+        // The second as the description of the format prints it; cards write the first.
+        0x126A | 0x1369 => Some(true),
         _ => None,
     };
     let code = b.u32()?;

@@ -1,5 +1,5 @@
+use crate::stream::tests::columns;
 use crate::{Clock, Container, RemarkKind};
-use std::io::Cursor;
 
 /// Writes a number in the order of a file.
 #[derive(Clone, Copy)]
@@ -95,20 +95,7 @@ const LITTLE: Writer = Writer { big: false };
 const FULL: u32 = 0b1110;
 
 fn open(bytes: Vec<u8>) -> crate::Result<Container> {
-    Container::open(Box::new(Cursor::new(bytes)))
-}
-
-fn columns(container: Container, stream: usize) -> Vec<Vec<f64>> {
-    let chosen: Vec<usize> = (0..container.streams()[stream].channels.len()).collect();
-    let mut rows = container.rows(stream, &chosen).unwrap();
-    let mut all = vec![Vec::new(); chosen.len()];
-    let mut block = all.clone();
-    while rows.next_block(&mut block).unwrap() > 0 {
-        for (all, part) in all.iter_mut().zip(&block) {
-            all.extend(part);
-        }
-    }
-    all
+    crate::stream::tests::open(&bytes)
 }
 
 #[test]
@@ -237,11 +224,5 @@ fn known_file_of_a_program_that_was_stopped() {
     let container = open(file.clone()).unwrap();
     assert_eq!(container.remarks()[0].kind, RemarkKind::Cut);
     assert_eq!(columns(container, 0), [[1.0, 2.0, 3.0], [10.0, 20.0, 30.0]]);
-    // Every cut and every inverted byte: an answer or a refusal.
-    for at in 0..file.len() {
-        let _ = open(file[..at].to_vec()).map(|c| columns(c, 0));
-        let mut inverted = file.clone();
-        inverted[at] ^= 0xFF;
-        let _ = open(inverted).map(|c| columns(c, 0));
-    }
+    crate::stream::tests::survives(&file);
 }

@@ -56,7 +56,8 @@ impl ChannelDelay {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShakerRecording {
-    /// `f32`, `wav` or `text`.
+    /// `f32`, `wav` or `text`; the content of the file tells it, except for `f32`.
+    #[serde(default)]
     pub(crate) format: WaveformFormat,
     /// Sampling rate in Hz.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
