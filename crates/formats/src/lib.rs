@@ -29,6 +29,7 @@
 
 mod arrays;
 mod bytes;
+mod cwa;
 mod error;
 mod lvm;
 mod mat;

@@ -21,6 +21,8 @@ pub(crate) enum Kind {
     F64,
     /// One bit of a byte.
     Bit(u8),
+    /// One of three numbers of 10 bits that are shifted left by the two bits above them.
+    Packed(u8),
 }
 
 impl Kind {
@@ -29,7 +31,7 @@ impl Kind {
             Self::U8 | Self::I8 | Self::Bit(_) => 1,
             Self::U16 | Self::I16 => 2,
             Self::I24 => 3,
-            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::U32 | Self::I32 | Self::F32 | Self::Packed(_) => 4,
             Self::U64 | Self::I64 | Self::F64 => 8,
         }
     }
@@ -94,6 +96,24 @@ impl Raw {
         if extent.count > 0 && extent.chunks > 0 {
             self.extents.push(extent);
         }
+    }
+
+    /// As many numbers in a block of so many bytes, at the same place as in the block before where there is one.
+    pub(crate) fn push_block(&mut self, at: u64, stride: u64, count: u64, step: u64) {
+        if let Some(last) = self.extents.last_mut()
+            && (last.count, last.stride, last.step) == (count, stride, step)
+            && last.at + last.chunks * step == at
+        {
+            last.chunks += 1;
+            return;
+        }
+        self.push(Extent {
+            at,
+            stride,
+            count,
+            chunks: 1,
+            step,
+        });
     }
 
     pub(crate) fn rows(&self) -> u64 {
@@ -182,6 +202,11 @@ pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to:
         Kind::F64 => of!(f64),
         Kind::Bit(bit) => each(bytes, stride, to, |[b]: [u8; 1]| {
             f64::from(b >> (bit & 7) & 1)
+        }),
+        Kind::Packed(axis) => each(bytes, stride, to, |b: [u8; 4]| {
+            let word = u32::from_le_bytes(b);
+            let ten = (word >> (10 * u32::from(axis.min(2)))) << 22;
+            f64::from((ten as i32 >> 22) << (word >> 30))
         }),
         Kind::I24 => each(bytes, stride, to, |b: [u8; 3]| {
             f64::from((three(b, order) << 8) as i32 >> 8)

@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, lvm, mat, npy, tdms, uff, wav};
+use crate::{Error, Result, cwa, lvm, mat, npy, tdms, uff, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -101,6 +101,13 @@ pub const FORMATS: &[Format] = &[
         reader: Some(npy::read),
     },
     Format {
+        word: "cwa",
+        name: "a recording of an Axivity logger (CWA)",
+        limits: "AX3 and AX6, packed or not, with temperature; damaged blocks are gaps; light, battery and notes are passed over",
+        mark: Mark::Bytes(b"MD\xFC\x03"),
+        reader: Some(cwa::read),
+    },
+    Format {
         word: "mcap",
         name: "an MCAP log of ROS",
         limits: "export it as delimited text (CSV): `mcap` or rosbag tools do",
@@ -133,13 +140,6 @@ pub const FORMATS: &[Format] = &[
         name: "a file of an enDAQ recorder (IDE)",
         limits: "export it as delimited text (CSV): idelib does",
         mark: Mark::Bytes(b"\x1A\x45\xDF\xA3"),
-        reader: None,
-    },
-    Format {
-        word: "cwa",
-        name: "a recording of an Axivity logger (CWA)",
-        limits: "export it as delimited text (CSV): OmGui or `cwa-convert` do",
-        mark: Mark::Bytes(b"MD\xFC\x03"),
         reader: None,
     },
     Format {

@@ -116,6 +116,40 @@ pub(crate) enum Source {
     Raw(Raw),
     /// Read from text or unpacked, and how far reading has come.
     Held(Vec<f64>, usize),
+    /// Straight lines one after the other.
+    Lines(Lines),
+}
+
+/// Numbers on straight lines, and how far reading has come.
+#[derive(Debug, Default)]
+pub(crate) struct Lines {
+    pub(crate) pieces: Vec<Line>,
+    pub(crate) piece: usize,
+    pub(crate) number: u64,
+}
+
+/// So many numbers from one on in equal steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    pub(crate) count: u64,
+    pub(crate) first: f64,
+    pub(crate) step: f64,
+}
+
+impl Lines {
+    fn read(&mut self, most: usize, to: &mut Vec<f64>) {
+        let mut wanted = most as u64;
+        while let Some(line) = self.pieces.get(self.piece).filter(|_| wanted > 0) {
+            let n = wanted.min(line.count - self.number);
+            let numbers = self.number..self.number + n;
+            to.extend(numbers.map(|i| line.first + i as f64 * line.step));
+            wanted -= n;
+            self.number += n;
+            if self.number == line.count {
+                (self.piece, self.number) = (self.piece + 1, 0);
+            }
+        }
+    }
 }
 
 impl Source {
@@ -127,6 +161,7 @@ impl Source {
         match self {
             Self::Raw(raw) => raw.rows(),
             Self::Held(numbers, _) => numbers.len() as u64,
+            Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
         }
     }
 
@@ -134,6 +169,7 @@ impl Source {
         match self {
             Self::Raw(raw) => raw.rewind(),
             Self::Held(_, at) => *at = 0,
+            Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
         }
     }
 
@@ -141,7 +177,7 @@ impl Source {
     pub(crate) fn stride(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.stride(),
-            Self::Held(..) => 1,
+            Self::Held(..) | Self::Lines(_) => 1,
         }
     }
 
@@ -155,6 +191,10 @@ impl Source {
     ) -> Result<()> {
         match self {
             Self::Raw(raw) => raw.read(window, file, most, to),
+            Self::Lines(lines) => {
+                lines.read(most, to);
+                Ok(())
+            }
             Self::Held(numbers, at) => {
                 let end = numbers.len().min(*at + most);
                 to.extend_from_slice(&numbers[*at..end]);

@@ -47,10 +47,19 @@ struct Found {
     is_active: Vec<bool>,
     /// Numbers of each object, by its scalers.
     data: Vec<Vec<(u32, Raw)>>,
-    /// Numbers of each object in a last chunk that is not whole.
-    partial: HashMap<usize, u64>,
+    /// What stands of each object in a last chunk that is not whole.
+    partial: HashMap<usize, Partial>,
     texts: BTreeMap<String, u64>,
     remarks: Vec<Remark>,
+}
+
+/// Numbers of an object in a chunk that was cut.
+#[derive(Clone, Copy, Debug)]
+struct Partial {
+    /// There.
+    left: u64,
+    /// Announced.
+    values: u64,
 }
 
 /// Takes in one segment; where the next one begins.
@@ -185,7 +194,8 @@ fn chunks(
                 step: 0,
             });
             put(*object, u32::MAX, raw);
-            partial.insert(*object, left);
+            let values = layout.values;
+            partial.insert(*object, Partial { left, values });
         }
         offset += bytes;
     }
@@ -270,9 +280,11 @@ impl Found {
                 sources: data.into_iter().map(|(_, raw)| Source::Raw(raw)).collect(),
                 scaling,
             };
-            // Channels of a file that was cut are as long as each other but for the last chunk.
-            let whole = rows - self.partial.get(&i).copied().unwrap_or(0).min(rows);
-            let alike = if whole > 0 { whole } else { rows };
+            // Channels of a file that was cut would be as long as each other.
+            let alike = match self.partial.get(&i) {
+                Some(p) => (rows - p.left.min(rows)).saturating_add(p.values),
+                None => rows,
+            };
             let place = (group.clone(), alike, clock_bits(clock));
             match places.get(&place).copied() {
                 Some(place) => {

@@ -147,6 +147,7 @@ fn inspect_inner(
     listed: usize,
 ) -> Result<Inspection> {
     let path = source.name().to_path_buf();
+    source = source.with_stream(options.stream.as_deref(), options.as_stored);
     crate::stream::open(&mut source)?;
     let opened = source.opened.as_ref();
     let streams = opened.map_or_else(Vec::new, |o| o.streams.clone());

@@ -77,7 +77,10 @@ impl ReadStream {
     fn of(layout: &Layout, signals: &[usize]) -> Option<Self> {
         let stream = layout.stream.as_ref()?;
         let mut scaling: Vec<String> = Vec::new();
-        for words in signals.iter().filter_map(|&i| stream.scaling.get(i)?.as_ref()) {
+        for words in signals
+            .iter()
+            .filter_map(|&i| stream.scaling.get(i)?.as_ref())
+        {
             if !scaling.contains(words) {
                 scaling.push(words.clone());
             }
@@ -136,7 +139,9 @@ impl Reading {
                 heading: clock.and_then(|(index, _)| heading(index)),
                 unit: clock.map(|(_, unit)| unit.unit),
                 by: match clock {
-                    Some((_, unit)) if layout.stream.is_some() && unit.said_by == SaidBy::Heading => {
+                    Some((_, unit))
+                        if layout.stream.is_some() && unit.said_by == SaidBy::Heading =>
+                    {
                         SaidBy::File
                     }
                     Some((_, unit)) => unit.said_by,

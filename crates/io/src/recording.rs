@@ -67,6 +67,10 @@ pub struct RecordingOptions {
     pub table: bool,
     /// Rows are events that come when they come, such as the edges of an encoder, not samples of a clock.
     pub events: bool,
+    /// Stream of a file that holds several.
+    pub stream: Option<String>,
+    /// Numbers as stored, without the scaling that a file declares.
+    pub as_stored: bool,
     /// Samples are even and their stamps were put on later: one may lie before the one before it, by less than two intervals.
     pub late_stamps: bool,
 }
@@ -169,6 +173,7 @@ impl Recording {
         absent: &[Absent],
     ) -> Result<Self> {
         let path = source.name().to_path_buf();
+        source = source.with_stream(options.stream.as_deref(), options.as_stored);
         let layout = Layout::of(&mut source, &options.layout)?;
         if options.columns.is_empty() {
             return Err(

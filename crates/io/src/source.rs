@@ -193,17 +193,17 @@ impl Source {
         })
     }
 
-    /// Chooses one of the streams of a file that holds several, by its name.
+    /// Chooses one of the streams of a file that holds several, by its name; `as_stored` leaves off the scaling that the file declares.
     #[must_use]
-    pub fn with_stream(mut self, name: Option<String>) -> Self {
-        self.stream = name;
-        self
-    }
-
-    /// Leaves off the scaling that a file declares of its stored numbers.
-    #[must_use]
-    pub fn as_stored(mut self, as_stored: bool) -> Self {
-        self.as_stored = as_stored;
+    pub fn with_stream(mut self, name: Option<&str>, as_stored: bool) -> Self {
+        if let Some(name) = name {
+            self.stream = Some(name.to_owned());
+            self.opened = None;
+        }
+        if as_stored {
+            self.as_stored = true;
+            self.opened = None;
+        }
         self
     }
 
@@ -247,6 +247,11 @@ impl Source {
     /// # Errors
     /// The system's own, damaged compression.
     pub fn lines_expected(&mut self) -> Result<Option<u64>> {
+        // What cannot be opened is refused by whoever reads it.
+        if let Ok(true) = crate::stream::open(self) {
+            let streams = self.opened.iter().flat_map(|o| &o.streams);
+            return Ok(streams.map(|s| s.rows).max());
+        }
         let Some(size) = self.size else {
             return Ok(None);
         };

@@ -73,7 +73,11 @@ impl fmt::Display for StreamSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const SHOWN: usize = 4;
         let channels = self.channels.iter().take(SHOWN).cloned();
-        let more = if self.channels.len() > SHOWN { ", …" } else { "" };
+        let more = if self.channels.len() > SHOWN {
+            ", …"
+        } else {
+            ""
+        };
         let channels: Vec<String> = channels.collect();
         write!(
             f,
@@ -200,7 +204,11 @@ fn chosen(streams: &[StreamSummary], name: Option<&str>) -> Result<Option<usize>
 
 fn listed(streams: &[StreamSummary]) -> String {
     const SHOWN: usize = 8;
-    let mut words: Vec<String> = streams.iter().take(SHOWN).map(ToString::to_string).collect();
+    let mut words: Vec<String> = streams
+        .iter()
+        .take(SHOWN)
+        .map(ToString::to_string)
+        .collect();
     if streams.len() > SHOWN {
         words.push(format!("and {} more", streams.len() - SHOWN));
     }
@@ -212,7 +220,7 @@ fn several(streams: &[StreamSummary]) -> Error {
         ErrorKind::Column,
         format!("holds {} streams: {}", streams.len(), listed(streams)),
     )
-    .with_hint("choose one with --source NAME")
+    .with_hint("choose one with --source NAME (`source = \"NAME\"` in [recording] of a campaign on a shaker)")
 }
 
 impl Layout {
@@ -340,7 +348,9 @@ fn layout(rows: &mut Rows, all: &[usize]) -> Result<Layout> {
         .map(|column| stamps(&mut column.iter().copied()))
         .collect();
     if let Some(rate) = rate_hz {
-        head.push(stamps(&mut (0..HEAD_ROWS).map(|i| start_s + i as f64 / rate)));
+        head.push(stamps(
+            &mut (0..HEAD_ROWS).map(|i| start_s + i as f64 / rate),
+        ));
     }
     layout.head = head;
     rows.restart(all).map_err(|e| refusal(&e))?;
@@ -475,7 +485,10 @@ impl StreamRows {
             true => self.times(n),
             false => Vec::new(),
         };
-        let columns = self.block.iter().chain((!times.is_empty()).then_some(&times));
+        let columns = self
+            .block
+            .iter()
+            .chain((!times.is_empty()).then_some(&times));
         let columns: Vec<&Vec<f64>> = columns.collect();
         let mut number = ryu::Buffer::new();
         for row in 0..n {

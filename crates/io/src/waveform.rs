@@ -3,8 +3,8 @@
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::output::AtomicFile;
 use crate::{
-    Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result, RowReader, Source,
-    TimeBase, TimeSource, TimeUnit, Unit,
+    Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result,
+    RowReader, Source, TimeBase, TimeSource, TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -49,6 +49,8 @@ pub struct WaveformOptions {
     pub time_unit: Option<TimeUnit>,
     /// The stretch to be read, from one time on and before another, s; all without it.
     pub between: Option<[f64; 2]>,
+    /// Stream of a file that holds several.
+    pub stream: Option<String>,
 }
 
 /// When the samples of a recording were taken, by its own time stamps.
@@ -125,6 +127,7 @@ impl Waveform {
     ///     time: None,
     ///     time_unit: None,
     ///     between: None,
+    ///     stream: None,
     /// })?;
     /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
     /// # Ok::<(), proofmass_io::Error>(())
@@ -282,8 +285,11 @@ impl Waveform {
                 channel.extend(block.column(i).iter().map(|v| scale * v));
             }
             if channels.len() * channels[0].len() > Recording::MOST_VALUES {
-                return Err(Error::new(ErrorKind::Format, "holds more samples than are held in memory")
-                    .with_hint("cut the recording into parts"));
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    "holds more samples than are held in memory",
+                )
+                .with_hint("cut the recording into parts"));
             }
         }
         finite(&channels, options)?;
@@ -311,6 +317,7 @@ impl Waveform {
                 time: options.time.clone(),
                 time_unit: options.time_unit,
                 between: options.between,
+                stream: options.stream.clone(),
                 ..RecordingOptions::default()
             },
         )?
@@ -491,6 +498,7 @@ mod tests {
             time: None,
             time_unit: None,
             between: None,
+            stream: None,
         }
     }
 

@@ -126,6 +126,7 @@ fn draft(odd: &Odd, said: &Said, change: impl FnOnce(&mut Draft)) -> Answer {
         time_unit: said.time_unit,
         rate_hz: said.rate,
         between: said.between,
+        stream: None,
         gravity: Some((9.81, 1e-4)),
         ..Draft::default()
     };
@@ -382,6 +383,7 @@ fn waveform(odd: &Odd, said: &Said) -> Answer {
         time: None,
         time_unit: said.time_unit,
         between: said.between,
+        stream: None,
     };
     let read = Waveform::from_source(source(odd), &options)?;
     told(&[read.input()], mean(&read.channels[0]))
