@@ -40,7 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 all.iter().map(|_| (Crc::new(), None, 0.0)).collect();
             while rows.next_block(&mut block)? > 0 {
                 for (column, (crc, first, last)) in block.iter().zip(&mut sums) {
-                    column.iter().for_each(|v| crc.update(&v.to_le_bytes()));
+                    let bytes: Vec<u8> = column.iter().flat_map(|v| v.to_le_bytes()).collect();
+                    crc.update(&bytes);
                     *first = first.or(column.first().copied());
                     *last = column.last().copied().unwrap_or(*last);
                 }

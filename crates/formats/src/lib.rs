@@ -27,10 +27,12 @@
 //! - A scaling that the file declares is applied once; [`Container::without_scaling`] leaves it off.
 //! - Names of persons, birth dates and positions in headers are not passed on.
 
+mod archive;
 mod arrays;
 mod bytes;
 mod cwa;
 mod error;
+mod gt3x;
 mod lvm;
 mod mat;
 mod npy;
@@ -43,6 +45,7 @@ mod tdms;
 mod text;
 mod uff;
 mod wav;
+mod zip;
 
 pub use error::{Error, Result};
 pub use recognise::{FORMATS, Format, recognise};

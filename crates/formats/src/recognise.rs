@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, cwa, lvm, mat, npy, tdms, uff, wav};
+use crate::{Error, Result, archive, cwa, lvm, mat, npy, tdms, uff, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -108,6 +108,13 @@ pub const FORMATS: &[Format] = &[
         reader: Some(cwa::read),
     },
     Format {
+        word: "zip",
+        name: "a ZIP archive (.gt3x of ActiGraph, .npz of numpy)",
+        limits: "gt3x: activity of both layouts, held in memory, sleep is a gap, damaged records too; npz: arrays as npy; other archives are refused",
+        mark: Mark::Bytes(b"PK\x03\x04"),
+        reader: Some(archive::read),
+    },
+    Format {
         word: "mcap",
         name: "an MCAP log of ROS",
         limits: "export it as delimited text (CSV): `mcap` or rosbag tools do",
@@ -140,13 +147,6 @@ pub const FORMATS: &[Format] = &[
         name: "a file of an enDAQ recorder (IDE)",
         limits: "export it as delimited text (CSV): idelib does",
         mark: Mark::Bytes(b"\x1A\x45\xDF\xA3"),
-        reader: None,
-    },
-    Format {
-        word: "zip",
-        name: "a ZIP archive, as ActiGraph's .gt3x are",
-        limits: "unpack it, or export it as delimited text (CSV) with ActiLife or pygt3x",
-        mark: Mark::Bytes(b"PK\x03\x04"),
         reader: None,
     },
     Format {

@@ -243,6 +243,32 @@ fn known_cut_file_has_its_rows_and_a_finding() {
     assert!(read.findings().iter().any(|f| f.code() == "file-cut"));
 }
 
+#[test]
+fn known_doubts_about_a_file() {
+    let told = |bytes: Vec<u8>| {
+        let source = Source::from_bytes("r", bytes).unwrap();
+        inspect_source(source, &RecordingOptions::default(), 10)
+            .unwrap()
+            .findings
+    };
+    let mut blocks = include_bytes!("../../../fuzz/corpus/streams/three.cwa").to_vec();
+    assert!(told(blocks.clone()).is_empty());
+    blocks[1024 + 512 + 60] ^= 1;
+    assert_eq!(told(blocks)[0].code(), "parts-damaged");
+    let mut set = b"    -1\n   151\nsomebody\n    -1\n".to_vec();
+    set.extend(include_bytes!("../../../fuzz/corpus/streams/two.uff"));
+    let found = told(set);
+    assert_eq!(found[0].code(), "parts-passed-over");
+    assert!(!format!("{found:?}").contains("somebody"));
+    let mut file = tdms(&[("bench", &samples())]);
+    let places: Vec<usize> = (0..400)
+        .filter(|&i| file[i..].starts_with(b"\x01\0\0\0V"))
+        .collect();
+    places.iter().for_each(|i| file[i + 4] = b'?');
+    let found = told(file);
+    assert_eq!(found[0].code(), "unit-word-unknown");
+}
+
 fn reference_data() -> PathBuf {
     let data = std::env::var_os("PROOFMASS_REFERENCE_DATA");
     PathBuf::from(

@@ -168,12 +168,17 @@ fn head(page: Report, inspection: &Inspection) -> Report {
             .note(count(inspection.columns.len(), "column"))])
         .meta(
             "Read",
-            inspection
-                .reading
-                .line(&inspection.path.display().to_string()),
-        )
-        .meta("separator", separator)
-        .meta("header", header);
+            match undecided(inspection) {
+                true => inspection.path.display().to_string(),
+                false => inspection
+                    .reading
+                    .line(&inspection.path.display().to_string()),
+            },
+        );
+    let page = match &layout.stream {
+        Some(stream) => page.meta("format", stream.format.as_str()),
+        None => page.meta("separator", separator).meta("header", header),
+    };
     let Some(time) = &inspection.time else {
         return page;
     };
