@@ -1,6 +1,6 @@
 //! CWA of Axivity loggers (AX3, AX6): blocks of 512 bytes, each with a time and a check sum.
 //!
-//! **Source** Open Movement, *AX3/AX6 Technical Notes* and the description of the format beside its reader.
+//! **Source** `[CWA]`.
 
 use crate::bytes::{Bytes, Order};
 use crate::raw::{Kind, Raw, bytes_at};

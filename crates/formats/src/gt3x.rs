@@ -1,6 +1,6 @@
 //! gt3x of ActiGraph: a ZIP archive of a text about the recording and of its records.
 //!
-//! **Source** ActiGraph, *GT3X File Format* and *NHANES GT3X File Format*.
+//! **Source** `[GT3X]`.
 
 use crate::bytes::{Bytes, Order, text};
 use crate::scaling::{From, Scaling, Step};

@@ -1,6 +1,6 @@
 //! MAT, the files of MATLAB: level 4, and level 5 with compressed variables and fields of structures.
 //!
-//! **Source** The MathWorks, *MAT-File Format*.
+//! **Source** `[MATFILE]`.
 
 mod level4;
 

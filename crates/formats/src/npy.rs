@@ -1,6 +1,6 @@
 //! npy, the arrays of numpy.
 //!
-//! **Source** numpy, *NEP 1: A simple file format for NumPy arrays*.
+//! **Source** `[NPY]`.
 
 use crate::arrays::{Array, Arrays, values};
 use crate::bytes::{Bytes, Order};

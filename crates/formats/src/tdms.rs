@@ -1,6 +1,6 @@
 //! TDMS of LabVIEW: segments of metadata and raw data, of which each adds to those before.
 //!
-//! **Source** National Instruments, *TDMS File Format Internal Structure*.
+//! **Source** `[TDMS]`.
 
 mod index;
 mod properties;

@@ -1,6 +1,6 @@
 //! Universal files of modal analysis: data set 58, functions, as text and as bytes (58b).
 //!
-//! **Source** Structural Dynamics Research Corporation, *Universal Dataset Number 58, Function at Nodal DOF*.
+//! **Source** `[UFF58]`.
 
 use crate::bytes::{Order, text};
 use crate::raw::{Kind, Raw};

@@ -1,6 +1,6 @@
 //! Members of a ZIP archive, by its directory at the end: stored or deflated, with their check sums.
 //!
-//! **Source** PKWARE, *.ZIP File Format Specification*.
+//! **Source** `[ZIP]`.
 
 use crate::bytes::{Bytes, Order, text};
 use crate::raw::bytes_at;
