@@ -354,7 +354,11 @@ mod tests {
     #[test]
     fn law_every_call_of_the_page_of_tasks_is_understood() {
         let calls = calls("docs/tasks.md");
-        assert_eq!(calls.len(), 23, "twenty-one tasks and two calls with a file");
+        assert_eq!(
+            calls.len(),
+            23,
+            "twenty-one tasks and two calls with a file"
+        );
         for call in calls {
             let read = argument_file::expand(call.split(' '))
                 .map_err(|failure| failure.to_string())

@@ -275,10 +275,15 @@ impl Container {
         })
     }
 
-    /// Leaves off the scaling that the file declares: the numbers come as stored.
+    /// Leaves off the scaling that the file declares: the numbers come as stored, and what the file says of their unit does not
+    /// hold for them.
     #[must_use]
     pub fn without_scaling(mut self) -> Self {
         self.scaled = false;
+        let channels = self.streams.iter_mut().flat_map(|s| &mut s.channels);
+        for channel in channels.filter(|c| c.scaling.is_some()) {
+            (channel.unit, channel.scaling) = (None, None);
+        }
         self
     }
 

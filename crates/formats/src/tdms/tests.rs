@@ -185,6 +185,7 @@ fn known_converter_card_with_scales() {
         .concat()
     };
     let scales = [
+        w.word("unit_string", "g"),
         w.count("NI_Number_Of_Scales", 3),
         w.word("NI_Scale[1]_Scale_Type", "Linear"),
         w.number("NI_Scale[1]_Linear_Slope", 0.5),
@@ -209,6 +210,8 @@ fn known_converter_card_with_scales() {
     let raw = open(w.segment(FULL, &objects, &raw))
         .unwrap()
         .without_scaling();
+    let channel = &raw.streams()[0].channels[0];
+    assert_eq!((&channel.unit, &channel.scaling), (&None, &None));
     assert_eq!(columns(raw, 0)[0], [4.0, -2.0]);
 }
 
