@@ -126,7 +126,6 @@ fn draft(odd: &Odd, said: &Said, change: impl FnOnce(&mut Draft)) -> Answer {
         time_unit: said.time_unit,
         rate_hz: said.rate,
         between: said.between,
-        stream: None,
         gravity: Some((9.81, 1e-4)),
         ..Draft::default()
     };
