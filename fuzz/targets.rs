@@ -4,6 +4,7 @@
 //! functions.
 
 use proofmass_core::{SensorModel, Watch};
+use proofmass_io::formats::Container;
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
     CalibrationFile, ColumnRef, GmshMesh, Layout, LayoutOptions, Manifest, Provenance, Recording,
@@ -13,6 +14,7 @@ use proofmass_io::{
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Memory, StoredResult};
 use proofmass_uncertainty::{Evaluate, Expression, Trials};
+use std::io::Cursor;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -71,6 +73,7 @@ pub fn waveform(data: &[u8]) {
             time: None,
             time_unit: None,
             between: None,
+            stream: None,
         };
         if let Ok(waveform) = Waveform::from_source(source(data), &options) {
             assert!(waveform.channels.iter().flatten().all(|v| v.is_finite()));
@@ -79,6 +82,30 @@ pub fn waveform(data: &[u8]) {
             assert!(late.into_iter().all(|v| v.is_finite()));
         }
     }
+}
+
+/// Recordings of other formats: whatever is accepted gives as many numbers as it says.
+pub fn streams(data: &[u8]) {
+    let open = || Container::open(Box::new(Cursor::new(data.to_vec())));
+    let Ok(container) = open() else { return };
+    for stream in 0..container.streams().len().min(4) {
+        let about = &container.streams()[stream];
+        let (count, total) = (about.channels.len().min(64), about.rows);
+        let chosen: Vec<usize> = (0..count).collect();
+        let container = open().expect("it was opened");
+        let mut rows = container.rows(stream, &chosen).expect("it is there");
+        let mut block = vec![Vec::new(); count];
+        let mut seen = 0;
+        while let Ok(n) = rows.next_block(&mut block) {
+            assert!(block.iter().all(|column| column.len() == n));
+            seen += n as u64;
+            if n == 0 {
+                assert_eq!(seen, total);
+                break;
+            }
+        }
+    }
+    let _ = inspect_source(source(data), &RecordingOptions::default(), 10);
 }
 
 /// Calibrations, results, manifests, provenances, tables, meshes: what is read is written the same.

@@ -36,7 +36,7 @@ const COMMANDS: &[Group] = &[
     (
         "Files and results",
         &[
-            "inspect", "render", "explain", "verify", "keygen", "simulate",
+            "inspect", "formats", "render", "explain", "verify", "keygen", "simulate",
         ],
     ),
 ];
@@ -361,6 +361,8 @@ const HEADINGS: &[(&str, &[Group])] = &[
                     "time-unit",
                     "rate",
                     "between",
+                    "source",
+                    "raw",
                     "rostopic",
                     "refuse-gaps",
                     "stream",
@@ -373,7 +375,18 @@ const HEADINGS: &[(&str, &[Group])] = &[
 
 /// Options that `-h` leaves to `--help`, by the beginning of the command.
 const FOR_LATER: &[(&str, &[&str])] = &[
-    ("", &["force", "sign", "contained", "time-unit", "strict"]),
+    (
+        "",
+        &[
+            "force",
+            "sign",
+            "contained",
+            "time-unit",
+            "strict",
+            "source",
+            "raw",
+        ],
+    ),
     ("velocity estimate", &["gain-uncertainty"]),
     ("velocity compare", &["gain-uncertainty"]),
     ("velocity tune", &["gain-uncertainty"]),

@@ -12,6 +12,7 @@ mod draft_arguments;
 mod explain;
 mod export;
 mod failure;
+mod formats;
 mod glossary;
 mod gravity_arguments;
 mod help;
@@ -67,6 +68,7 @@ enum Command {
     Modes(modes::Modes),
     Test(test::Test),
     Inspect(inspect::Inspect),
+    Formats(formats::Formats),
     Simulate(simulate::Simulate),
     Render(render::Render),
     Explain(explain::Explain),
@@ -119,6 +121,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Modes(command) => command.run(),
         Command::Test(command) => command.run(),
         Command::Inspect(command) => command.run(),
+        Command::Formats(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),
         Command::Explain(command) => command.run(),
@@ -351,7 +354,11 @@ mod tests {
     #[test]
     fn law_every_call_of_the_page_of_tasks_is_understood() {
         let calls = calls("docs/tasks.md");
-        assert_eq!(calls.len(), 22, "twenty tasks and two calls with a file");
+        assert_eq!(
+            calls.len(),
+            23,
+            "twenty-one tasks and two calls with a file"
+        );
         for call in calls {
             let read = argument_file::expand(call.split(' '))
                 .map_err(|failure| failure.to_string())

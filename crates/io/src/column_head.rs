@@ -42,7 +42,7 @@ pub(crate) fn of<'a>(
 }
 
 impl ColumnHead {
-    fn of(stamps: &[Stamp]) -> Self {
+    pub(crate) fn of(stamps: &[Stamp]) -> Self {
         let values = || stamps.iter().map(|s| s.value());
         let steps: Vec<f64> = stamps.windows(2).map(|w| w[1].since(w[0])).collect();
         let mut rising: Vec<f64> = steps.iter().copied().filter(|s| *s > 0.0).collect();

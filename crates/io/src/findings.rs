@@ -77,6 +77,34 @@ findings! {
         evidence "line {line}, \"{text}\"{more}",
         advice "if one of them is a damaged row of data, correct or remove it; otherwise state `skip_lines`";
 
+    /// A file of another format ends before what it announces.
+    file_cut(place: &str) =
+        "file-cut", [Warning],
+        what "the file ends before what it announces: the samples that stand before were read",
+        evidence "{place}",
+        advice "compare its size with that at the source, and fetch it again; a recorder that was stopped leaves such a file";
+
+    /// Parts of a file of another format are damaged.
+    parts_damaged(place: &str) =
+        "parts-damaged", [Warning],
+        what "parts of the file are damaged, and their samples are left out",
+        evidence "{place}",
+        advice "fetch the file again from the recorder; what is left out are gaps in time";
+
+    /// A file of another format holds more than is read.
+    parts_passed_over(what: &str) =
+        "parts-passed-over", [Note],
+        what "the file holds parts that are not read",
+        evidence "{what}",
+        advice "nothing is to be done where they are not needed; else export them with the program that wrote the file";
+
+    /// A word for a unit that is not known.
+    unit_word_unknown(word: &str, more: &str) =
+        "unit-word-unknown", [Note],
+        what "the file names a unit that is not understood",
+        evidence "{word}{more}",
+        advice "say --unit (`unit` in a campaign), or correct the unit where the file is written";
+
     /// The file ends without a line end; a warning where the last row is shorter than those before it.
     last_row_open(line: u64, field: &str, more: &str) =
         "last-row-open", [Note, Warning],

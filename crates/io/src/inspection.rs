@@ -5,7 +5,8 @@ use crate::layout::Layout;
 use crate::recording::{RecordingOptions, signal_unit, time_column};
 use crate::rows::{BadRow, RowReader};
 use crate::{
-    ClockUnit, Error, ErrorKind, Gap, Reading, Result, Source, TimeUnit, TimeWindow, Unit,
+    ClockUnit, Error, ErrorKind, Gap, Reading, Result, Source, StreamSummary, TimeUnit, TimeWindow,
+    Unit,
 };
 use proofmass_uncertainty::Finding;
 use std::collections::HashSet;
@@ -108,6 +109,9 @@ pub struct Inspection {
     pub bad_row_count: u64,
     /// How it was read.
     pub reading: Reading,
+    /// The streams of a file of another format than text; of several none was looked at unless it was chosen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub streams: Vec<StreamSummary>,
     /// What is doubtful: lines passed over, an open last row, coarse or bursting time stamps.
     pub findings: Vec<Finding>,
 }
@@ -143,6 +147,28 @@ fn inspect_inner(
     listed: usize,
 ) -> Result<Inspection> {
     let path = source.name().to_path_buf();
+    source = source.with_stream(options.stream.as_deref(), options.as_stored);
+    crate::stream::open(&mut source)?;
+    let opened = source.opened.as_ref();
+    let streams = opened.map_or_else(Vec::new, |o| o.streams.clone());
+    if let Some(several) = opened.filter(|o| o.one().is_err()) {
+        let layout = several.layout.clone();
+        return Ok(Inspection {
+            path,
+            rows: 0,
+            columns: Vec::new(),
+            time: None,
+            bad: Vec::new(),
+            bad_count: 0,
+            bad_rows: Vec::new(),
+            bad_row_count: 0,
+            reading: Reading::of(&layout, &[], None, None, None),
+            findings: layout.findings(),
+            layout,
+            streams,
+            sha256: source.finish()?.sha256,
+        });
+    }
     let layout = Layout::of(&mut source, &options.layout)?;
     let rate = options.sampling_rate_hz;
     let time_column = match &options.time {
@@ -255,6 +281,13 @@ fn inspect_inner(
     let time = times
         .zip(time_column.zip(clock))
         .and_then(|(times, (i, clock))| times.summary(layout.name(i), clock.unit, &mut findings));
+    let mut time = time;
+    if let (Some(time), Some(stated)) = (
+        &mut time,
+        time_column.and_then(|index| layout.stated_rate(index)),
+    ) {
+        time.rate_hz = stated;
+    }
     if let Some(time) = &time {
         reading.time.rate_hz = Some(time.rate_hz);
     }
@@ -270,6 +303,7 @@ fn inspect_inner(
         bad_rows,
         bad_row_count,
         reading,
+        streams,
         findings,
     })
 }

@@ -1,11 +1,10 @@
 //! The shape of a delimited text: separator, decimal mark, header, comments. Sniffed, and every property can be given.
 
-mod other_format;
 pub(crate) mod sniff;
 
 use crate::column_head::ColumnHead;
 use crate::findings;
-use crate::{Error, ErrorKind, Result, Source, Unit, split_heading};
+use crate::{Error, ErrorKind, Result, Source, StreamLayout, Unit, split_heading};
 use proofmass_uncertainty::{DecimalMark, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -96,6 +95,9 @@ pub struct Layout {
     pub first_data_line: u64,
     /// Byte at which that line begins.
     pub(crate) data_offset: u64,
+    /// Where it is the stream of another format than text.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stream: Option<Box<StreamLayout>>,
     /// What the first rows of every column hold.
     #[serde(skip)]
     pub(crate) head: Vec<ColumnHead>,
@@ -132,6 +134,11 @@ impl Layout {
     /// A source that is empty, binary, or holds no rows.
     pub fn of(source: &mut Source, options: &LayoutOptions) -> Result<Self> {
         let name = source.name().to_path_buf();
+        if crate::stream::open(source).map_err(|e| e.at(&name))?
+            && let Some(opened) = &source.opened
+        {
+            return opened.one().cloned().map_err(|e| e.at(&name));
+        }
         let mut size = HEAD;
         loop {
             // One byte more tells whether the head is the whole text.
@@ -148,10 +155,13 @@ impl Layout {
         }
     }
 
-    /// What is doubtful about the shape: lines that were passed over though nothing marks them as comments.
+    /// What is doubtful about the shape, or what the reader of another format noticed: lines that were passed over though nothing marks them as comments.
     ///
     /// A row that lost a part of itself at the top of a file looks like such a line.
     pub fn findings(&self) -> Vec<Finding> {
+        if let Some(stream) = &self.stream {
+            return stream.findings.clone();
+        }
         let Some((line, text)) = self.passed_over.first() else {
             return Vec::new();
         };

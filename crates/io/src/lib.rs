@@ -25,7 +25,7 @@
 //! - Outputs appear whole or not at all.
 //!
 //! # Not covered
-//! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
+//! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and those of [`formats`].
 
 mod any_calibration;
 mod calibration_file;
@@ -58,6 +58,7 @@ mod software;
 mod source;
 pub mod spelling;
 mod stamp;
+mod stream;
 mod table;
 mod thermometer;
 mod time_base;
@@ -96,8 +97,9 @@ pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
     discard_unfinished,
 };
+pub use proofmass_formats as formats;
 pub use proofmass_uncertainty::DecimalMark;
-pub use reading::{ReadColumn, ReadGravity, ReadTime, Reading};
+pub use reading::{ReadColumn, ReadGravity, ReadStream, ReadTime, Reading};
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, is_result,
@@ -109,6 +111,7 @@ pub use signature::{Signature, SigningKey, VerifyingKey};
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
+pub use stream::{StreamLayout, StreamSummary};
 pub use table::{Cell, RowWriter, Table};
 pub use thermometer::Thermometer;
 pub use time_base::{TimeBase, TimeSource};

@@ -17,6 +17,9 @@ pub struct Reading {
     /// The thermometer, where its temperatures were read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ReadColumn>,
+    /// The format and the stream, where it is no text.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stream: Option<ReadStream>,
     /// The stretch that was read, s, where it is not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between_s: Option<[f64; 2]>,
@@ -57,6 +60,39 @@ pub struct ReadTime {
     pub by: SaidBy,
 }
 
+/// A stream of another format than text.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReadStream {
+    /// Word for the format.
+    pub format: String,
+    /// Name of the stream, where the file has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Kinds of scales that the file declares for the columns, applied once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scaling: Vec<String>,
+}
+
+impl ReadStream {
+    fn of(layout: &Layout, signals: &[usize]) -> Option<Self> {
+        let stream = layout.stream.as_ref()?;
+        let mut scaling: Vec<String> = Vec::new();
+        for words in signals
+            .iter()
+            .filter_map(|&i| stream.scaling.get(i)?.as_ref())
+        {
+            if !scaling.contains(words) {
+                scaling.push(words.clone());
+            }
+        }
+        Some(Self {
+            format: stream.format.clone(),
+            name: stream.name.clone(),
+            scaling,
+        })
+    }
+}
+
 /// Local gravity as a job uses it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadGravity {
@@ -87,6 +123,7 @@ impl Reading {
                     heading: heading(index),
                     unit: own.or(stated),
                     unit_by: match (own, stated) {
+                        (Some(_), _) if layout.stream.is_some() => SaidBy::File,
                         (Some(_), _) => SaidBy::Heading,
                         (None, Some(_)) => SaidBy::Person,
                         (None, None) => SaidBy::Nobody,
@@ -101,9 +138,18 @@ impl Reading {
                 column: clock.map(|(index, _)| index + 1),
                 heading: clock.and_then(|(index, _)| heading(index)),
                 unit: clock.map(|(_, unit)| unit.unit),
-                by: clock.map_or(SaidBy::Person, |(_, unit)| unit.said_by),
+                by: match clock {
+                    Some((_, unit))
+                        if layout.stream.is_some() && unit.said_by == SaidBy::Heading =>
+                    {
+                        SaidBy::File
+                    }
+                    Some((_, unit)) => unit.said_by,
+                    None => SaidBy::Person,
+                },
             },
             temperature: None,
+            stream: ReadStream::of(layout, signals),
             between_s: None,
             gravity: None,
         }
@@ -197,6 +243,16 @@ impl fmt::Display for Reading {
             column_by(f, column.number, column.heading.as_deref())?;
             if let Some(unit) = column.unit {
                 write!(f, " in {unit} {}", column.unit_by)?;
+            }
+        }
+        if let Some(stream) = &self.stream {
+            write!(f, "; {} file", stream.format)?;
+            if let Some(name) = &stream.name {
+                write!(f, ", stream {name}")?;
+            }
+            if !stream.scaling.is_empty() {
+                let words = stream.scaling.join(", ");
+                write!(f, ", its own scaling ({words}) applied")?;
             }
         }
         if let Some([from, to]) = self.between_s {

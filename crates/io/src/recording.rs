@@ -67,6 +67,10 @@ pub struct RecordingOptions {
     pub table: bool,
     /// Rows are events that come when they come, such as the edges of an encoder, not samples of a clock.
     pub events: bool,
+    /// Stream of a file that holds several.
+    pub stream: Option<String>,
+    /// Numbers as stored, without the scaling that a file declares.
+    pub as_stored: bool,
     /// Samples are even and their stamps were put on later: one may lie before the one before it, by less than two intervals.
     pub late_stamps: bool,
 }
@@ -169,6 +173,7 @@ impl Recording {
         absent: &[Absent],
     ) -> Result<Self> {
         let path = source.name().to_path_buf();
+        source = source.with_stream(options.stream.as_deref(), options.as_stored);
         let layout = Layout::of(&mut source, &options.layout)?;
         if options.columns.is_empty() {
             return Err(
@@ -193,6 +198,14 @@ impl Recording {
         if time.is_none() && rate.is_none() {
             return Err(no_clock());
         }
+        // Times that follow from a rate are not estimated from.
+        let stated = time
+            .filter(|_| rate.is_none())
+            .and_then(|index| layout.stated_rate(index));
+        let (time, rate) = match stated {
+            Some(rate) => (None, Some(rate)),
+            None => (time, rate),
+        };
         let clock = time
             .map(|index| clock_unit(&layout, index, options))
             .transpose()?;
@@ -219,8 +232,11 @@ impl Recording {
             &selected[..signals],
             options.unit,
             time.zip(clock.as_ref()),
-            options.sampling_rate_hz,
+            options.sampling_rate_hz.or(stated),
         );
+        if stated.is_some() {
+            reading.time.by = SaidBy::File;
+        }
         reading.between_s = options.between;
         reading.temperature = temperature
             .zip(thermometer.as_ref())
@@ -472,6 +488,9 @@ impl Recording {
 
 /// The first column whose heading says that it is the time.
 pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
+    if let Some(own) = layout.own_times() {
+        return Some(own);
+    }
     let header = layout.header.as_ref()?;
     (0..layout.columns.min(header.len())).find(|&i| {
         let name = split_heading(&header[i]).0.to_ascii_lowercase();

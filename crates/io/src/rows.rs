@@ -4,6 +4,7 @@ use crate::field::{Fields, is_reading, parse_number, shown};
 use crate::findings;
 use crate::layout::{Layout, sniff};
 use crate::stamp::Stamp;
+use crate::stream::StreamRows;
 use crate::{Error, ErrorKind, Input, Result, Source, TimeWindow};
 use proofmass_uncertainty::DecimalMark;
 use proofmass_uncertainty::{Finding, Severity};
@@ -52,13 +53,13 @@ pub(crate) struct BadField {
 /// Consecutive rows of the selected columns.
 #[derive(Clone, Debug, Default)]
 pub struct RowBlock {
-    columns: Vec<Vec<f64>>,
+    pub(crate) columns: Vec<Vec<f64>>,
     /// (row, line): from this row on, line = line + (row' − row).
-    lines: Vec<(usize, u64)>,
-    rows: usize,
-    text: Vec<u8>,
-    ranges: Vec<Range<usize>>,
-    stamps: Vec<Option<Stamp>>,
+    pub(crate) lines: Vec<(usize, u64)>,
+    pub(crate) rows: usize,
+    pub(crate) text: Vec<u8>,
+    pub(crate) ranges: Vec<Range<usize>>,
+    pub(crate) stamps: Vec<Option<Stamp>>,
     pub(crate) bad: Vec<BadField>,
     pub(crate) bad_rows: Vec<BadRow>,
 }
@@ -158,6 +159,8 @@ pub struct RowReader {
     bad_fields: BadFields,
     window: Option<TimeWindow>,
     open_end: Option<OpenEnd>,
+    /// In place of lines of text: the samples of another format.
+    stream: Option<StreamRows>,
 }
 
 /// A last row without a line end.
@@ -212,6 +215,10 @@ impl RowReader {
                 );
             }
         }
+        let stream = match layout.stream {
+            Some(_) => StreamRows::of(&mut source, selected).map_err(|e| e.at(&name))?,
+            None => None,
+        };
         let mut preamble = Vec::new();
         source.fill(&mut preamble, layout.data_offset as usize)?;
         if preamble.len() as u64 != layout.data_offset {
@@ -237,6 +244,7 @@ impl RowReader {
             bad_fields: BadFields::Refuse,
             window: None,
             open_end: None,
+            stream,
         })
     }
 
@@ -244,6 +252,11 @@ impl RowReader {
     #[must_use]
     pub fn keep_text(mut self) -> Self {
         self.keep_text = true;
+        if let Some(stream) = &mut self.stream
+            && let Err(error) = stream.keep_text()
+        {
+            self.late = Some(error);
+        }
         self
     }
 
@@ -287,6 +300,9 @@ impl RowReader {
     /// # Errors
     /// A field that is not a finite number, a row of another width, a line of more than 1 MiB.
     pub fn next_block(&mut self) -> Result<Option<RowBlock>> {
+        if self.stream.is_some() {
+            return self.next_samples().map_err(|e| e.at(&self.name));
+        }
         loop {
             if self.more && self.late.is_none() {
                 let wanted = CHUNK.saturating_sub(self.pending.len());
@@ -358,6 +374,27 @@ impl RowReader {
                 return Ok(Some(block));
             }
         }
+    }
+
+    /// The next rows of a stream of another format.
+    fn next_samples(&mut self) -> Result<Option<RowBlock>> {
+        if let Some(error) = self.late.take() {
+            return Err(error);
+        }
+        let bad_fields = match self.window {
+            Some(_) => BadFields::Survey,
+            None => self.bad_fields,
+        };
+        while let Some(stream) = &mut self.stream {
+            let Some(mut block) = stream.next_block(self.stamp_slot, bad_fields)? else {
+                break;
+            };
+            self.cut(&mut block)?;
+            if block.rows > 0 || !block.bad.is_empty() {
+                return Ok(Some(block));
+            }
+        }
+        Ok(None)
     }
 
     /// Takes out the rows outside of the window, and refuses what is damaged inside.
@@ -466,6 +503,9 @@ impl RowReader {
 
     /// Bytes of the file taken in so far, as they stand there, for a display of progress.
     pub fn bytes_read(&self) -> u64 {
+        if let (Some(stream), Some(size)) = (&self.stream, self.size()) {
+            return (stream.share() * size as f64) as u64;
+        }
         self.source.bytes_read()
     }
 

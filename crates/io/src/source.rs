@@ -3,6 +3,7 @@
 mod zstd;
 
 use crate::rows::hexadecimal;
+use crate::stream::Opened;
 use crate::{Error, ErrorKind, Input, Result};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
@@ -16,6 +17,9 @@ pub const LARGEST_DOCUMENT: u64 = 64 << 20;
 
 /// Most bytes of content that are held to learn whether a source of unknown size is a long one.
 const LONG: usize = 48 << 20;
+
+/// Most bytes of a pipe or a packed file that are held for a reader that jumps.
+const LARGEST_HELD: usize = 256 << 20;
 
 /// Bytes that are asked of the system at once.
 const PIECE: usize = 1 << 16;
@@ -44,6 +48,14 @@ pub struct Source {
     at: usize,
     /// The end of the content was seen.
     at_end: bool,
+    /// A file that can be opened a second time under its name.
+    is_file: bool,
+    /// Which stream of a file with several.
+    pub(crate) stream: Option<String>,
+    /// Numbers as stored, without the scaling that the file declares.
+    pub(crate) as_stored: bool,
+    /// What lies ahead, where it is no text and was looked at.
+    pub(crate) opened: Option<Opened>,
 }
 
 enum Body {
@@ -116,6 +128,7 @@ impl Source {
         }
         let mut source = Self::new(path, file)?;
         source.size = meta.is_file().then_some(meta.len());
+        source.is_file = meta.is_file();
         Ok(source)
     }
 
@@ -173,7 +186,44 @@ impl Source {
             head: Vec::new(),
             at: 0,
             at_end: false,
+            is_file: false,
+            stream: None,
+            as_stored: false,
+            opened: None,
         })
+    }
+
+    /// Chooses one of the streams of a file that holds several, by its name; `as_stored` leaves off the scaling that the file declares.
+    #[must_use]
+    pub fn with_stream(mut self, name: Option<&str>, as_stored: bool) -> Self {
+        if let Some(name) = name {
+            self.stream = Some(name.to_owned());
+            self.opened = None;
+        }
+        if as_stored {
+            self.as_stored = true;
+            self.opened = None;
+        }
+        self
+    }
+
+    /// The content as something in which a reader can jump: the file opened a second time, or held in memory where it came through
+    /// a pipe or was unpacked. What is read here stays ahead, for the digest.
+    pub(crate) fn seekable(&mut self) -> Result<Box<dyn proofmass_formats::SeekRead>> {
+        if self.is_file && matches!(self.body, Body::Plain(_)) {
+            let file = File::open(&self.name).map_err(|e| Error::access(&self.name, "open", e))?;
+            return Ok(Box::new(file));
+        }
+        let (content, at_end) = self.ahead(LARGEST_HELD)?;
+        if !at_end && content.len() >= LARGEST_HELD {
+            let what = format!(
+                "is of a format in which a reader has to jump, and more than the {} that are held of a pipe or a packed file",
+                size_in_words(LARGEST_HELD as u64)
+            );
+            return Err(Error::new(ErrorKind::Format, what)
+                .with_hint("unpack it, or write it to a file, and name that"));
+        }
+        Ok(Box::new(io::Cursor::new(content.to_vec())))
     }
 
     /// The name that stands in messages and in the list of inputs.
@@ -197,6 +247,11 @@ impl Source {
     /// # Errors
     /// The system's own, damaged compression.
     pub fn lines_expected(&mut self) -> Result<Option<u64>> {
+        // What cannot be opened is refused by whoever reads it.
+        if let Ok(true) = crate::stream::open(self) {
+            let streams = self.opened.iter().flat_map(|o| &o.streams);
+            return Ok(streams.map(|s| s.rows).max());
+        }
         let Some(size) = self.size else {
             return Ok(None);
         };

@@ -104,6 +104,8 @@ impl TimeUnit {
 pub enum SaidBy {
     /// The heading.
     Heading,
+    /// The file, in a format that has a place for it.
+    File,
     /// A person, by an option or in a campaign.
     Person,
     /// The field itself: a date with a time.
@@ -116,6 +118,7 @@ impl fmt::Display for SaidBy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Heading => "by the heading",
+            Self::File => "by the file",
             Self::Person => "as stated",
             Self::Field => "by date and time",
             Self::Nobody => "assumed",

@@ -1,24 +1,25 @@
-//! Recordings of several channels that were sampled together: raw 32-bit floats, WAV, or a text table.
+//! Recordings of several channels that were sampled together: raw 32-bit floats, a text table, or what is known by its content.
 
 use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::output::AtomicFile;
 use crate::{
-    Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result, Source,
-    TimeBase, TimeSource, TimeUnit, Unit,
+    Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result,
+    RowReader, Source, TimeBase, TimeSource, TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Form of the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WaveformFormat {
     /// Little-endian 32-bit floats in volts, the channels of one instant side by side, nothing else in the file.
     F32,
-    /// RIFF WAVE, integers of 16, 24 or 32 bits or 32-bit floats, as fractions of the full scale.
+    /// WAV, integers or floats, as fractions of the full scale.
     Wav,
-    /// A text table, one row per instant.
+    /// A text table, one row per instant, or a file that tells its format by its content: TDMS, WAV, …
+    #[default]
     Text,
 }
 
@@ -48,6 +49,8 @@ pub struct WaveformOptions {
     pub time_unit: Option<TimeUnit>,
     /// The stretch to be read, from one time on and before another, s; all without it.
     pub between: Option<[f64; 2]>,
+    /// Stream of a file that holds several.
+    pub stream: Option<String>,
 }
 
 /// When the samples of a recording were taken, by its own time stamps.
@@ -124,6 +127,7 @@ impl Waveform {
     ///     time: None,
     ///     time_unit: None,
     ///     between: None,
+    ///     stream: None,
     /// })?;
     /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
     /// # Ok::<(), proofmass_io::Error>(())
@@ -140,9 +144,15 @@ impl Waveform {
     ///
     /// # Errors
     /// As [`Waveform::read`].
-    pub fn from_source(source: Source, options: &WaveformOptions) -> Result<Self> {
+    pub fn from_source(mut source: Source, options: &WaveformOptions) -> Result<Self> {
         let name = source.name().to_path_buf();
-        match options.format {
+        let format = match options.format {
+            WaveformFormat::Text if is_wav(&mut source).map_err(|e| e.at(&name))? => {
+                WaveformFormat::Wav
+            }
+            stated => stated,
+        };
+        match format {
             WaveformFormat::F32 => Self::read_f32(source, options).and_then(|w| w.cut(options)),
             WaveformFormat::Wav => Self::read_wav(source, options).and_then(|w| w.cut(options)),
             WaveformFormat::Text => Self::read_text(source, options),
@@ -235,17 +245,18 @@ impl Waveform {
         })
     }
 
-    fn read_wav(source: Source, options: &WaveformOptions) -> Result<Self> {
+    fn read_wav(mut source: Source, options: &WaveformOptions) -> Result<Self> {
         let path = source.name().to_path_buf();
-        let (bytes, input) = bytes(source)?;
-        let fail = |e: hound::Error| {
-            Error::new(ErrorKind::Format, format!("no WAV file that can be read: {e}"))
-                .with_hint("integers of 16, 24 or 32 bits and 32-bit floats are understood; a file cut short is refused")
+        if !is_wav(&mut source)? {
+            return Err(Error::new(ErrorKind::Format, "is no WAV file")
+                .with_hint("correct `format` in [recording], or leave it out: a file tells its format by its content"));
+        }
+        let layout = Layout::of(&mut source, &options.layout)?;
+        let Some(stream) = layout.stream.clone() else {
+            return Err(Error::new(ErrorKind::Format, "is no WAV file"));
         };
-        let mut reader = hound::WavReader::new(bytes.as_slice()).map_err(fail)?;
-        let spec = reader.spec();
-        let count = usize::from(spec.channels);
-        let places = numbers(options, count)?;
+        let stated = stream.rate_hz.unwrap_or(f64::NAN);
+        let places = numbers(options, layout.columns - usize::from(stream.timed))?;
         let Some(full_scale) = options.full_scale_v else {
             return Err(Error::new(
                 ErrorKind::Configuration,
@@ -253,7 +264,6 @@ impl Waveform {
             )
             .with_hint("add `full_scale_V = …` to [recording]: a WAV file holds fractions of it"));
         };
-        let stated = f64::from(spec.sample_rate);
         if let Some(given) = options.sampling_rate_hz
             && given != stated
         {
@@ -263,48 +273,35 @@ impl Waveform {
             )
             .with_hint("correct `sampling_rate_Hz`, or leave it out: the file counts"));
         }
-        let scale = match spec.sample_format {
-            hound::SampleFormat::Float => full_scale,
-            hound::SampleFormat::Int => {
-                full_scale / 2_f64.powi(i32::from(spec.bits_per_sample) - 1)
-            }
+        let scale = match stream.full_scale {
+            Some(counts) => full_scale / counts,
+            None => full_scale,
         };
-        let mut channels = vec![Vec::with_capacity(reader.duration() as usize); places.len()];
-        let mut put = |index: usize, value: f64| {
-            for (channel, place) in channels.iter_mut().zip(&places) {
-                if index % count == *place {
-                    channel.push(scale * value);
-                }
+        let findings = layout.findings();
+        let mut channels = vec![Vec::new(); places.len()];
+        let mut reader = RowReader::new(source, layout, &places)?;
+        while let Some(block) = reader.next_block()? {
+            for (i, channel) in channels.iter_mut().enumerate() {
+                channel.extend(block.column(i).iter().map(|v| scale * v));
             }
-        };
-        match spec.sample_format {
-            hound::SampleFormat::Float => {
-                for (i, v) in reader.samples::<f32>().enumerate() {
-                    put(i, f64::from(v.map_err(fail)?));
-                }
-            }
-            hound::SampleFormat::Int => {
-                for (i, v) in reader.samples::<i32>().enumerate() {
-                    put(i, f64::from(v.map_err(fail)?));
-                }
+            if channels.len() * channels[0].len() > Recording::MOST_VALUES {
+                return Err(Error::new(
+                    ErrorKind::Format,
+                    "holds more samples than are held in memory",
+                )
+                .with_hint("cut the recording into parts"));
             }
         }
         finite(&channels, options)?;
-        if channels.iter().any(Vec::is_empty) {
-            return Err(Error::new(
-                ErrorKind::Format,
-                "the WAV file holds no samples",
-            ));
-        }
         Ok(Self {
             path,
-            sha256: input.sha256,
+            sha256: reader.sha256()?,
             sampling_rate_hz: stated,
             channels,
             begin_s: 0.0,
             times: None,
             reading: None,
-            findings: Vec::new(),
+            findings,
         })
     }
 
@@ -320,6 +317,7 @@ impl Waveform {
                 time: options.time.clone(),
                 time_unit: options.time_unit,
                 between: options.between,
+                stream: options.stream.clone(),
                 ..RecordingOptions::default()
             },
         )?
@@ -414,7 +412,13 @@ pub fn f32_bytes(channels: &[&[f64]]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Most bytes of a recording that has to be held whole; a WAV file cannot be larger.
+/// Whether what lies ahead is a WAV file, whose samples are fractions of a full scale.
+fn is_wav(source: &mut Source) -> Result<bool> {
+    let (head, _) = source.ahead(64)?;
+    Ok(proofmass_formats::recognise(head).is_some_and(|f| f.word == "wav"))
+}
+
+/// Most bytes of a recording that has to be held whole.
 const LARGEST: u64 = 4 << 30;
 
 fn bytes(source: Source) -> Result<(Vec<u8>, Input)> {
@@ -494,6 +498,7 @@ mod tests {
             time: None,
             time_unit: None,
             between: None,
+            stream: None,
         }
     }
 

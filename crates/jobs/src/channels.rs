@@ -56,6 +56,12 @@ pub struct ChannelReading {
         arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
     )]
     pub between: Option<Vec<f64>>,
+    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
+    pub source: Option<String>,
+    /// Take the numbers as stored, without the scaling that a file declares (TDMS)
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub raw: bool,
     /// Rows have an order and no clock.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub table: bool,
@@ -136,6 +142,8 @@ impl ChannelReading {
                 sampling_rate_hz: self.rate,
                 between: stretch(self.between.as_deref())?,
                 table: self.table,
+                stream: self.source.clone(),
+                as_stored: self.raw,
                 ..RecordingOptions::default()
             },
         )?;

@@ -8,7 +8,9 @@ use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{ColumnSummary, Inspection, Source, StatedQuantity, Statistics, inspect_source};
+use proofmass_io::{
+    ColumnSummary, Inspection, Source, StatedQuantity, Statistics, StreamSummary, inspect_source,
+};
 use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -130,7 +132,13 @@ impl Outcome for InspectOutcome {
     }
 
     fn page(&self, page: Report) -> Report {
-        let page = head(page, &self.inspection).section(columns(&self.inspection).summarised());
+        let mut page = head(page, &self.inspection);
+        if self.inspection.streams.len() > 1 {
+            page = page.section(streams(&self.inspection).summarised());
+        }
+        if !undecided(&self.inspection) {
+            page = page.section(columns(&self.inspection).summarised());
+        }
         // A summary cuts long tables of the page; these places stand in it alone and whole.
         match self.damage {
             true => page
@@ -149,6 +157,10 @@ fn head(page: Report, inspection: &Inspection) -> Report {
     let damaged = inspection.bad_count + inspection.bad_row_count;
     let page = page
         .verdict(match damaged {
+            _ if undecided(inspection) => format!(
+                "The file holds {}: choose one with --source NAME.",
+                count(inspection.streams.len(), "stream")
+            ),
             0 => format!("All {} are whole.", count(inspection.rows as usize, "row")),
             n => format!("{} damaged.", count(n as usize, "place")),
         })
@@ -156,12 +168,17 @@ fn head(page: Report, inspection: &Inspection) -> Report {
             .note(count(inspection.columns.len(), "column"))])
         .meta(
             "Read",
-            inspection
-                .reading
-                .line(&inspection.path.display().to_string()),
-        )
-        .meta("separator", separator)
-        .meta("header", header);
+            match undecided(inspection) {
+                true => inspection.path.display().to_string(),
+                false => inspection
+                    .reading
+                    .line(&inspection.path.display().to_string()),
+            },
+        );
+    let page = match &layout.stream {
+        Some(stream) => page.meta("format", stream.format.as_str()),
+        None => page.meta("separator", separator).meta("header", header),
+    };
     let Some(time) = &inspection.time else {
         return page;
     };
@@ -180,6 +197,27 @@ fn head(page: Report, inspection: &Inspection) -> Report {
         Some(jitter) => page.meta("jitter", format!("{jitter:.1e} s")),
         None => page,
     }
+}
+
+/// Whether there are several streams, and none was chosen.
+fn undecided(inspection: &Inspection) -> bool {
+    inspection.streams.len() > 1 && inspection.columns.is_empty()
+}
+
+fn streams(inspection: &Inspection) -> Section {
+    let fields = [
+        Field::shown("name", "", |s: &StreamSummary| s.name.as_str().into()),
+        Field::shown("samples", "", |s: &StreamSummary| {
+            Cell::number(s.rows.to_string())
+        }),
+        Field::shown("rate", "Hz", |s: &StreamSummary| {
+            s.rate_hz.map(|v| Cell::number(significant(v))).into()
+        }),
+        Field::shown("channels", "", |s: &StreamSummary| {
+            Cell::text(s.channels.join(", "))
+        }),
+    ];
+    Section::new("Streams").table(Table::of("", fields, &inspection.streams))
 }
 
 fn columns(inspection: &Inspection) -> Section {

@@ -129,6 +129,11 @@ fn law_damaged_waveforms() {
 }
 
 #[test]
+fn law_damaged_streams() {
+    run("streams", targets::streams);
+}
+
+#[test]
 fn law_damaged_documents() {
     run("documents", targets::documents);
 }

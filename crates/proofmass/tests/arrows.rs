@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
-const ROOMS: [(&str, &[&str]); 14] = [
+const ROOMS: [(&str, &[&str]); 15] = [
     ("core", &[]),
     ("uncertainty", &["core"]),
     ("signal", &["core", "uncertainty"]),
@@ -19,7 +19,8 @@ const ROOMS: [(&str, &[&str]); 14] = [
     ),
     ("rig", &["core", "signal"]),
     ("fixture", &["core", "uncertainty"]),
-    ("io", &["core", "uncertainty", "signal"]),
+    ("formats", &["core"]),
+    ("io", &["core", "uncertainty", "signal", "formats"]),
     ("report", &["core", "uncertainty"]),
     (
         "jobs",
@@ -35,6 +36,7 @@ const ROOMS: [(&str, &[&str]); 14] = [
             "odometry",
             "rig",
             "fixture",
+            "formats",
             "io",
             "report",
         ],
@@ -110,6 +112,7 @@ fn law_mathematics_has_no_outside_world() {
         "odometry",
         "rig",
         "fixture",
+        "formats",
     ] {
         let mut folders = vec![format!("{root}{room}/src")];
         while let Some(folder) = folders.pop() {

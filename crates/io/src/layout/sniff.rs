@@ -16,7 +16,6 @@ struct Line<'a> {
 const VOTERS: usize = 200;
 
 pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Result<Layout> {
-    super::other_format::refuse(head)?;
     refuse_binary(head)?;
     let comment = options
         .comment
@@ -166,6 +165,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         header,
         unit_line,
         passed_over,
+        stream: None,
         columns,
         numeric,
         dated,

@@ -90,11 +90,12 @@ impl ValidationRecording {
     /// mean would take more than [`LONGEST_MEAN`](Self::LONGEST_MEAN), some seventy hours.
     pub fn stream(
         calibration: Source,
-        mut recording: Source,
+        recording: Source,
         reading: &RecordingReading,
         watch: &dyn Watch,
     ) -> Result<Self> {
         let name = recording.name().display().to_string();
+        let mut recording = reading.stream_of(recording);
         let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
         let layout = Layout::of(&mut recording, &LayoutOptions::default())?;
         let mut selected = Vec::new();

@@ -382,6 +382,7 @@ fn waveform(odd: &Odd, said: &Said) -> Answer {
         time: None,
         time_unit: said.time_unit,
         between: said.between,
+        stream: None,
     };
     let read = Waveform::from_source(source(odd), &options)?;
     told(&[read.input()], mean(&read.channels[0]))

@@ -17,6 +17,8 @@ pub struct OutputRecording {
     /// `text`, `f32` or `wav`.
     #[serde(default = "text")]
     pub(crate) format: WaveformFormat,
+    /// Stream of files that hold several.
+    pub(crate) source: Option<String>,
     /// Unit of the samples: `count`, `g`, `m/s²`, `V` and their like.
     pub(crate) unit: Unit,
     /// Nominal sampling rate in Hz, for files without a time column.
@@ -168,6 +170,7 @@ impl OutputRecording {
             time: self.time.clone(),
             time_unit: self.time_unit,
             between: self.between_s,
+            stream: self.source.clone(),
         })
     }
 }

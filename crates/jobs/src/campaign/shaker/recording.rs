@@ -57,8 +57,11 @@ impl ChannelDelay {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShakerRecording {
-    /// `f32`, `wav` or `text`.
+    /// `f32`, `wav` or `text`; the content of the file tells it, except for `f32`.
+    #[serde(default)]
     pub(crate) format: WaveformFormat,
+    /// Stream of files that hold several.
+    pub(crate) source: Option<String>,
     /// Sampling rate in Hz.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
@@ -246,6 +249,7 @@ impl ShakerRecording {
             time: self.time.clone(),
             time_unit: self.time_unit,
             between: self.between_s,
+            stream: self.source.clone(),
         })
     }
 

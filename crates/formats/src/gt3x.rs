@@ -1,0 +1,341 @@
+//! gt3x of ActiGraph: a ZIP archive of a text about the recording and of its records.
+//!
+//! **Source** `[GT3X]`.
+
+use crate::bytes::{Bytes, Order, text};
+use crate::scaling::{From, Scaling, Step};
+use crate::stream::{
+    Channel, Clock, Column, Contents, Line, Lines, Remark, RemarkKind, SeekRead, Source, Store,
+    Stream,
+};
+use crate::zip::Member;
+use crate::{Error, Result};
+
+/// Begins a record.
+const MARK: u8 = 0x1E;
+
+pub(crate) fn read(file: &mut dyn SeekRead, info: &Member, data: &Member) -> Result<Contents> {
+    let (info, _) = info.content(file)?;
+    let info = text(&info);
+    let (content, whole) = data.content(file)?;
+    let mut remarks = Vec::new();
+    if !whole {
+        remarks.push(Remark::cut(format!(
+            "{} is shorter than the archive says, or damaged",
+            data.name
+        )));
+    }
+    let number = |key: &str| value(&info, key)?.replace(',', ".").parse::<f64>().ok();
+    let rate = number("Sample Rate").filter(|r| *r >= 1.0 && r.is_finite());
+    let rate =
+        rate.ok_or_else(|| Error::new("info.txt of the gt3x file does not say the sample rate"))?;
+    let old = data.name == "activity.bin";
+    let kind = value(&info, "Serial Number").unwrap_or_default();
+    let usual = match old || kind.starts_with("NEO") || kind.starts_with("CLE") {
+        true => 341.0,
+        false => 256.0,
+    };
+    let per_g = number("Acceleration Scale")
+        .filter(|s| *s > 1.0)
+        .unwrap_or(usual);
+    let mut axes = Axes::default();
+    let clock = match old {
+        true => {
+            axes.packed(&content);
+            let zeros = axes.without_zeros();
+            if zeros > 0 {
+                remarks.push(Remark::passed_over(format!(
+                    "{zeros} rows of zeros at the end, which fill the memory page"
+                )));
+            }
+            Clock::Rate {
+                hz: rate,
+                start_s: 0.0,
+            }
+        }
+        false => {
+            let damaged = axes.records(&content, rate);
+            if damaged > 0 {
+                remarks.push(Remark {
+                    kind: RemarkKind::Damaged,
+                    text: format!("{damaged} records of log.bin whose check sums do not hold"),
+                });
+            }
+            Clock::Times
+        }
+    };
+    let rows = axes.values[0].len() as u64;
+    let scaling = Scaling {
+        steps: vec![Step::Linear {
+            from: From::Stored(0),
+            slope: 1.0 / per_g,
+            intercept: 0.0,
+        }],
+    };
+    let mut channels = Vec::new();
+    let mut columns = Vec::new();
+    for (name, values) in ["acc_x", "acc_y", "acc_z"].into_iter().zip(axes.values) {
+        channels.push(Channel {
+            name: name.to_owned(),
+            unit: Some("g".to_owned()),
+            scaling: scaling.words(),
+        });
+        columns.push(Column {
+            sources: vec![Source::held(values)],
+            scaling: scaling.clone(),
+        });
+    }
+    if clock == Clock::Times {
+        channels.push(Channel {
+            name: "time".to_owned(),
+            unit: Some("s".to_owned()),
+            scaling: None,
+        });
+        columns.push(Column::of(Source::Lines(Lines {
+            pieces: axes.times,
+            ..Lines::default()
+        })));
+    }
+    let stream = Stream {
+        name: "activity".to_owned(),
+        channels,
+        clock,
+        rows,
+        full_scale: None,
+        store: Store::Columns(columns),
+    };
+    Ok(Contents {
+        streams: vec![stream],
+        remarks,
+    })
+}
+
+/// The value of a key; persons and places are not looked for.
+fn value<'a>(info: &'a str, key: &str) -> Option<&'a str> {
+    info.lines().find_map(|line| {
+        let (name, value) = line.split_once(':')?;
+        (name.trim() == key).then(|| value.trim())
+    })
+}
+
+#[derive(Default)]
+struct Axes {
+    values: [Vec<f64>; 3],
+    times: Vec<Line>,
+}
+
+impl Axes {
+    fn push(&mut self, xyz: [i16; 3]) {
+        for (axis, v) in self.values.iter_mut().zip(xyz) {
+            axis.push(f64::from(v));
+        }
+    }
+
+    /// Cuts off rows of zeros at the end, which no sensor gives on three axes; how many.
+    fn without_zeros(&mut self) -> usize {
+        let rows = self.values[0].len();
+        let kept = (0..rows)
+            .rposition(|row| self.values.iter().any(|axis| axis[row] != 0.0))
+            .map_or(0, |last| last + 1);
+        self.values.iter_mut().for_each(|axis| axis.truncate(kept));
+        rows - kept
+    }
+
+    /// Samples of 36 bits: y, x, z of 12 bits, the most significant first.
+    fn packed(&mut self, bytes: &[u8]) -> u64 {
+        let nibble = |i: usize| i16::from(bytes[i / 2] >> (4 * (1 - i % 2)) & 15);
+        let twelve = |i: usize| ((nibble(i) << 8 | nibble(i + 1) << 4 | nibble(i + 2)) << 4) >> 4;
+        let samples = 2 * bytes.len() / 9;
+        for i in 0..samples {
+            let at = 9 * i;
+            self.push([twelve(at + 3), twelve(at), twelve(at + 6)]);
+        }
+        samples as u64
+    }
+
+    /// Takes in records; how many are damaged.
+    fn records(&mut self, bytes: &[u8], rate: f64) -> u64 {
+        let mut damaged = 0;
+        let mut last: Option<u32> = None;
+        let mut begin = None;
+        let mut at = 0;
+        while at < bytes.len() {
+            if bytes[at] != MARK {
+                at += 1;
+                continue;
+            }
+            let Some((kind, time, payload)) = record(&bytes[at..]) else {
+                damaged += 1;
+                at += 1;
+                continue;
+            };
+            at += 9 + payload.len();
+            // A record of one byte is an event.
+            if !matches!(kind, 0 | 26) || payload.len() < 2 {
+                continue;
+            }
+            let count = match kind {
+                0 => self.packed(payload),
+                _ => {
+                    let mut b = Bytes::new(payload, Order::Little);
+                    let mut count = 0;
+                    while let (Some(x), Some(y), Some(z)) = (b.i16(), b.i16(), b.i16()) {
+                        self.push([x, y, z]);
+                        count += 1;
+                    }
+                    count
+                }
+            };
+            if count == 0 {
+                continue;
+            }
+            // A second holds as many samples as its record, where the next one begins with the next second.
+            if let (Some(before), Some(line)) = (last, self.times.last_mut())
+                && time == before.wrapping_add(1)
+            {
+                line.step = 1.0 / line.count as f64;
+            }
+            let begin = *begin.get_or_insert(time);
+            self.times.push(Line {
+                count,
+                first: f64::from(time) - f64::from(begin),
+                step: 1.0 / rate,
+            });
+            last = Some(time);
+        }
+        damaged
+    }
+}
+
+/// Kind, time and content of the record that begins here; nothing where its check sum does not hold.
+fn record(bytes: &[u8]) -> Option<(u8, u32, &[u8])> {
+    let mut b = Bytes::new(bytes, Order::Little);
+    b.u8()?;
+    let (kind, time, length) = (b.u8()?, b.u32()?, b.u16()?);
+    let payload = b.take(usize::from(length))?;
+    let sum = bytes[..8 + payload.len()].iter().fold(0, |sum, v| sum ^ v);
+    (b.u8()? == !sum).then_some((kind, time, payload))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stream::tests::{columns, open, survives};
+    use flate2::Compression;
+    use flate2::Crc;
+    use flate2::write::DeflateEncoder;
+    use std::io::Write;
+
+    /// An archive of deflated members.
+    fn archive(members: &[(&str, &[u8])]) -> Vec<u8> {
+        let (mut all, mut directory) = (Vec::new(), Vec::new());
+        for (name, content) in members {
+            let mut packed = DeflateEncoder::new(Vec::new(), Compression::default());
+            packed.write_all(content).unwrap();
+            let packed = packed.finish().unwrap();
+            let mut crc = Crc::new();
+            crc.update(content);
+            let common = [
+                &[20, 0, 0, 0, 8, 0, 0, 0, 0, 0][..],
+                &crc.sum().to_le_bytes(),
+                &(packed.len() as u32).to_le_bytes(),
+                &(content.len() as u32).to_le_bytes(),
+                &(name.len() as u16).to_le_bytes(),
+                &[0, 0],
+            ]
+            .concat();
+            let at = (all.len() as u32).to_le_bytes();
+            directory.extend(
+                [
+                    &b"PK\x01\x02\x14\0"[..],
+                    &common,
+                    &[0; 10],
+                    &at,
+                    name.as_bytes(),
+                ]
+                .concat(),
+            );
+            all.extend([&b"PK\x03\x04"[..], &common, name.as_bytes(), &packed].concat());
+        }
+        let (at, length) = (all.len() as u32, directory.len() as u32);
+        let count = (members.len() as u16).to_le_bytes();
+        let end = [
+            &b"PK\x05\x06\0\0\0\0"[..],
+            &count,
+            &count,
+            &length.to_le_bytes(),
+            &at.to_le_bytes(),
+            &[0, 0],
+        ];
+        [all, directory, end.concat()].concat()
+    }
+
+    fn record(kind: u8, time: u32, payload: &[u8]) -> Vec<u8> {
+        let mut r = vec![MARK, kind];
+        r.extend(time.to_le_bytes());
+        r.extend((payload.len() as u16).to_le_bytes());
+        r.extend(payload);
+        r.push(!r.iter().fold(0, |sum, v| sum ^ v));
+        r
+    }
+
+    #[test]
+    fn known_records_gaps_and_damage() {
+        let info = b"Serial Number: MOS2D\r\nSample Rate: 2\r\nAcceleration Scale: 256,0\r\nSubject Name: nobody\r\n";
+        let two = |v: i16| {
+            [v, 0, 256, v, 0, -256]
+                .iter()
+                .flat_map(|v| v.to_le_bytes())
+                .collect::<Vec<u8>>()
+        };
+        // Packed samples of the published example: y, x, z = (6, 8, -323), (7, 9, -321).
+        let packed = [0x00, 0x60, 0x08, 0xEB, 0xD0, 0x07, 0x00, 0x9E, 0xBF];
+        let log = [
+            record(26, 100, &two(128)),
+            record(6, 100, b"text"),
+            record(26, 101, &two(64)),
+            vec![0, 0],
+            record(0, 110, &packed),
+            record(0, 111, &[8]),
+        ];
+        let file = archive(&[("info.txt", info), ("log.bin", &log.concat())]);
+        let container = open(&file).unwrap();
+        assert!(container.remarks().is_empty());
+        let all = columns(container, 0);
+        assert_eq!(all[0], [0.5, 0.5, 0.25, 0.25, 8.0 / 256.0, 9.0 / 256.0]);
+        assert_eq!(all[1][4..], [6.0 / 256.0, 7.0 / 256.0]);
+        assert_eq!(all[2][4..], [-323.0 / 256.0, -321.0 / 256.0]);
+        assert_eq!(all[3], [0.0, 0.5, 1.0, 1.5, 10.0, 10.5]);
+        survives(&file);
+        let mut broken = log.concat();
+        broken[10] ^= 1;
+        let container = open(&archive(&[("info.txt", info), ("log.bin", &broken)])).unwrap();
+        assert_eq!(container.remarks()[0].kind, RemarkKind::Damaged);
+        assert_eq!(columns(container, 0)[0].len(), 4);
+        let old = open(&archive(&[("info.txt", info), ("activity.bin", &packed)])).unwrap();
+        assert_eq!(
+            old.streams()[0].clock,
+            Clock::Rate {
+                hz: 2.0,
+                start_s: 0.0
+            }
+        );
+        let other = open(&archive(&[("letter.txt", b"x")])).map(|_| ());
+        assert!(other.is_err_and(|e| e.to_string().contains("none of them is a recording")));
+    }
+
+    #[test]
+    fn known_arrays_of_numpy_in_an_archive() {
+        let header = b"{'descr': '<i2', 'fortran_order': False, 'shape': (2,), }\n";
+        let npy = [
+            b"\x93NUMPY\x01\0",
+            &(header.len() as u16).to_le_bytes()[..],
+            header,
+            &[1, 0, 2, 0],
+        ]
+        .concat();
+        let container = open(&archive(&[("a.npy", &npy), ("b.npy", &npy)])).unwrap();
+        assert_eq!(container.streams()[0].channels[1].name, "b");
+        assert_eq!(columns(container, 0), [[1.0, 2.0], [1.0, 2.0]]);
+    }
+}

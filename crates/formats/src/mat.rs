@@ -1,0 +1,222 @@
+//! MAT, the files of MATLAB: level 4, and level 5 with compressed variables and fields of structures.
+//!
+//! **Source** `[MATFILE]`.
+
+mod level4;
+
+use crate::arrays::{Array, Arrays, values};
+use crate::bytes::{Bytes, Order, text};
+use crate::raw::{Kind, bytes_at};
+use crate::stream::{Contents, Remark, RemarkKind, SeekRead};
+use crate::{Error, Result};
+use flate2::read::ZlibDecoder;
+use std::io::Read;
+
+pub(crate) use level4::{is_level4, read as read_level4};
+
+/// Bytes that a compressed variable may unpack to.
+const MOST_UNPACKED: u64 = 1 << 30;
+/// Structures within structures.
+const DEEPEST: usize = 16;
+const HEADER: u64 = 128;
+
+pub(crate) fn is_level5(head: &[u8]) -> bool {
+    order(head).is_some() && matches!(head.get(124..126), Some([0, 1] | [1, 0]))
+}
+
+fn order(head: &[u8]) -> Option<Order> {
+    match head.get(126..128) {
+        Some(b"IM") => Some(Order::Little),
+        Some(b"MI") => Some(Order::Big),
+        _ => None,
+    }
+}
+
+pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
+    let head = bytes_at(file, 0, HEADER)?;
+    let order = order(&head).ok_or_else(|| Error::new("is no MAT file"))?;
+    let mut arrays = Arrays::default();
+    let mut at = HEADER;
+    while at + 8 <= size {
+        let tag = bytes_at(file, at, 8)?;
+        let mut tag = Bytes::new(&tag, order);
+        let (kind, length) = (tag.u32().unwrap_or(0), u64::from(tag.u32().unwrap_or(0)));
+        let bytes = bytes_at(file, at + 8, length)?;
+        if (bytes.len() as u64) < length {
+            arrays.remarks.push(Remark::cut(format!(
+                "the variable at byte {at} is longer than the file of {size} bytes"
+            )));
+            break;
+        }
+        let taken = match kind {
+            14 => matrix(Bytes::new(&bytes, order), "", 0, &mut arrays),
+            15 => match unpacked(&bytes) {
+                Some(bytes) => {
+                    let mut b = Bytes::new(&bytes, order);
+                    let element = element(&mut b);
+                    element
+                        .filter(|(kind, _)| *kind == 14)
+                        .and_then(|(_, inner)| matrix(inner, "", 0, &mut arrays))
+                }
+                None => None,
+            },
+            _ => None,
+        };
+        if taken.is_none() {
+            arrays.remarks.push(Remark {
+                kind: RemarkKind::Damaged,
+                text: format!("the variable at byte {at} cannot be unpacked or read"),
+            });
+        }
+        // Compressed variables follow one another without a gap.
+        at += 8 + length;
+        if kind != 15 {
+            at = at.next_multiple_of(8);
+        }
+    }
+    Ok(arrays.contents())
+}
+
+/// A compressed variable, whose check sum holds.
+fn unpacked(bytes: &[u8]) -> Option<Vec<u8>> {
+    let mut unpacked = Vec::new();
+    let mut reader = ZlibDecoder::new(bytes).take(MOST_UNPACKED);
+    reader.read_to_end(&mut unpacked).ok()?;
+    ((unpacked.len() as u64) < MOST_UNPACKED).then_some(unpacked)
+}
+
+/// Kind and content of the next element, small or not.
+fn element<'a>(b: &mut Bytes<'a>) -> Option<(u32, Bytes<'a>)> {
+    let tag = b.u32()?;
+    if tag >> 16 != 0 {
+        let four = b.take(4)?;
+        return Some((
+            tag & 0xFFFF,
+            Bytes::new(four.get(..(tag >> 16) as usize)?, b.order),
+        ));
+    }
+    let length = b.u32()? as usize;
+    let content = b.take(length)?;
+    b.take(length.next_multiple_of(8) - length)
+        .unwrap_or_default();
+    Some((tag, Bytes::new(content, b.order)))
+}
+
+/// Takes in a variable or a field; nothing where it is damaged.
+fn matrix(mut b: Bytes<'_>, outside: &str, depth: usize, arrays: &mut Arrays) -> Option<()> {
+    if b.rest().is_empty() {
+        // An empty field.
+        return Some(());
+    }
+    let (_, mut flags) = element(&mut b)?;
+    let flags = flags.u32()?;
+    let (_, mut sizes) = element(&mut b)?;
+    let mut dimensions = Vec::new();
+    while let Some(size) = sizes.i32() {
+        dimensions.push(usize::try_from(size).ok()?);
+    }
+    let (_, name) = element(&mut b)?;
+    let own = text(name.rest());
+    let name = match (outside.is_empty(), own.is_empty()) {
+        (true, _) => own,
+        (false, true) => outside.to_owned(),
+        (false, false) => format!("{outside}.{own}"),
+    };
+    match flags & 0xFF {
+        2 if depth < DEEPEST => fields(b, &name, &dimensions, depth, arrays),
+        6..=15 => {
+            let real = part(&mut b)?;
+            let imaginary = match flags & 0x800 {
+                0 => None,
+                _ => Some(part(&mut b)?),
+            };
+            match dimensions[..] {
+                [rows, columns] => arrays.put(&Array {
+                    name,
+                    rows,
+                    columns,
+                    real,
+                    imaginary,
+                }),
+                _ => arrays.remarks.push(Remark::passed_over(format!(
+                    "{name}, an array of {} dimensions",
+                    dimensions.len()
+                ))),
+            }
+            Some(())
+        }
+        kind => {
+            let what = match kind {
+                1 => "cells",
+                2 => "structures within structures",
+                3 | 16 | 17 => "an object",
+                // Texts are no samples, and may say who measured.
+                4 => return Some(()),
+                5 => "a sparse matrix",
+                _ => "of an unknown kind",
+            };
+            arrays
+                .remarks
+                .push(Remark::passed_over(format!("{name}, {what}")));
+            Some(())
+        }
+    }
+}
+
+/// The numbers of an element, which may be stored shorter than they are.
+fn part(b: &mut Bytes<'_>) -> Option<Vec<f64>> {
+    let (kind, content) = element(b)?;
+    let kind = match kind {
+        1 => Kind::I8,
+        2 => Kind::U8,
+        3 => Kind::I16,
+        4 => Kind::U16,
+        5 => Kind::I32,
+        6 => Kind::U32,
+        7 => Kind::F32,
+        9 => Kind::F64,
+        12 => Kind::I64,
+        13 => Kind::U64,
+        _ => return None,
+    };
+    Some(values(kind, content.order, content.rest()))
+}
+
+/// The fields of a structure, of each of its elements.
+fn fields(
+    mut b: Bytes<'_>,
+    name: &str,
+    dimensions: &[usize],
+    depth: usize,
+    arrays: &mut Arrays,
+) -> Option<()> {
+    let (_, mut length) = element(&mut b)?;
+    let length = usize::try_from(length.i32()?).ok().filter(|l| *l > 0)?;
+    let (_, names) = element(&mut b)?;
+    let names: Vec<String> = names
+        .rest()
+        .chunks(length)
+        .map(|n| text(n.split(|b| *b == 0).next().unwrap_or_default()))
+        .collect();
+    if names.is_empty() {
+        return Some(());
+    }
+    let several = dimensions.iter().product::<usize>() != 1;
+    let mut number = 0;
+    while let Some((kind, content)) = element(&mut b) {
+        let (one, field) = (number / names.len(), &names[number % names.len()]);
+        let place = match several {
+            true => format!("{name}({}).{field}", one + 1),
+            false => format!("{name}.{field}"),
+        };
+        if kind != 14 {
+            return None;
+        }
+        matrix(content, &place, depth + 1, arrays)?;
+        number += 1;
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+//! npy, the arrays of numpy.
+//!
+//! **Source** `[NPY]`.
+
+use crate::arrays::{Array, Arrays, values};
+use crate::bytes::{Bytes, Order};
+use crate::raw::{Kind, bytes_at};
+use crate::stream::{Contents, Remark, SeekRead};
+use crate::{Error, Result};
+
+/// Bytes of a header at most.
+const LONGEST_HEADER: u32 = 1 << 16;
+
+pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
+    let mut arrays = Arrays::default();
+    let bytes = bytes_at(file, 0, size)?;
+    array(&bytes, "column", &mut arrays)?;
+    Ok(arrays.contents())
+}
+
+/// Takes in the array that bytes hold.
+pub(crate) fn array(bytes: &[u8], name: &str, arrays: &mut Arrays) -> Result<()> {
+    let damaged = || Error::new("the header of the npy file is damaged or cut short");
+    let mut b = Bytes::new(bytes, Order::Little);
+    b.take(6).ok_or_else(damaged)?;
+    let version = b.u8().ok_or_else(damaged)?;
+    b.u8();
+    let length = match version {
+        1 => b.u16().map(u32::from),
+        _ => b.u32(),
+    };
+    let length = length
+        .filter(|l| *l <= LONGEST_HEADER)
+        .ok_or_else(damaged)?;
+    let header = crate::bytes::text(b.take(length as usize).ok_or_else(damaged)?);
+    let data = b.rest();
+    let after = |key: &str| {
+        let at = header.find(&format!("'{key}'"))?;
+        let rest = header[at..].split_once(':')?.1;
+        Some(rest.trim_start())
+    };
+    let form = after("descr").ok_or_else(damaged)?;
+    let Some(form) = form.strip_prefix('\'').and_then(|f| f.split_once('\'')) else {
+        return Err(Error::new(
+            "the npy file holds records of several fields, which are not read here",
+        )
+        .with_hint("save every field as an array of its own, such as numpy.savez"));
+    };
+    let by_rows = after("fortran_order").is_some_and(|f| f.starts_with("False"));
+    let shape = after("shape").and_then(|s| s.strip_prefix('(')?.split_once(')'));
+    let shape = shape
+        .ok_or_else(damaged)?
+        .0
+        .split(',')
+        .filter(|n| !n.trim().is_empty());
+    let shape: Option<Vec<usize>> = shape.map(|n| n.trim().parse().ok()).collect();
+    let (rows, columns) = match shape.ok_or_else(damaged)?[..] {
+        [] => (1, 1),
+        [n] => (n, 1),
+        [rows, columns] => (rows, columns),
+        _ => {
+            return Err(
+                Error::new("the npy file holds an array of more than two dimensions")
+                    .with_hint("save it as one column for each signal"),
+            );
+        }
+    };
+    let (order, word) = match form.0.split_at_checked(1) {
+        Some((">", word)) => (Order::Big, word),
+        Some(("<" | "|" | "=", word)) => (Order::Little, word),
+        _ => (Order::Little, form.0),
+    };
+    let (kind, complex) = match word {
+        "b1" | "u1" => (Kind::U8, false),
+        "i1" => (Kind::I8, false),
+        "u2" => (Kind::U16, false),
+        "i2" => (Kind::I16, false),
+        "u4" => (Kind::U32, false),
+        "i4" => (Kind::I32, false),
+        "u8" => (Kind::U64, false),
+        "i8" => (Kind::I64, false),
+        "f4" => (Kind::F32, false),
+        "f8" => (Kind::F64, false),
+        "c8" => (Kind::F32, true),
+        "c16" => (Kind::F64, true),
+        other => {
+            return Err(Error::new(format!(
+                "the npy file holds values of the kind {other}, which are not read here"
+            ))
+            .with_hint("save them as float64"));
+        }
+    };
+    let width = kind.size() as usize * if complex { 2 } else { 1 };
+    let damaged = || Error::new("the npy file states an impossible size");
+    let all = rows.checked_mul(columns).ok_or_else(damaged)?;
+    let there = data.len() / width;
+    let mut kept = (rows, columns);
+    if there < all {
+        // Whole rows stand before the cut, where they are stored one after the other.
+        arrays.remarks.push(Remark::cut(format!(
+            "{there} of {all} numbers of {name} are there"
+        )));
+        kept = match by_rows && columns > 0 {
+            true => (there / columns, columns),
+            false if columns == 1 => (there, 1),
+            false => return Err(Error::new("the npy file is cut short inside its columns")),
+        };
+    }
+    let (rows, columns) = kept;
+    let taken = &data[..(rows * columns * width).min(data.len())];
+    let stored = values(kind, order, taken);
+    let part = |offset: usize, step: usize| -> Vec<f64> {
+        let values: Vec<f64> = stored.iter().skip(offset).step_by(step).copied().collect();
+        match by_rows && columns > 1 {
+            true => (0..columns)
+                .flat_map(|c| values.iter().skip(c).step_by(columns).copied())
+                .collect(),
+            false => values,
+        }
+    };
+    arrays.put(&Array {
+        name: name.to_owned(),
+        rows,
+        columns,
+        real: part(0, if complex { 2 } else { 1 }),
+        imaginary: complex.then(|| part(1, 2)),
+    });
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::stream::tests::{columns, open, survives};
+
+    fn file(form: &str, by_columns: bool, shape: &str, data: &[u8]) -> Vec<u8> {
+        let order = if by_columns { "True" } else { "False" };
+        let header =
+            format!("{{'descr': '{form}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let length = (header.len() as u16).to_le_bytes();
+        [b"\x93NUMPY\x01\0", &length[..], header.as_bytes(), data].concat()
+    }
+
+    #[test]
+    fn known_arrays() {
+        let big: Vec<u8> = [1_i16, 2, 3, 4, 5, 6]
+            .iter()
+            .flat_map(|v| v.to_be_bytes())
+            .collect();
+        let read = |file: &[u8]| columns(open(file).unwrap(), 0);
+        // Three rows of two, by rows and by columns; two rows of three are two signals.
+        assert_eq!(
+            read(&file(">i2", false, "(3, 2)", &big)),
+            [[1.0, 3.0, 5.0], [2.0, 4.0, 6.0]]
+        );
+        assert_eq!(
+            read(&file(">i2", true, "(3, 2)", &big)),
+            [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+        );
+        assert_eq!(
+            read(&file(">i2", false, "(2, 3)", &big)),
+            [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+        );
+        let complex: Vec<u8> = [1_f32, -1.0, 2.0, -2.0]
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        assert_eq!(
+            read(&file("<c8", false, "(2,)", &complex)),
+            [[1.0, 2.0], [-1.0, -2.0]]
+        );
+        let cut = open(&file(">i2", false, "(40, 2)", &big)).unwrap();
+        assert_eq!((cut.streams()[0].rows, cut.remarks().len()), (3, 1));
+        survives(&file(">i2", false, "(3, 2)", &big));
+    }
+}

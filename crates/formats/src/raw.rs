@@ -1,0 +1,262 @@
+//! Numbers that lie in a file at a steady distance.
+
+use crate::Result;
+use crate::bytes::Order;
+use crate::stream::SeekRead;
+use std::io::{Read, SeekFrom};
+
+/// Form of one stored number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    U8,
+    I8,
+    U16,
+    I16,
+    I24,
+    U32,
+    I32,
+    U64,
+    I64,
+    F32,
+    F64,
+    /// One bit of a byte.
+    Bit(u8),
+    /// One of three numbers of 10 bits that are shifted left by the two bits above them.
+    Packed(u8),
+}
+
+impl Kind {
+    pub(crate) fn size(self) -> u64 {
+        match self {
+            Self::U8 | Self::I8 | Self::Bit(_) => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::I24 => 3,
+            Self::U32 | Self::I32 | Self::F32 | Self::Packed(_) => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+        }
+    }
+}
+
+/// Numbers at a steady distance, and the same again some bytes further on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Extent {
+    /// Byte of the first number.
+    pub(crate) at: u64,
+    /// Bytes from one number to the next.
+    pub(crate) stride: u64,
+    /// Numbers in a chunk.
+    pub(crate) count: u64,
+    /// Chunks.
+    pub(crate) chunks: u64,
+    /// Bytes from one chunk to the next.
+    pub(crate) step: u64,
+}
+
+/// Stored numbers of one channel.
+#[derive(Clone, Debug)]
+pub(crate) struct Raw {
+    pub(crate) kind: Kind,
+    pub(crate) order: Order,
+    pub(crate) extents: Vec<Extent>,
+    place: Place,
+}
+
+/// How far reading has come.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    extent: usize,
+    chunk: u64,
+    number: u64,
+}
+
+impl Raw {
+    pub(crate) fn new(kind: Kind, order: Order) -> Self {
+        Self {
+            kind,
+            order,
+            extents: Vec::new(),
+            place: Place::default(),
+        }
+    }
+
+    /// Numbers side by side from a byte on.
+    pub(crate) fn at(kind: Kind, order: Order, at: u64, stride: u64, count: u64) -> Self {
+        let mut raw = Self::new(kind, order);
+        raw.push(Extent {
+            at,
+            stride,
+            count,
+            chunks: 1,
+            step: 0,
+        });
+        raw
+    }
+
+    pub(crate) fn push(&mut self, extent: Extent) {
+        if extent.count > 0 && extent.chunks > 0 {
+            self.extents.push(extent);
+        }
+    }
+
+    /// As many numbers in a block of so many bytes, at the same place as in the block before where there is one.
+    pub(crate) fn push_block(&mut self, at: u64, stride: u64, count: u64, step: u64) {
+        if let Some(last) = self.extents.last_mut()
+            && (last.count, last.stride, last.step) == (count, stride, step)
+            && last.at + last.chunks * step == at
+        {
+            last.chunks += 1;
+            return;
+        }
+        self.push(Extent {
+            at,
+            stride,
+            count,
+            chunks: 1,
+            step,
+        });
+    }
+
+    pub(crate) fn rows(&self) -> u64 {
+        let each = self.extents.iter();
+        each.fold(0, |sum, e| {
+            sum.saturating_add(e.count.saturating_mul(e.chunks))
+        })
+    }
+
+    /// Back to the first number.
+    pub(crate) fn rewind(&mut self) {
+        self.place = Place::default();
+    }
+
+    /// Longest distance between two numbers.
+    pub(crate) fn stride(&self) -> u64 {
+        self.extents.iter().map(|e| e.stride).max().unwrap_or(1)
+    }
+
+    /// Appends the next numbers, at most so many; fewer at the end only.
+    pub(crate) fn read(
+        &mut self,
+        window: &mut Window,
+        file: &mut dyn SeekRead,
+        most: usize,
+        to: &mut Vec<f64>,
+    ) -> Result<()> {
+        let mut wanted = most as u64;
+        while wanted > 0 {
+            let Some(extent) = self.extents.get(self.place.extent).copied() else {
+                break;
+            };
+            let n = wanted.min(extent.count - self.place.number);
+            let at = extent.at + self.place.chunk * extent.step + self.place.number * extent.stride;
+            let length = (n - 1) * extent.stride + self.kind.size();
+            let bytes = window.get(file, at, length, extent.stride)?;
+            numbers(self.kind, self.order, bytes, extent.stride as usize, to);
+            wanted -= n;
+            self.place.number += n;
+            if self.place.number == extent.count {
+                self.place.number = 0;
+                self.place.chunk += 1;
+            }
+            if self.place.chunk == extent.chunks {
+                self.place.chunk = 0;
+                self.place.extent += 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Appends the numbers that stand in bytes at a steady distance.
+pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to: &mut Vec<f64>) {
+    fn each<const N: usize>(
+        bytes: &[u8],
+        stride: usize,
+        to: &mut Vec<f64>,
+        of: impl Fn([u8; N]) -> f64,
+    ) {
+        if stride == N {
+            to.extend(bytes.as_chunks::<N>().0.iter().map(|b| of(*b)));
+        } else {
+            let frames = bytes.chunks(stride.max(1));
+            to.extend(frames.filter_map(|f| f.first_chunk::<N>()).map(|b| of(*b)));
+        }
+    }
+    macro_rules! of {
+        ($type:ty) => {
+            match order {
+                Order::Little => each(bytes, stride, to, |b| <$type>::from_le_bytes(b) as f64),
+                Order::Big => each(bytes, stride, to, |b| <$type>::from_be_bytes(b) as f64),
+            }
+        };
+    }
+    match kind {
+        Kind::U8 => of!(u8),
+        Kind::I8 => of!(i8),
+        Kind::U16 => of!(u16),
+        Kind::I16 => of!(i16),
+        Kind::U32 => of!(u32),
+        Kind::I32 => of!(i32),
+        Kind::U64 => of!(u64),
+        Kind::I64 => of!(i64),
+        Kind::F32 => of!(f32),
+        Kind::F64 => of!(f64),
+        Kind::Bit(bit) => each(bytes, stride, to, |[b]: [u8; 1]| {
+            f64::from(b >> (bit & 7) & 1)
+        }),
+        Kind::Packed(axis) => each(bytes, stride, to, |b: [u8; 4]| {
+            let word = u32::from_le_bytes(b);
+            let ten = (word >> (10 * u32::from(axis.min(2)))) << 22;
+            f64::from((ten as i32 >> 22) << (word >> 30))
+        }),
+        Kind::I24 => each(bytes, stride, to, |b: [u8; 3]| {
+            f64::from((three(b, order) << 8) as i32 >> 8)
+        }),
+    }
+}
+
+fn three(b: [u8; 3], order: Order) -> u32 {
+    match order {
+        Order::Little => u32::from_le_bytes([b[0], b[1], b[2], 0]),
+        Order::Big => u32::from_be_bytes([0, b[0], b[1], b[2]]),
+    }
+}
+
+/// A stretch of the file that is held, so that channels side by side are fetched once.
+#[derive(Debug, Default)]
+pub(crate) struct Window {
+    start: u64,
+    bytes: Vec<u8>,
+}
+
+impl Window {
+    /// So many bytes from a place on, with as much around them as a neighbour may need.
+    pub(crate) fn get(
+        &mut self,
+        file: &mut dyn SeekRead,
+        at: u64,
+        length: u64,
+        around: u64,
+    ) -> Result<&[u8]> {
+        let held = |w: &Self| at >= w.start && at + length <= w.start + w.bytes.len() as u64;
+        if !held(self) {
+            self.start = at.saturating_sub(around);
+            self.bytes.clear();
+            file.seek(SeekFrom::Start(self.start))?;
+            file.take(at - self.start + length + around)
+                .read_to_end(&mut self.bytes)?;
+            if !held(self) {
+                return Err(std::io::Error::from(std::io::ErrorKind::UnexpectedEof).into());
+            }
+        }
+        let from = (at - self.start) as usize;
+        Ok(&self.bytes[from..from + length as usize])
+    }
+}
+
+/// Bytes of a file from a place on, at most so many.
+pub(crate) fn bytes_at(file: &mut dyn SeekRead, at: u64, most: u64) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.seek(SeekFrom::Start(at))?;
+    file.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

@@ -1,0 +1,329 @@
+//! A file as streams, each of them channels on one clock.
+
+use crate::raw::{Raw, Window};
+use crate::scaling::Scaling;
+use crate::{Error, Format, Result, Rows, recognise};
+use std::collections::{HashMap, HashSet};
+use std::io::{Read, Seek, SeekFrom};
+
+/// What a file is read from.
+pub trait SeekRead: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> SeekRead for T {}
+
+/// A signal of a stream.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Channel {
+    /// Name as it stands in the file, without its unit.
+    pub name: String,
+    /// Word for the unit as it stands in the file.
+    pub unit: Option<String>,
+    /// What the file declares to be done to the stored numbers, and was: `linear`, `polynomial`.
+    pub scaling: Option<String>,
+}
+
+/// What tells the times of the samples of a stream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clock {
+    /// The file says the rate.
+    Rate {
+        /// Samples per second.
+        hz: f64,
+        /// Time of the first sample, s, where the file counts from elsewhere.
+        start_s: f64,
+    },
+    /// The last channel holds the times.
+    Times,
+    /// Nothing.
+    Unsaid,
+}
+
+/// What a file says of itself that a reader must know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RemarkKind {
+    /// It ends before what it announces; what stands before is whole.
+    Cut,
+    /// A part is damaged and left out.
+    Damaged,
+    /// A part is whole and of a kind that is not read.
+    PassedOver,
+}
+
+/// A remark about a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Remark {
+    /// Of which kind.
+    pub kind: RemarkKind,
+    /// One line, with the place.
+    pub text: String,
+}
+
+impl Remark {
+    pub(crate) fn cut(text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self {
+            kind: RemarkKind::Cut,
+            text,
+        }
+    }
+
+    pub(crate) fn passed_over(text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self {
+            kind: RemarkKind::PassedOver,
+            text,
+        }
+    }
+}
+
+/// Channels on one clock.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Stream {
+    /// What it is chosen by.
+    pub name: String,
+    /// Its signals in the order of the file.
+    pub channels: Vec<Channel>,
+    /// Its clock.
+    pub clock: Clock,
+    /// Samples of each channel.
+    pub rows: u64,
+    /// Whole numbers out of a converter whose full scale the file does not say: the size of full scale.
+    pub full_scale: Option<f64>,
+    pub(crate) store: Store,
+}
+
+/// Where the numbers of a stream are.
+#[derive(Debug)]
+pub(crate) enum Store {
+    /// Each channel lies in the file as it is.
+    Columns(Vec<Column>),
+}
+
+/// The numbers of one channel.
+#[derive(Debug)]
+pub(crate) struct Column {
+    /// As stored; several where a scaling joins them.
+    pub(crate) sources: Vec<Source>,
+    pub(crate) scaling: Scaling,
+}
+
+/// Numbers as stored.
+#[derive(Debug)]
+pub(crate) enum Source {
+    /// In the file.
+    Raw(Raw),
+    /// Read from text or unpacked, and how far reading has come.
+    Held(Vec<f64>, usize),
+    /// Straight lines one after the other.
+    Lines(Lines),
+}
+
+/// Numbers on straight lines, and how far reading has come.
+#[derive(Debug, Default)]
+pub(crate) struct Lines {
+    pub(crate) pieces: Vec<Line>,
+    pub(crate) piece: usize,
+    pub(crate) number: u64,
+}
+
+/// So many numbers from one on in equal steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    pub(crate) count: u64,
+    pub(crate) first: f64,
+    pub(crate) step: f64,
+}
+
+impl Lines {
+    fn read(&mut self, most: usize, to: &mut Vec<f64>) {
+        let mut wanted = most as u64;
+        while let Some(line) = self.pieces.get(self.piece).filter(|_| wanted > 0) {
+            let n = wanted.min(line.count - self.number);
+            let numbers = self.number..self.number + n;
+            to.extend(numbers.map(|i| line.first + i as f64 * line.step));
+            wanted -= n;
+            self.number += n;
+            if self.number == line.count {
+                (self.piece, self.number) = (self.piece + 1, 0);
+            }
+        }
+    }
+}
+
+impl Source {
+    pub(crate) fn held(numbers: Vec<f64>) -> Self {
+        Self::Held(numbers, 0)
+    }
+
+    pub(crate) fn rows(&self) -> u64 {
+        match self {
+            Self::Raw(raw) => raw.rows(),
+            Self::Held(numbers, _) => numbers.len() as u64,
+            Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
+        }
+    }
+
+    pub(crate) fn rewind(&mut self) {
+        match self {
+            Self::Raw(raw) => raw.rewind(),
+            Self::Held(_, at) => *at = 0,
+            Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
+        }
+    }
+
+    /// Longest distance between two numbers in the file.
+    pub(crate) fn stride(&self) -> u64 {
+        match self {
+            Self::Raw(raw) => raw.stride(),
+            Self::Held(..) | Self::Lines(_) => 1,
+        }
+    }
+
+    /// Appends the next numbers, at most so many.
+    pub(crate) fn read(
+        &mut self,
+        window: &mut Window,
+        file: &mut dyn SeekRead,
+        most: usize,
+        to: &mut Vec<f64>,
+    ) -> Result<()> {
+        match self {
+            Self::Raw(raw) => raw.read(window, file, most, to),
+            Self::Lines(lines) => {
+                lines.read(most, to);
+                Ok(())
+            }
+            Self::Held(numbers, at) => {
+                let end = numbers.len().min(*at + most);
+                to.extend_from_slice(&numbers[*at..end]);
+                *at = end;
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Column {
+    pub(crate) fn of(source: Source) -> Self {
+        Self {
+            sources: vec![source],
+            scaling: Scaling::none(),
+        }
+    }
+
+    pub(crate) fn raw(raw: Raw) -> Self {
+        Self::of(Source::Raw(raw))
+    }
+}
+
+/// A recognised file.
+pub struct Container {
+    pub(crate) format: &'static Format,
+    pub(crate) streams: Vec<Stream>,
+    pub(crate) remarks: Vec<Remark>,
+    pub(crate) file: Box<dyn SeekRead>,
+    pub(crate) scaled: bool,
+}
+
+/// What a reader gives of a file.
+pub(crate) struct Contents {
+    pub(crate) streams: Vec<Stream>,
+    pub(crate) remarks: Vec<Remark>,
+}
+
+/// Bytes that tell every format.
+pub(crate) const HEAD: usize = 4096;
+
+impl Container {
+    /// Opens a file by its content.
+    ///
+    /// # Errors
+    /// A format that is not known or not read here, a file without samples, damage in its index.
+    pub fn open(mut file: Box<dyn SeekRead>) -> Result<Self> {
+        let mut head = Vec::new();
+        file.seek(SeekFrom::Start(0))?;
+        (&mut file).take(HEAD as u64).read_to_end(&mut head)?;
+        let format =
+            recognise(&head).ok_or_else(|| Error::new("is of no format that is known here"))?;
+        let Some(read) = format.reader else {
+            return Err(format.refusal());
+        };
+        let size = file.seek(SeekFrom::End(0))?;
+        let Contents {
+            mut streams,
+            remarks,
+        } = read(&mut *file, size)?;
+        streams.retain(|s| s.rows > 0 && !s.channels.is_empty());
+        if streams.is_empty() {
+            let more = remarks.first().map(|r| format!("; {}", r.text));
+            return Err(Error::new(format!(
+                "is {} without a single sample{}",
+                format.name,
+                more.unwrap_or_default()
+            ))
+            .with_hint("check that the recording was finished and holds numbers"));
+        }
+        distinct(&mut streams);
+        Ok(Self {
+            format,
+            streams,
+            remarks,
+            file,
+            scaled: true,
+        })
+    }
+
+    /// Leaves off the scaling that the file declares: the numbers come as stored, and what the file says of their unit does not
+    /// hold for them.
+    #[must_use]
+    pub fn without_scaling(mut self) -> Self {
+        self.scaled = false;
+        let channels = self.streams.iter_mut().flat_map(|s| &mut s.channels);
+        for channel in channels.filter(|c| c.scaling.is_some()) {
+            (channel.unit, channel.scaling) = (None, None);
+        }
+        self
+    }
+
+    /// Which format it is.
+    pub fn format(&self) -> &'static Format {
+        self.format
+    }
+
+    /// Its streams; at least one.
+    pub fn streams(&self) -> &[Stream] {
+        &self.streams
+    }
+
+    /// What the reader noticed about the file.
+    pub fn remarks(&self) -> &[Remark] {
+        &self.remarks
+    }
+
+    /// Reads channels of a stream, both by their number from zero, block by block.
+    ///
+    /// # Errors
+    /// No such stream or channel.
+    pub fn rows(self, stream: usize, channels: &[usize]) -> Result<Rows> {
+        Rows::new(self, stream, channels)
+    }
+}
+
+/// Streams of one name get a number, so that each can be chosen.
+fn distinct(streams: &mut [Stream]) {
+    let mut taken: HashSet<String> = HashSet::new();
+    let mut numbers: HashMap<String, u64> = HashMap::new();
+    for stream in streams {
+        let name = stream.name.clone();
+        let number = numbers.entry(name.clone()).or_insert(1);
+        while !taken.insert(stream.name.clone()) {
+            *number += 1;
+            stream.name = format!("{name} {number}").trim_start().to_owned();
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

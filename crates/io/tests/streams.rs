@@ -1,0 +1,464 @@
+//! Recordings of other formats through the view that text has: the same numbers, rate, units and digest.
+
+use proofmass_io::{
+    Layout, LayoutOptions, Recording, RecordingOptions, Rewriter, RowReader, SaidBy, Source,
+    TimeSource, Unit, Waveform, WaveformFormat, WaveformOptions, f32_bytes, inspect_source,
+};
+use std::io::Write as _;
+use std::path::PathBuf;
+
+/// 24-bit WAV, two channels at 1 kHz.
+fn wav(samples: &[[i32; 2]]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let spec = hound::WavSpec {
+        channels: 2,
+        sample_rate: 1000,
+        bits_per_sample: 24,
+        sample_format: hound::SampleFormat::Int,
+    };
+    let mut writer = hound::WavWriter::new(&mut bytes, spec).unwrap();
+    for v in samples.iter().flatten() {
+        writer.write_sample(*v).unwrap();
+    }
+    writer.finalize().unwrap();
+    bytes.into_inner()
+}
+
+/// TDMS of single-precision floats in volts, channel by channel, at a step of 1 ms.
+fn tdms(groups: &[(&str, &[[f32; 2]])]) -> Vec<u8> {
+    let text = |t: &str| [&(t.len() as u32).to_le_bytes()[..], t.as_bytes()].concat();
+    let (mut metadata, mut raw) = (Vec::new(), Vec::new());
+    for (group, samples) in groups {
+        for channel in 0..2 {
+            metadata.extend(text(&format!("/'{group}'/'ai{channel}'")));
+            for v in [20_u32, 9, 1] {
+                metadata.extend(v.to_le_bytes());
+            }
+            metadata.extend((samples.len() as u64).to_le_bytes());
+            metadata.extend(2_u32.to_le_bytes());
+            metadata.extend([text("wf_increment"), 10_u32.to_le_bytes().to_vec()].concat());
+            metadata.extend(0.001_f64.to_le_bytes());
+            metadata.extend(
+                [
+                    text("unit_string"),
+                    0x20_u32.to_le_bytes().to_vec(),
+                    text("V"),
+                ]
+                .concat(),
+            );
+            raw.extend(samples.iter().flat_map(|s| s[channel].to_le_bytes()));
+        }
+    }
+    let objects = 2 * groups.len() as u32;
+    let metadata = [&objects.to_le_bytes()[..], &metadata].concat();
+    let mut file = b"TDSm\x0e\0\0\0\x69\x12\0\0".to_vec();
+    file.extend(((metadata.len() + raw.len()) as u64).to_le_bytes());
+    file.extend((metadata.len() as u64).to_le_bytes());
+    [file, metadata, raw].concat()
+}
+
+fn samples() -> Vec<[f32; 2]> {
+    (0..5000)
+        .map(|i| [(i as f32 * 0.37).sin(), (i as f32 * 0.11).cos()])
+        .collect()
+}
+
+fn options(columns: &[&str]) -> RecordingOptions {
+    RecordingOptions {
+        columns: columns.iter().map(|c| (*c).into()).collect(),
+        ..RecordingOptions::default()
+    }
+}
+
+#[test]
+fn known_recording_through_the_one_view() {
+    let file = tdms(&[("bench", &samples())]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("named.csv");
+    std::fs::write(&path, &file).unwrap();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(&file).unwrap();
+    let packed = packed.finish().unwrap();
+    let whole = Recording::read(&path, &options(&["ai1", "ai0"])).unwrap();
+    let wanted: Vec<f64> = samples().iter().map(|s| f64::from(s[1])).collect();
+    assert_eq!(whole.columns[0].data, wanted);
+    assert_eq!(whole.columns[0].unit, Some(Unit::Volt));
+    assert_eq!(whole.time.rate_hz(), 1000.0);
+    assert!(!matches!(whole.time.source(), TimeSource::Column(_)));
+    let line = whole.reading().to_string();
+    assert_eq!(
+        line,
+        "columns 2 ai1, 1 ai0 in V by the file; 1 kHz by the file; tdms file"
+    );
+    assert_eq!(whole.reading().time.by, SaidBy::File);
+    // A pipe and a packed file give the same numbers, and each the digest of its own bytes.
+    for (bytes, same) in [(file.clone(), true), (packed, false)] {
+        let digest = Source::from_bytes("x", bytes.clone())
+            .unwrap()
+            .finish()
+            .unwrap()
+            .sha256;
+        let pipe = Source::new("pipe", std::io::Cursor::new(bytes)).unwrap();
+        let read = Recording::from_source(pipe, &options(&["ai1", "ai0"])).unwrap();
+        assert_eq!(read.columns, whole.columns);
+        assert_eq!(
+            (read.sha256 == whole.sha256, read.sha256 == digest),
+            (same, true)
+        );
+    }
+    let cut = RecordingOptions {
+        between: Some([1.0, 2.0]),
+        ..options(&["ai0"])
+    };
+    let cut = Recording::read(&path, &cut).unwrap();
+    assert_eq!(
+        (cut.samples(), cut.columns[0].data[0]),
+        (1000, f64::from(samples()[1000][0]))
+    );
+    let seen = inspect_source(
+        Source::open(&path).unwrap(),
+        &RecordingOptions::default(),
+        10,
+    )
+    .unwrap();
+    assert_eq!(
+        (seen.rows, seen.columns.len(), seen.bad_count),
+        (5000, 3, 0)
+    );
+    let time = seen.time.unwrap();
+    assert_eq!((time.rate_hz, time.gap_count), (1000.0, 0));
+    assert!((time.duration_s - 5.0).abs() < 1e-9);
+}
+
+#[test]
+fn known_rows_with_their_text() {
+    let file = tdms(&[("bench", &[[1.5, -2.0], [0.25, 3.0]])]);
+    let mut source = Source::from_bytes("r.tdms", file).unwrap();
+    let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+    let mut writer =
+        Rewriter::in_memory(source.name(), &layout, &[(1, "ai1_m/s2".into())]).unwrap();
+    let mut reader = RowReader::new(source, layout, &[1]).unwrap().keep_text();
+    while let Some(block) = reader.next_block().unwrap() {
+        writer.block(&block, &[&[7.0, 8.0]]).unwrap();
+    }
+    let text = String::from_utf8(writer.into_bytes().unwrap()).unwrap();
+    assert_eq!(
+        text,
+        "ai0 (V),ai1_m/s2,time (s)\n1.5,7.0,0\n0.25,8.0,0.001\n"
+    );
+}
+
+#[test]
+fn refuses_to_choose_between_streams() {
+    let other: Vec<[f32; 2]> = samples()[..10].to_vec();
+    let file = tdms(&[("bench", &samples()), ("oven", &other)]);
+    let source = || Source::from_bytes("r.tdms", file.clone()).unwrap();
+    let error = Recording::from_source(source(), &options(&["ai0"])).unwrap_err();
+    let said = error.to_string();
+    assert!(
+        said.contains("\"bench\"") && said.contains("\"oven\""),
+        "{said}"
+    );
+    assert!(error.hint().unwrap().contains("--source"));
+    let seen = inspect_source(source(), &RecordingOptions::default(), 10).unwrap();
+    assert_eq!((seen.streams.len(), seen.columns.len()), (2, 0));
+    let chosen = source().with_stream(Some("oven"), false);
+    assert_eq!(
+        Recording::from_source(chosen, &options(&["ai0"]))
+            .unwrap()
+            .samples(),
+        10
+    );
+    let wrong =
+        Recording::from_source(source().with_stream(Some("own"), false), &options(&["ai0"]));
+    assert!(wrong.unwrap_err().hint().unwrap().contains("oven"));
+    let text = Source::from_bytes("r.csv", "t_s,a_g\n0,1\n1,2\n").unwrap();
+    let text = text.with_stream(Some("oven"), false);
+    assert!(Recording::from_source(text, &options(&["a"])).is_err());
+}
+
+/// The same run as raw floats, TDMS and WAV gives the same waveform, bit for bit.
+#[test]
+fn law_a_waveform_is_the_same_in_every_format() {
+    let whole: Vec<[i32; 2]> = (0..4000)
+        .map(|i| [i * 2000 - 4_000_000, 3 * i - 6000])
+        .collect();
+    let volts = |v: i32| f64::from(v) * (10.0 / 8_388_608.0);
+    let floats: Vec<[f32; 2]> = whole.iter().map(|s| s.map(|v| volts(v) as f32)).collect();
+    let columns = [0, 1].map(|c| whole.iter().map(|s| volts(s[c])).collect::<Vec<f64>>());
+    let waveform = |format, bytes: Vec<u8>, names: [&str; 2]| {
+        let options = WaveformOptions {
+            format,
+            sampling_rate_hz: Some(1000.0),
+            channels: names
+                .iter()
+                .map(|n| ((*n).to_owned(), (*n).into()))
+                .collect(),
+            channel_count: 2,
+            full_scale_v: Some(10.0),
+            layout: LayoutOptions::default(),
+            unit: Some(Unit::Volt),
+            quantity: Unit::Volt,
+            time: None,
+            time_unit: None,
+            between: None,
+            stream: None,
+        };
+        Waveform::from_source(Source::from_bytes("run", bytes).unwrap(), &options).unwrap()
+    };
+    let raw = f32_bytes(&[&columns[0], &columns[1]]).unwrap();
+    let raw = waveform(WaveformFormat::F32, raw, ["1", "2"]);
+    let labview = waveform(
+        WaveformFormat::Text,
+        tdms(&[("bench", &floats)]),
+        ["ai0", "ai1"],
+    );
+    assert_eq!(raw.channels, labview.channels);
+    assert_eq!(
+        (labview.sampling_rate_hz, labview.times.is_none()),
+        (1000.0, true)
+    );
+    // By its content, and stated; 24 bits over ±10 V are exact in single precision.
+    for format in [WaveformFormat::Text, WaveformFormat::Wav] {
+        let wav = waveform(format, wav(&whole), ["1", "2"]);
+        assert_eq!(wav.channels, columns);
+        assert_eq!(
+            wav.channels[0]
+                .iter()
+                .map(|v| *v as f32 as f64)
+                .collect::<Vec<_>>(),
+            raw.channels[0]
+        );
+    }
+}
+
+#[test]
+fn known_cut_file_has_its_rows_and_a_finding() {
+    let file = tdms(&[("bench", &samples())]);
+    let cut = Source::from_bytes("r.tdms", &file[..file.len() - 10_001]).unwrap();
+    let read = Recording::from_source(cut, &options(&["ai0", "ai1"]));
+    // One channel lies behind the other, so that rows are lost from the end.
+    let read = read.unwrap();
+    assert_eq!(read.samples(), 2499);
+    assert!(read.findings().iter().any(|f| f.code() == "file-cut"));
+}
+
+#[test]
+fn known_doubts_about_a_file() {
+    let told = |bytes: Vec<u8>| {
+        let source = Source::from_bytes("r", bytes).unwrap();
+        inspect_source(source, &RecordingOptions::default(), 10)
+            .unwrap()
+            .findings
+    };
+    let mut blocks = include_bytes!("../../../fuzz/corpus/streams/three.cwa").to_vec();
+    assert!(told(blocks.clone()).is_empty());
+    blocks[1024 + 512 + 60] ^= 1;
+    assert_eq!(told(blocks)[0].code(), "parts-damaged");
+    let mut set = b"    -1\n   151\nsomebody\n    -1\n".to_vec();
+    set.extend(include_bytes!("../../../fuzz/corpus/streams/two.uff"));
+    let found = told(set);
+    assert_eq!(found[0].code(), "parts-passed-over");
+    assert!(!format!("{found:?}").contains("somebody"));
+    let mut file = tdms(&[("bench", &samples())]);
+    let places: Vec<usize> = (0..400)
+        .filter(|&i| file[i..].starts_with(b"\x01\0\0\0V"))
+        .collect();
+    places.iter().for_each(|i| file[i + 4] = b'?');
+    let found = told(file);
+    assert_eq!(found[0].code(), "unit-word-unknown");
+}
+
+fn reference_data() -> PathBuf {
+    let data = std::env::var_os("PROOFMASS_REFERENCE_DATA");
+    PathBuf::from(
+        data.expect("PROOFMASS_REFERENCE_DATA names the folder, see docs/reference-data.md"),
+    )
+}
+
+/// Numbers, first, last and sum of a channel as other readers give them (npTDMS, lvm_read, pyuff, scipy).
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn crosscheck_streams_of_others() {
+    for (name, stream, column, n, first, last, sum) in [
+        (
+            "doors/tdms/daqmx_accelerometers_scaled.tdms",
+            None,
+            "ai0",
+            10_000,
+            0.012_149_373_3,
+            0.477_506_679,
+            619.558_867,
+        ),
+        (
+            "doors/tdms/daqmx_accelerometers_scaled.tdms",
+            None,
+            "ai1",
+            10_000,
+            32.152_917_7,
+            -29.154_064_6,
+            3_875.866_92,
+        ),
+        (
+            "doors/tdms/06_multi_segment.tdms",
+            None,
+            "Sensor",
+            300,
+            -0.008_707_881_75,
+            -0.061_440_027_8,
+            -0.680_059_018,
+        ),
+        (
+            "doors/tdms/IncrementalMetaInformationExample_step5.tdms",
+            Some("group 2"),
+            "channel2",
+            39,
+            4.0,
+            27.0,
+            438.0,
+        ),
+        (
+            "doors/lvm/short.lvm",
+            None,
+            "Excitation (Trigger)",
+            10,
+            0.914_018,
+            0.680_572,
+            6.917_138,
+        ),
+        (
+            "doors/lvm/short.lvm",
+            None,
+            "Response (Trigger)",
+            10,
+            1.204_792,
+            1.212_775,
+            12.138_708,
+        ),
+        (
+            "doors/uff/uneven_ascii.uff",
+            None,
+            "response a 1Z",
+            2048,
+            1.604_897_85,
+            -4.667_296_67,
+            272.455_599,
+        ),
+        (
+            "doors/wav/test-44100Hz-le-1ch-4bytes-rf64.wav",
+            None,
+            "channel 1",
+            4410,
+            9_538_171.0,
+            -212_242_929.0,
+            8_927_800.0,
+        ),
+        (
+            "doors/wav/test-44100Hz-be-1ch-4bytes.wav",
+            None,
+            "channel 1",
+            4410,
+            9_538_171.0,
+            -212_242_929.0,
+            8_927_800.0,
+        ),
+        (
+            "doors/wav/usb_accelerometer_24bit.wav",
+            None,
+            "channel 2",
+            48_000,
+            61_975.0,
+            57_766.0,
+            0.0,
+        ),
+        (
+            "wearable/ggirread/ax3_testfile.cwa",
+            None,
+            "acc_x",
+            17_400,
+            0.328_125,
+            -0.0625,
+            13_530.468_75,
+        ),
+        (
+            "wearable/ggirread/ax3_testfile_corrupt_blocks_0_13_14_142_143_144.cwa",
+            None,
+            "acc_z",
+            16_680,
+            -0.578_125,
+            0.203_125,
+            4_939.875,
+        ),
+        (
+            "wearable/ggirread/ax6_testfile.cwa",
+            None,
+            "acc_y",
+            11_320,
+            0.071_289_062_5,
+            0.981_445_312_5,
+            2_386.895_02,
+        ),
+        (
+            "wearable/skdh/ax3_sample.cwa",
+            None,
+            "acc_z",
+            58_800,
+            0.953_125,
+            0.375,
+            11_800.093_75,
+        ),
+        (
+            "doors/mat/shaker_excitation.mat",
+            None,
+            "freq_hz",
+            100,
+            19.998_618_7,
+            10_000.0,
+            164_043.935,
+        ),
+        (
+            "doors/mat/testvec_4_GLNX86.mat",
+            None,
+            "xdot_filt",
+            2,
+            8.111_544_75e-13,
+            1.285_040_39e-11,
+            1.366_155_84e-11,
+        ),
+        (
+            "formats/labview_sample.lvm",
+            Some("every 0.000586 s"),
+            "accelerometer_base",
+            12_375,
+            0.203,
+            -0.034_655,
+            f64::NAN,
+        ),
+        (
+            "formats/Sample_UFF58_ascii.uff",
+            None,
+            "response Mic 01 X",
+            79_292,
+            -0.014_755_3,
+            -0.004_314_69,
+            f64::NAN,
+        ),
+    ] {
+        let options = RecordingOptions {
+            stream: stream.map(str::to_owned),
+            table: true,
+            ..options(&[column])
+        };
+        let read = Recording::read(&reference_data().join(name), &options);
+        let read = read.unwrap_or_else(|e| panic!("{name}: {e}, {:?}", e.hint()));
+        let data = &read.columns[0].data;
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-8 * b.abs().max(1e-12);
+        assert_eq!(data.len(), n, "{name}");
+        assert!(close(data[0], first) && close(data[n - 1], last), "{name}");
+        let scale: f64 = data.iter().map(|v| v.abs()).sum();
+        assert!(
+            sum.is_nan() || (data.iter().sum::<f64>() - sum).abs() <= 1e-8 * scale,
+            "{name}"
+        );
+    }
+}

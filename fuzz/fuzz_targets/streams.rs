@@ -1,0 +1,9 @@
+//! Recordings of other formats, known by their content.
+
+#![no_main]
+
+#[path = "../targets.rs"]
+#[allow(dead_code)]
+mod targets;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| targets::streams(data));
