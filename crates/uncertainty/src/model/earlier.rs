@@ -1,5 +1,7 @@
 //! Earlier results as inputs of a model, with the causes they share.
 
+mod alike;
+
 use super::InputEntry;
 use crate::findings;
 use crate::{
@@ -98,6 +100,8 @@ pub(super) struct Earlier {
     by_law: Vec<String>,
     /// Causes that two results share.
     shared: Vec<String>,
+    /// Causes that two results state almost alike.
+    nearly: Vec<String>,
     /// Causes that two results share, each of them stated by its trials.
     lost: Vec<String>,
 }
@@ -123,6 +127,7 @@ impl Earlier {
         all.warnings = warned
             .map(|e| (e.file.clone(), e.warnings.join("; ")))
             .collect();
+        all.nearly = alike::nearly_alike(&entries);
         let unlisted = entries.iter().filter(|e| e.unlisted);
         all.unlisted = unlisted.map(|e| e.file.clone()).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
@@ -428,6 +433,8 @@ impl Earlier {
             (!self.shared.is_empty()).then(|| findings::shared_causes(&self.shared.join(", ")));
         let lost = (!self.lost.is_empty())
             .then(|| findings::shared_causes_of_trials(&self.lost.join(", ")));
+        let nearly = (!self.nearly.is_empty())
+            .then(|| findings::causes_nearly_alike(&self.nearly.join("; ")));
         let doubts = self.doubts.iter();
         let doubts = doubts.map(|(file, why)| findings::earlier_result_in_doubt(file, why));
         let warnings = self.warnings.iter();
@@ -441,6 +448,7 @@ impl Earlier {
             .chain(unlisted)
             .chain(by_law)
             .chain(shared)
+            .chain(nearly)
             .chain(lost)
             .collect()
     }
