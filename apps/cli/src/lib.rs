@@ -145,6 +145,8 @@ pub fn handle_interrupts() {
     #[cfg(unix)]
     {
         use nix::sys::signal::{SigSet, Signal};
+        // A file above the limit of its size is then an error of the writing, like a full disk, and no end of the process.
+        let _ = SigSet::from(Signal::SIGXFSZ).thread_block();
         let all: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP]
             .into_iter()
             .collect();

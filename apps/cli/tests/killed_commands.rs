@@ -355,6 +355,26 @@ fn refuses_to_calculate_without_threads() {
     assert_eq!(names(&inputs), ["campaign.toml", "recording.csv"]);
 }
 
+/// Trials for which there is no memory are refused before the first is made.
+#[test]
+fn refuses_trials_without_memory() {
+    let above = tempfile::tempdir().unwrap();
+    let model = above.path().join("model.toml");
+    let input = "[[input]]\nname = \"x\"\nunit = \"1\"\nvalue = 1\nu = 0.1\n";
+    let output = "[[output]]\nname = \"y\"\nunit = \"1\"\nexpression = \"x\"\n";
+    std::fs::write(&model, format!("{input}{output}")).unwrap();
+    let program = env!("CARGO_BIN_EXE_proofmass");
+    let script = format!(
+        "ulimit -v 700000; exec {program} uncertainty {} --trials 100000000",
+        text(&model)
+    );
+    let output = Command::new("sh").args(["-c", &script]).output().unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("memory that this process may have"), "{said}");
+    assert_eq!(names(above.path()), ["model.toml"]);
+}
+
 /// A file may have no more than so many blocks: the disk is full at another place each time.
 #[test]
 fn law_a_full_disk_loses_nothing() {
@@ -391,7 +411,7 @@ fn law_a_full_disk_loses_nothing() {
                 false,
             ),
         ] {
-            let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec {program} {what}");
+            let script = format!("ulimit -f {blocks}; exec {program} {what}");
             let output = Command::new("sh")
                 .args(["-c", &script])
                 .env("SOURCE_DATE_EPOCH", "1790000001")

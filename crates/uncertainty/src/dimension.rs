@@ -9,6 +9,18 @@ pub(crate) struct Dimension {
     powers: [i8; BASES],
     /// Factor to the coherent unit, where it is known.
     pub(crate) factor: Option<f64>,
+    /// How its kelvins are meant.
+    pub(crate) kelvins: Kelvins,
+}
+
+/// How the powers of the kelvin in a unit are meant: a temperature in °C counts from another zero than one in K. What is neither
+/// is a difference of two temperatures, which is the same on both scales.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Kelvins {
+    /// Powers written as degrees Celsius.
+    pub(crate) celsius: i8,
+    /// Powers written as K.
+    pub(crate) absolute: i8,
 }
 
 const M: usize = 0;
@@ -117,6 +129,9 @@ const UNITS: [(&str, [i8; BASES], f64, bool); 58] = [
     ("mi", of(1, 0, 0, 0, 0), 1609.344, false),
 ];
 
+/// Units whose zero is not that of the kelvin.
+pub(crate) const CELSIUS: [&str; 3] = ["°C", "℃", "degC"];
+
 const PREFIXES: [(&str, f64); 20] = [
     ("da", 1e1),
     ("Y", 1e24),
@@ -146,14 +161,35 @@ impl Dimension {
         Self {
             powers: [0; BASES],
             factor: Some(1.0),
+            kelvins: Kelvins::default(),
         }
     }
 
     /// Reads a unit; `None` for a label that is none.
     pub fn parse(text: &str) -> Option<Self> {
         let mut reader = Reader { rest: text.trim() };
-        let dimension = reader.product()?;
+        let mut dimension = reader.product()?;
+        // 1/K alone is a relative change per step of either scale: the coefficient of a difference.
+        let alone = dimension.powers == of(0, 0, 0, 0, dimension.powers[K]);
+        if alone && dimension.powers[K] < 0 {
+            dimension.kelvins.absolute = 0;
+        }
         reader.rest.trim().is_empty().then_some(dimension)
+    }
+
+    /// The same unit with its kelvins meant so.
+    pub fn meaning(self, kelvins: Kelvins) -> Self {
+        Self { kelvins, ..self }
+    }
+
+    /// Power of the kelvin.
+    pub fn of_temperature(&self) -> i8 {
+        self.powers[K]
+    }
+
+    /// Whether it is that of a temperature and of nothing else.
+    pub fn is_temperature(&self) -> bool {
+        self.powers == of(0, 0, 0, 0, 1)
     }
 
     /// The coherent unit of its kind.
@@ -180,8 +216,14 @@ impl Dimension {
         for (p, q) in powers.iter_mut().zip(other.powers) {
             *p = p.checked_add(q.checked_mul(power)?)?;
         }
+        let sum = |a: i8, b: i8| a.checked_add(b.checked_mul(power)?);
+        let (these, others) = (self.kelvins, other.kelvins);
         Some(Self {
             powers,
+            kelvins: Kelvins {
+                celsius: sum(these.celsius, others.celsius)?,
+                absolute: sum(these.absolute, others.absolute)?,
+            },
             factor: self
                 .factor
                 .zip(other.factor)
@@ -194,6 +236,10 @@ impl Dimension {
         let whole = self.powers.iter().all(|p| p % 2 == 0);
         whole.then(|| Self {
             powers: self.powers.map(|p| p / 2),
+            kelvins: Kelvins {
+                celsius: self.kelvins.celsius / 2,
+                absolute: self.kelvins.absolute / 2,
+            },
             factor: self.factor.map(f64::sqrt),
         })
     }
@@ -289,9 +335,14 @@ impl Reader<'_> {
 fn symbol_of(symbol: &str) -> Option<Dimension> {
     let known = |name: &str| UNITS.iter().find(|u| u.0 == name);
     if let Some((_, powers, factor, _)) = known(symbol) {
+        let celsius = i8::from(CELSIUS.contains(&symbol));
         return Some(Dimension {
             powers: *powers,
             factor: Some(*factor),
+            kelvins: Kelvins {
+                celsius,
+                absolute: powers[K] - celsius,
+            },
         });
     }
     PREFIXES.iter().find_map(|(prefix, size)| {
@@ -299,6 +350,10 @@ fn symbol_of(symbol: &str) -> Option<Dimension> {
         Some(Dimension {
             powers: *powers,
             factor: Some(size * factor),
+            kelvins: Kelvins {
+                celsius: 0,
+                absolute: powers[K],
+            },
         })
     })
 }

@@ -184,6 +184,10 @@ impl UncertaintyModel {
         let name_output = |refusal| name_output(&entries, refusal, joint.draws().len());
         let mut findings = self.doubtful_units();
         findings.extend(self.doubtful_inputs());
+        let draws = joint.draws().iter();
+        findings.extend(
+            draws.filter_map(|d| doubts::resolution(&d.name, d.estimate, d.standard_uncertainty)),
+        );
         findings.extend(of_fits);
         let (linear, refused) = linear_of_the_finite(&equations, &joint)?;
         let tolerances: Vec<f64> = entries
@@ -269,6 +273,14 @@ impl UncertaintyModel {
                     },
                 });
             };
+            findings.extend(linear.as_ref().and_then(|l| {
+                let q = &l.quantity;
+                let u = q.standard_uncertainty;
+                // What is left of contributions that cancel is rounding itself.
+                let parts = l.budget.iter().map(|line| line.contribution.abs());
+                let whole = u > 1e-6 * parts.fold(0.0, f64::max);
+                doubts::resolution(&entry.name, q.value, u).filter(|_| whole)
+            }));
             findings.extend(
                 validation
                     .as_ref()

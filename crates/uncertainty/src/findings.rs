@@ -60,6 +60,14 @@ crate::findings! {
         evidence "{causes}",
         advice "list those that are not the same under `independent` of one of the results";
 
+    /// Earlier results name a cause alike, and its u or ν differ by a little: it is two causes here.
+    causes_nearly_alike(causes: &str) =
+        "causes-nearly-alike", [Note],
+        what "causes that earlier results name alike, with almost the same u, were taken as independent",
+        evidence "{causes}",
+        advice "if they are one cause, state it with the same digits in both models and evaluate them again: it then correlates the results",
+        false_alarms "of two standard deviations of ten readings each, 2.3 % of pairs lie within the 1 % that counts as almost";
+
     /// An earlier result has findings that need a decision, or it or its model was changed since: what is computed from it needs
     /// one as well.
     earlier_result_in_doubt(file: &str, doubts: &str) =
@@ -94,6 +102,13 @@ crate::findings! {
         what "two earlier results that are stated by Monte Carlo share causes, which are drawn independently here",
         evidence "{causes}",
         advice "compute both results in one model; or list the causes under `independent` where they are not the same";
+
+    /// The double-precision numbers about a value lie farther apart than its uncertainty can use.
+    finer_than_doubles(quantity: &str, u: &str, value: &str, spacing: &str) =
+        "finer-than-doubles", [Decision],
+        what "the uncertainty of {quantity} is lost in the rounding of its value",
+        evidence "u = {u}; the numbers that a computer has near {value} lie {spacing} apart",
+        advice "state the difference from a fixed reference, or another unit with its own zero";
 
     /// Repeated observations have one value.
     no_scatter(input: &str, observations: usize, value: f64) =
@@ -150,7 +165,7 @@ crate::findings! {
         "normal-copula", [Note],
         what "correlated inputs that are not normal were joined by a normal copula",
         evidence "{inputs}",
-        advice "their correlation coefficient differs a little from the one given";
+        advice "they have the coefficient that is stated (product-moment); other joint distributions have it too, and differ in their tails";
 
     /// An uncertainty rests on few observations, averages or repeats.
     few_degrees_of_freedom(name: &str, dof: f64, remedy: &str) =

@@ -1,5 +1,11 @@
 //! Models that are given as an equation to be solved: h(y, x) = 0.
 
+#[cfg(feature = "model")]
+mod search;
+
+#[cfg(feature = "model")]
+pub(crate) use search::{Found, Lost};
+
 use crate::propagation::{jacobian_of, linear};
 use crate::{Dual, JointInputs, Linear, NormalEquations, Number};
 use proofmass_core::Error;

@@ -118,8 +118,8 @@
 //! # Not covered
 //!
 //! - Bayesian type A evaluation with informative priors, and interval-valued (imprecise) probability.
-//! - Marginals other than normal and Student t are joined under correlation by a normal copula, whose coefficient is not
-//!   corrected for them; other copulas are not offered.
+//! - Marginals other than normal and Student t are joined under correlation by a normal copula with the product-moment
+//!   coefficient that is stated; other copulas are not offered.
 //! - Errors in variables for polynomials beyond the straight line in model files; in Rust [`LeastSquares`] takes them.
 
 #![allow(

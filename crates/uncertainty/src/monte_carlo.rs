@@ -250,9 +250,7 @@ impl MonteCarlo {
             Trials::Fixed(_) => (LONG_WAVE, blocks * block),
             Trials::Adaptive { .. } => (WAVE, 0),
         };
-        // A number of trials that no memory holds must fail when it is reached, not before it begins.
-        let room = room.min(1 << 24);
-        let mut columns: Vec<Vec<f64>> = (0..m).map(|_| Vec::with_capacity(room)).collect();
+        let mut columns = columns_with_room(m, room)?;
         let mut stability = Stability::new(m);
         let circles = circles(model, inputs);
         let mut stable = false;
@@ -270,6 +268,10 @@ impl MonteCarlo {
                 .collect();
             for block in values {
                 for (column, values) in columns.iter_mut().zip(&block.columns) {
+                    let made = column.len();
+                    if column.try_reserve(values.len()).is_err() {
+                        return Err(no_memory(made, made + values.len()).into());
+                    }
                     column.extend_from_slice(values);
                 }
                 stability.add(&block.figures);
@@ -483,4 +485,30 @@ struct Block {
     columns: Vec<Vec<f64>>,
     /// Per output: mean, u, lower and upper end.
     figures: Vec<[f64; 4]>,
+}
+
+/// A column for the trials of each output, whose memory is there before the first trial is made.
+fn columns_with_room(outputs: usize, room: usize) -> Result<Vec<Vec<f64>>, Error> {
+    let reserved = |room: usize| -> Option<Vec<Vec<f64>>> {
+        let column = |_| {
+            let mut column = Vec::new();
+            column.try_reserve_exact(room).is_ok().then_some(column)
+        };
+        (0..outputs).map(column).collect()
+    };
+    reserved(room).ok_or_else(|| {
+        let mut fits = room;
+        while fits > 0 && reserved(fits).is_none() {
+            fits /= 2;
+        }
+        no_memory(fits, room)
+    })
+}
+
+fn no_memory(most: usize, got: usize) -> Error {
+    Error::TooMany {
+        name: "trials for the memory that this process may have",
+        most,
+        got,
+    }
 }

@@ -69,6 +69,19 @@ pub enum Refusal {
         /// What is wrong with it.
         what: &'static str,
     },
+    /// A correlation coefficient that two inputs of these distributions cannot have.
+    Unreachable {
+        /// First of the pair.
+        first: String,
+        /// Second of the pair.
+        second: String,
+        /// The coefficient.
+        coefficient: f64,
+        /// The least that they can have.
+        least: f64,
+        /// The largest.
+        most: f64,
+    },
     /// A name that a formula could not speak of.
     Name {
         /// The name.
@@ -137,6 +150,16 @@ impl fmt::Display for Refusal {
             } => write!(
                 f,
                 "the correlation {coefficient} between {first} and {second} {what}"
+            ),
+            Self::Unreachable {
+                first,
+                second,
+                coefficient,
+                least,
+                most,
+            } => write!(
+                f,
+                "{first} and {second} cannot have the correlation {coefficient}: their distributions allow {least:.3} to {most:.3}"
             ),
             Self::Name { name, what } => write!(f, "the name {name:?} {what}"),
             Self::Expression {

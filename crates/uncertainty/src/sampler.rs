@@ -1,5 +1,6 @@
 //! Random draws for Monte Carlo: every input of a trial, with its correlations.
 
+mod normal_scores;
 mod source;
 mod stretch;
 mod strips;
@@ -8,7 +9,7 @@ pub(crate) use strips::Strips;
 
 use crate::input::Doubt;
 use crate::propagation::square_root;
-use crate::{Distribution, JointInputs};
+use crate::{Distribution, JointInputs, Refusal};
 use proofmass_core::Error;
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -89,7 +90,9 @@ fn unstretched(drawn: &(Distribution, Doubt)) -> (Distribution, Doubt) {
 }
 
 impl Sampler {
-    pub fn new(inputs: &JointInputs) -> Result<Self, Error> {
+    /// # Errors
+    /// [`Refusal::Unreachable`], [`Refusal::Correlation`] for coefficients that inputs of these distributions cannot have.
+    pub fn new(inputs: &JointInputs) -> Result<Self, Refusal> {
         let mut result = Self {
             plans: Vec::new(),
             copula: Vec::new(),
@@ -128,7 +131,9 @@ impl Sampler {
             }
             match &cluster.correlation {
                 Some(r) => {
-                    result.correlated(inputs, &cluster.draws, square_root(r)?, &drawn, &groups)?
+                    let scores = normal_scores::of_draws(inputs, &cluster.draws, r, &drawn)?;
+                    let root = square_root(scores.as_ref().unwrap_or(r))?;
+                    result.correlated(inputs, &cluster.draws, root, &drawn, &groups)?;
                 }
                 None => {
                     for (_, members) in &groups {

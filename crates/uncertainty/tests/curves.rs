@@ -343,3 +343,44 @@ fn bad_curves_are_refused_in_words() {
     );
     needs(said(&|f| f.parameters[0] = "t".into()), "t");
 }
+
+/// Points by the thousand with errors in both variables: each trial searches from the line at the estimates, by York's iteration, and
+/// the law of propagation has the derivatives of the same line.
+#[test]
+fn law_a_thousand_points_with_errors_in_both_variables() {
+    let n = 1000;
+    let list = |f: &dyn Fn(f64) -> f64| {
+        let values: Vec<String> = (0..n).map(|k| format!("{:.6}", f(f64::from(k)))).collect();
+        format!("[{}]", values.join(", "))
+    };
+    let text = format!(
+        "[[input]]\nname = \"x\"\nunit = \"1\"\nvalues = {}\nu = 0.3\n\
+         [[input]]\nname = \"y\"\nunit = \"1\"\nvalues = {}\nu = 0.4\n\
+         [[fit]]\nname = \"line\"\nx = \"x\"\ny = \"y\"\nparameters = [\"a\", \"b\"]\nweights = \"both\"\n\
+         [[output]]\nname = \"a\"\nunit = \"1\"\n[[output]]\nname = \"b\"\nunit = \"1\"\n",
+        list(&|k| 0.02 * k + 0.3 * (7.0 * k).sin()),
+        list(&|k| 1.0 + 0.01 * k + 0.4 * (5.0 * k).cos()),
+    );
+    let model: UncertaintyModel = toml::from_str(&text).unwrap();
+    let begun = std::time::Instant::now();
+    let watch = &mut |_: Progress| std::ops::ControlFlow::Continue(());
+    let result = model.evaluate(&Evaluate::default(), watch).unwrap();
+    println!("{:?}", begun.elapsed());
+    for name in ["a", "b"] {
+        let output = result.get(name).unwrap();
+        let linear = &output.linear.as_ref().unwrap().quantity;
+        let trials = output.monte_carlo.as_ref().unwrap();
+        let (u, drawn) = (
+            linear.standard_uncertainty,
+            trials.standard_uncertainty.unwrap(),
+        );
+        assert!((drawn / u - 1.0).abs() < 0.04, "{name}: {drawn} {u}");
+        // Equal u at every point: a slope of 0.5 leaves √(0.4² + 0.25 · 0.3²) = 0.427 across, over √Σ(x − x̄)² of 5.77 √1000.
+        if name == "b" {
+            assert!(
+                (u / (0.427_2 / (5.773_5 * 1000f64.sqrt())) - 1.0).abs() < 0.01,
+                "{u}"
+            );
+        }
+    }
+}

@@ -53,6 +53,23 @@ fn known_models_that_one_road_cannot_take() {
     spare("no-monte-carlo-result", &one("value = 1\nu = 1e-9", steep));
 }
 
+/// Doubles near 10¹⁷ lie 16 apart: 10¹⁷ ± 0.1 cannot be drawn, nor can an output be 10¹⁷ + x with u(x) = 0.1.
+#[test]
+fn known_uncertainties_that_rounding_takes_away() {
+    insist("finer-than-doubles", &one("value = 1e17\nu = 0.1", "2 * x"));
+    insist("finer-than-doubles", &one("value = 1\nu = 1e-17", "x - 1"));
+    insist(
+        "finer-than-doubles",
+        &one("value = 0.3\nu = 0.1", "1e17 + x"),
+    );
+    spare("finer-than-doubles", &one("value = 1e17\nu = 200", "2 * x"));
+    spare("finer-than-doubles", &one("value = 0\nu = 1e-17", "2 * x"));
+    spare(
+        "finer-than-doubles",
+        &one("value = 1e17\nu = 1e15", "x / x"),
+    );
+}
+
 #[test]
 fn known_one_flat_input_that_dominates() {
     insist(

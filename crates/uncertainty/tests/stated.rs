@@ -297,6 +297,40 @@ fn known_a_cause_shared_with_a_refuted_result() {
     );
 }
 
+/// A cause whose u was copied with fewer digits is two causes: a note names both, and the same u is one cause without it.
+#[test]
+fn known_causes_that_are_nearly_alike_are_told() {
+    let first = |u: &str, own: &str| {
+        evaluate(
+            &(input("standard", &format!("value = 5\nu = {u}"))
+                + &input("own", &format!("value = 0\nu = {own}"))
+                + &output("y", "standard + own")),
+        )
+    };
+    let (a, b) = (first("0.03", "0.001"), first("0.0300001", "0.002"));
+    let difference = |b: &ModelResult| {
+        let result = second(
+            &[(&a, "y = \"y\""), (b, "w = \"y\"")],
+            &output("d", "y - w"),
+        );
+        let told = result.findings.iter();
+        let told = told.filter(|f| f.code() == "causes-nearly-alike");
+        let told: Vec<String> = told.map(|f| f.evidence_text().to_owned()).collect();
+        let u = result.outputs[0].linear.as_ref().unwrap();
+        (u.quantity.standard_uncertainty, told)
+    };
+    let (u, told) = difference(&b);
+    close(u, 0.03 * 2f64.sqrt(), 2e-3);
+    assert_eq!(told.len(), 1);
+    for words in ["standard: u = 0.03 in 0/", "0.0300001 in 1/"] {
+        assert!(told[0].contains(words), "{words}: {told:?}");
+    }
+    let (u, told) = difference(&first("0.03", "0.002"));
+    assert!(u < 0.003 && told.is_empty(), "{u} {told:?}");
+    // 5 % apart are two causes without a word.
+    assert!(difference(&first("0.0315", "0.002")).1.is_empty());
+}
+
 /// In a result of both kinds, what is stated linearly keeps the shape that its few degrees of freedom have.
 #[test]
 fn known_a_linear_quantity_beside_a_refuted_one() {

@@ -25,6 +25,18 @@ impl UncertaintyModel {
     }
 }
 
+/// Spacings of the doubles that u needs for the draws to have its distribution: rounding then adds 0.1 % to u.
+const SPACINGS: f64 = 8.0;
+
+/// A u that rounding of the value takes away.
+pub(super) fn resolution(quantity: &str, value: f64, u: f64) -> Option<Finding> {
+    let spacing = value.abs().next_up() - value.abs();
+    (u > 0.0 && u < SPACINGS * spacing).then(|| {
+        let number = |x: f64| crate::scientific(x, 2);
+        findings::finer_than_doubles(quantity, &number(u), &number(value), &number(spacing))
+    })
+}
+
 /// What the groups of an input say: scatter within and between, and how often chance alone makes it so large.
 fn groups(input: &InputEntry) -> Option<Finding> {
     let groups = input.groups.as_ref()?;

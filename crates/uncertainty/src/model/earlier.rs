@@ -1,5 +1,7 @@
 //! Earlier results as inputs of a model, with the causes they share.
 
+mod alike;
+
 use super::InputEntry;
 use crate::findings;
 use crate::{
@@ -117,7 +119,10 @@ impl Earlier {
             warned.map(|e| findings::earlier_result_warned(&e.file, &e.warnings.join("; ")));
         let unlisted = entries.iter().filter(|e| e.unlisted);
         let unlisted = unlisted.map(|e| findings::earlier_result_unlisted(&e.file));
-        all.findings = doubts.chain(warned).chain(unlisted).chain(by_law).collect();
+        let alike = alike::nearly_alike(&entries);
+        let alike = (!alike.is_empty()).then(|| findings::causes_nearly_alike(&alike.join("; ")));
+        let own = doubts.chain(warned).chain(unlisted).chain(by_law);
+        all.findings = own.chain(alike).collect();
         // Rows of trials come first: a cause that others share with them is a column of theirs.
         for entry in entries.iter() {
             if let Some(table) = entry.drawn() {

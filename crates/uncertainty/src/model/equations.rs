@@ -157,17 +157,7 @@ impl Equations {
         self.run(&x, &mut before);
         match self.blocks[block].clone() {
             Block::Solve(mut solve) => {
-                let mut solution = vec![0.0; solve.start.len()];
-                solve.evaluate(&before, &mut solution);
-                if solution.iter().any(|y| !y.is_finite()) {
-                    return Err(Refusal::Equation {
-                        name: solve.unknown.join(", "),
-                        what: "no solution was found at the estimates from where the search starts; begin nearer, and \
-                               check that the equations determine each unknown"
-                            .to_owned(),
-                    });
-                }
-                solve.settle(&before, solution)?;
+                solve.settle(&before)?;
                 self.blocks[block] = Block::Solve(solve);
                 Ok(None)
             }

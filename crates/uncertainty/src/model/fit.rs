@@ -33,7 +33,8 @@ pub(super) enum Weighing {
     Both(BothVariables, Vec<f64>),
 }
 
-/// Covariances among the abscissae, between ordinates and abscissae, among the ordinates.
+/// Covariances among the abscissae, between ordinates and abscissae, among the ordinates: n × n, or of each point by itself where no
+/// point is correlated with another.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BothVariables {
     n: usize,
@@ -71,7 +72,17 @@ impl Fit {
             Weighing::Ordinates(rows) => self.polynomial(&x, y, Some(rows), parameters),
             Weighing::Both(line, start) => {
                 let all: Vec<T> = x.into_iter().chain(y).collect();
-                Solved::new(NormalEquations(line), start.clone()).evaluate(&all, parameters);
+                let plain: Vec<f64> = all.iter().map(|v| v.value()).collect();
+                let found = line.york(&plain, start[1]);
+                let alone = |(v, plain): (&T, &f64)| (*v - T::from(*plain)).vanishes();
+                if let (Some(found), true) = (found, all.iter().zip(&plain).all(alone)) {
+                    for (parameter, found) in parameters.iter_mut().zip(found) {
+                        *parameter = T::from(found);
+                    }
+                    return;
+                }
+                let near = found.map_or_else(|| start.clone(), |found| found.to_vec());
+                Solved::new(NormalEquations(line), near).evaluate(&all, parameters);
             }
         }
     }
@@ -196,6 +207,11 @@ impl Fit {
         let (xx, yx) = (part(0, 0), part(n, 0));
         let off = |c: &[f64]| (0..n * n).all(|k| k / n == k % n || c[k] == 0.0);
         let separate = off(&xx) && off(&yx) && off(&yy);
+        let kept = |c: Vec<f64>| match separate {
+            true => (0..n).map(|i| c[i * n + i]).collect(),
+            false => c,
+        };
+        let (xx, yx, yy) = (kept(xx), kept(yx), kept(yy));
         let line = BothVariables {
             n,
             xx,
@@ -207,7 +223,7 @@ impl Fit {
         let mut start = vec![0.0; 2];
         let y: Vec<f64> = self.y.iter().map(|&k| before[k as usize]).collect();
         self.polynomial(&x, y.clone(), None, &mut start);
-        if inverse_root(&line.covariance(start[1]), n).is_none() {
+        if line.inverse_root(start[1]).is_none() {
             return Err(indefinite.to_owned());
         }
         self.weighing = Weighing::Both(line, start);
@@ -249,8 +265,7 @@ impl Fit {
             Weighing::Equal => residuals,
             Weighing::Ordinates(rows) => whitened(Some(rows), residuals),
             Weighing::Both(line, _) => {
-                let root = inverse_root(&line.covariance(parameters[1]), line.n);
-                whitened(root.as_ref(), residuals)
+                whitened(line.inverse_root(parameters[1]).as_ref(), residuals)
             }
         };
         (whitened.iter().map(|r| r * r).sum(), dof)
@@ -350,6 +365,64 @@ impl BothVariables {
     }
 }
 
+/// Steps of York's iteration at most.
+const STEPS: usize = 100;
+
+impl BothVariables {
+    /// L⁻¹ with L Lᵀ the covariance of the residuals at this slope; its diagonal alone where the points are separate.
+    fn inverse_root(&self, b: f64) -> Option<Vec<f64>> {
+        if !self.separate {
+            return inverse_root(&self.covariance(b), self.n);
+        }
+        let own = |i: usize| {
+            let variance = self.yy[i] - 2.0 * b * self.yx[i] + b * b * self.xx[i];
+            let w = 1.0 / variance.sqrt();
+            w.is_finite().then_some(w)
+        };
+        (0..self.n).map(own).collect()
+    }
+
+    /// Intercept and slope through separate points, without derivatives; `None` where the iteration does not settle.
+    ///
+    /// **Source** `[York2004]`.
+    fn york(&self, points: &[f64], start: f64) -> Option<[f64; 2]> {
+        if !self.separate {
+            return None;
+        }
+        let (x, y) = points.split_at(self.n);
+        let mut b = start;
+        let mut previous = f64::INFINITY;
+        for _ in 0..STEPS {
+            let weight = |i: usize| 1.0 / (self.yy[i] - 2.0 * b * self.yx[i] + b * b * self.xx[i]);
+            let (mut sum, mut sx, mut sy) = (0.0, 0.0, 0.0);
+            for i in 0..self.n {
+                let w = weight(i);
+                (sum, sx, sy) = (sum + w, sx + w * x[i], sy + w * y[i]);
+            }
+            let (mx, my) = (sx / sum, sy / sum);
+            let (mut above, mut below) = (0.0, 0.0);
+            for i in 0..self.n {
+                let w = weight(i);
+                let (u, v) = (x[i] - mx, y[i] - my);
+                let beta = w * (u * self.yy[i] + b * v * self.xx[i] - (b * u + v) * self.yx[i]);
+                (above, below) = (above + w * beta * v, below + w * beta * u);
+            }
+            let next = above / below;
+            let step = (next - b).abs();
+            if !step.is_finite() {
+                return None;
+            }
+            b = next;
+            // Rounding noise no longer shrinks.
+            if step <= 1e-15 * b.abs() || (step <= 1e-11 * b.abs() && step >= 0.5 * previous) {
+                return Some([my - b * mx, b]);
+            }
+            previous = step;
+        }
+        None
+    }
+}
+
 impl LeastSquares for BothVariables {
     fn outputs(&self) -> Vec<(String, String)> {
         ["intercept", "slope"]
@@ -367,9 +440,8 @@ impl LeastSquares for BothVariables {
         let (x, y) = points.split_at(self.n);
         if self.separate {
             for (i, r) in r.iter_mut().enumerate() {
-                let k = i * self.n + i;
-                let variance = T::from(self.yy[k]) - b * T::from(2.0 * self.yx[k])
-                    + b * b * T::from(self.xx[k]);
+                let variance = T::from(self.yy[i]) - b * T::from(2.0 * self.yx[i])
+                    + b * b * T::from(self.xx[i]);
                 *r = (y[i] - a - b * x[i]) / variance.sqrt();
             }
             return;

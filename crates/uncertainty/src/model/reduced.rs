@@ -12,7 +12,7 @@ const MANY: usize = 32;
 
 impl Op {
     /// The results it takes.
-    fn operands(&self) -> [Option<u32>; 3] {
+    pub(super) fn operands(&self) -> [Option<u32>; 3] {
         match *self {
             Self::Constant(_) | Self::Input(_) | Self::Block(_) | Self::Further => [None; 3],
             Self::Negate(a) | Self::IntegerPower(a, _) | Self::Call(_, a) => [Some(a), None, None],

@@ -1,9 +1,8 @@
 //! Equations of a model file that are solved for their unknowns.
 
 use crate::expression::Program;
-use crate::implicit::Branch;
-use crate::{Implicit, Model, Number, Solved};
-use proofmass_core::Error;
+use crate::implicit::{Branch, Found, Lost, Root};
+use crate::{Implicit, Model, Number, Refusal, Solved};
 
 /// Equations h(y, x) = 0 with y the unknowns and x results of the formulas before.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,12 +26,27 @@ impl Solve {
         Solved::on(self, self.start.clone(), self.branch.clone()).evaluate(&x, unknowns);
     }
 
-    /// From here on solutions are followed from this one.
-    pub fn settle(&mut self, before: &[f64], solution: Vec<f64>) -> Result<(), Error> {
+    /// Looks for the solution at the estimates, from where the search starts: solutions are followed from it then.
+    pub fn settle(&mut self, before: &[f64]) -> Result<(), Refusal> {
         let x: Vec<f64> = self.captured.iter().map(|&k| before[k as usize]).collect();
-        let branch = Branch::of(&&*self, &solution, &x, &self.start)?;
-        self.start = solution;
-        self.branch = Some(branch);
+        let refuse = |what: &str| Refusal::Equation {
+            name: self.unknown.join(", "),
+            what: what.to_owned(),
+        };
+        let Found { y, scale } = Root::search(&&*self, &self.start, &x).map_err(|lost| {
+            refuse(match lost {
+                Lost::Stationary => {
+                    "the search starts where the equations do not tell the unknowns apart from their neighbours (a stationary \
+                     point, or too few equations); start beside the solution that is meant"
+                }
+                Lost::Ended => {
+                    "no solution was found at the estimates from where the search starts, without crossing a fold to another \
+                     branch; begin nearer to the one that is meant, and check that the equations determine each unknown"
+                }
+            })
+        })?;
+        self.branch = Some(Branch::of(&&*self, &y, &x, &scale)?);
+        self.start = y;
         Ok(())
     }
 }

@@ -1,9 +1,11 @@
 //! Do the units of a model fit together? What an expression does to the dimensions of its inputs.
 
+mod temperature;
+
 use super::UncertaintyModel;
 use super::compile::Compiled;
 use super::equations::Block;
-use crate::dimension::Dimension;
+use crate::dimension::{CELSIUS, Dimension};
 use crate::expression::{Function, Op};
 use crate::findings;
 use crate::{Finding, Severity};
@@ -56,18 +58,22 @@ impl UncertaintyModel {
         };
         let mut variables: Vec<Unit> = Vec::new();
         let mut names: Vec<String> = Vec::new();
+        let mut temperatures: Vec<&str> = Vec::new();
         for input in &self.input {
             let unit = stated(&input.unit, &input.name);
             if matches!(unit, Unit::Degrees(_)) {
                 names.push(input.name.clone());
             }
-            variables.extend(std::iter::repeat_n(unit, input.length().unwrap_or(1)));
+            let members = input.length().unwrap_or(1);
+            variables.extend(std::iter::repeat_n(unit, members));
+            temperatures.extend(std::iter::repeat_n(input.name.as_str(), members));
         }
         let ops = &compiled.program.ops;
         let mut units: Vec<Unit> = Vec::with_capacity(ops.len());
         let mut walk = Walk {
             name: "",
             degrees: names,
+            inputs: &temperatures,
             findings: &mut findings,
         };
         let first = compiled.formulas.first().map_or(ops.len(), |f| f.from);
@@ -99,8 +105,9 @@ impl UncertaintyModel {
                 let said = stated(label, &formula.name);
                 for &k in &formula.results {
                     walk.compare(units[k as usize], said, label);
+                    walk.compare_zeros(&compiled.program.ops, k, &units, said, label);
                     if matches!(said, Unit::Known(_) | Unit::Degrees(_)) {
-                        units[k as usize] = said;
+                        units[k as usize] = temperature::kept(units[k as usize], said);
                     }
                 }
             }
@@ -130,7 +137,7 @@ impl UncertaintyModel {
             )
             .chain(compiled.stated.iter().map(|(_, label)| label.as_str()));
         let labels: Vec<&str> = labels.map(str::trim).collect();
-        let celsius = labels.iter().any(|l| ["°C", "℃", "degC"].contains(l));
+        let celsius = labels.iter().any(|l| CELSIUS.contains(l));
         (celsius && labels.contains(&"K")).then(findings::two_zeros_of_temperature)
     }
 }
@@ -161,6 +168,8 @@ struct Walk<'a> {
     name: &'a str,
     /// Inputs that are angles in degrees.
     degrees: Vec<String>,
+    /// Names of the inputs.
+    inputs: &'a [&'a str],
     findings: &'a mut Vec<Finding>,
 }
 
@@ -187,7 +196,8 @@ impl Walk<'_> {
         stated: &mut dyn FnMut(&str, &str) -> Unit,
     ) -> Unit {
         let of = |k: u32| units[k as usize];
-        match compiled.program.ops[k] {
+        let ops = &compiled.program.ops;
+        match ops[k] {
             Op::Constant(x) => {
                 let labels = &compiled.program.labels;
                 match labels.iter().find(|(place, _)| *place as usize == k) {
@@ -201,12 +211,33 @@ impl Walk<'_> {
             | Op::Subtract(a, b)
             | Op::Minimum(a, b)
             | Op::Maximum(a, b)
-            | Op::Hypotenuse(a, b) => self.alike(of(a), of(b)),
-            Op::Multiply(a, b) => product(of(a), of(b), 1),
-            Op::Divide(a, b) => product(of(a), of(b), -1),
-            Op::Power(a, b) => power(of(a), of(b)),
-            Op::IntegerPower(a, n) => power(of(a), Unit::Number(f64::from(n))),
-            Op::Call(function, a) => self.call(function, of(a)),
+            | Op::Hypotenuse(a, b) => {
+                let sum = self.alike(of(a), of(b));
+                temperature::of_sum(ops[k], sum, of(a), of(b))
+            }
+            Op::Multiply(a, b) => {
+                let found = product(of(a), of(b), 1);
+                self.zeros_of_product(ops, k, units, found)
+            }
+            Op::Divide(a, b) => {
+                let found = product(of(a), of(b), -1);
+                self.zeros_of_product(ops, k, units, found)
+            }
+            Op::Power(a, b) => {
+                self.zeros_of_power(ops, a, units, of(b));
+                power(of(a), of(b))
+            }
+            Op::IntegerPower(a, n) => {
+                let exponent = Unit::Number(f64::from(n));
+                self.zeros_of_power(ops, a, units, exponent);
+                power(of(a), exponent)
+            }
+            Op::Call(function, a) => {
+                if function == Function::Sqrt {
+                    self.zeros_of_power(ops, a, units, Unit::Number(0.5));
+                }
+                self.call(function, of(a))
+            }
             Op::Atan2(a, b, _) => {
                 self.alike(of(a), of(b));
                 Unit::Known(Dimension::one())
