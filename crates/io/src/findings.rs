@@ -75,7 +75,7 @@ findings! {
         "preamble-skipped", [Note],
         what "lines above the data that are not marked as comments were skipped",
         evidence "line {line}, \"{text}\"{more}",
-        advice "if one of them is a damaged row of data, correct or remove it; otherwise state `skip_lines`";
+        advice "if one of them is a damaged row of data, correct or remove it; otherwise put # in front of them";
 
     /// The file ends without a line end; a warning where the last row is shorter than those before it.
     last_row_open(line: u64, field: &str, more: &str) =

@@ -27,6 +27,7 @@
 //! # Not covered
 //! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and WAV.
 
+mod addressed;
 mod any_calibration;
 mod calibration_file;
 mod clock;
@@ -70,6 +71,7 @@ mod vtu;
 mod waiting_rows;
 mod waveform;
 
+pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
 pub use calibration_file::{CalibrationFile, CurvatureBlock, TRIAXIAL, ThermalBlock};
 pub use clock::{Clock, Gap};

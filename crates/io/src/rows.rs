@@ -448,7 +448,7 @@ impl RowReader {
             ))
             .with_hint(
                 "look at this line and the one before: a lost or doubled line, a separator inside a field, or a decimal \
-                 comma; cut the damaged part out, or give `separator`, `decimal` or `skip_lines`",
+                 comma; cut the damaged part out (or give `separator`, `decimal` or `skip_lines` in a campaign)",
             ),
             Reason::Long => at(Error::new(ErrorKind::Format, "a line is longer than 1 MiB"))
                 .with_hint("a recording has one row per sample and a line end after each"),
@@ -456,7 +456,7 @@ impl RowReader {
                 let error = at(bad_field(text, self.layout.decimal)).column(self.layout.name(*column));
                 let first = line == self.layout.first_data_line;
                 if first && error.place_is_text() {
-                    error.with_hint("if this line is a header or a preamble, say `header = true` or `skip_lines`; otherwise name a column of numbers")
+                    error.with_hint("if this line is a heading or a preamble, put # in front of it (or give `header = true` or `skip_lines` in a campaign); otherwise name a column of numbers")
                 } else {
                     error
                 }
@@ -570,7 +570,7 @@ pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
     } else if decimal == DecimalMark::Point && text.contains(',') {
         (
             format!("\"{text}\" is not a number"),
-            "if the comma is the decimal mark, say `decimal = \"comma\"`",
+            "write all numbers of the file with the same decimal mark, the point or the comma (or give `decimal = \"comma\"` in a campaign)",
         )
     } else if decimal == DecimalMark::Comma
         && text.contains('.')

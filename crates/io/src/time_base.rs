@@ -352,6 +352,9 @@ fn backward(what: Backward) -> Error {
                 step if (step + 3600.0).abs() < 5.0 => format!(
                     "the clock was put back by an hour, from {from_s} s to {to_s} s: the end of summer time"
                 ),
+                step if (step + 86_400.0).abs() < 60.0 => format!(
+                    "the times of day pass midnight, from {from_s} s to {to_s} s, and no date tells the day"
+                ),
                 _ => format!("the time runs backwards, from {from_s} s to {to_s} s"),
             },
             "look for a restart or a correction of the clock, or two recordings in one file, and read one part with --between FROM TO; or give --rate HZ (`sampling_rate_Hz` in a campaign) instead of a time column",

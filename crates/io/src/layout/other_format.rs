@@ -12,7 +12,7 @@ const FORMATS: [(&[u8], &str, &str); 14] = [
     (
         b"RIFF",
         "a WAV file",
-        "commands for shaker runs read it: `format = \"wav\"` in [recording] of a campaign",
+        "or calibrate runs on a shaker from it, with `format = \"wav\"` in [recording] of a campaign (`proofmass init --kind shaker-single` writes one)",
     ),
     (
         b"RIFX",

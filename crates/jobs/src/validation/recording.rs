@@ -122,11 +122,7 @@ impl ValidationRecording {
             }
             (None, Some(rate)) => BlockClock::steady(rate),
             (None, None) => {
-                return Err(
-                    Trouble::request("neither a time column nor a sampling rate is known")
-                        .detail(name)
-                        .with_hint("add --time COLUMN or --rate HZ"),
-                );
+                return Err(layout.ask_clock().at(recording.name()).into());
             }
         };
         selected.extend(time);
