@@ -83,7 +83,7 @@ impl Error {
                 ErrorKind::NotFound,
                 "there is no such file or folder".to_string(),
                 Some(
-                    "check the path; it is taken relative to the current folder (a name that stands in campaign.toml to that of campaign.toml)",
+                    "check the path; it is taken relative to the current folder (to that of campaign.toml where it stands in a campaign)",
                 ),
             ),
             std::io::ErrorKind::PermissionDenied => (

@@ -113,7 +113,7 @@ pub use source::{LARGEST_DOCUMENT, Source};
 pub use stamp::Stamp;
 pub use table::{Cell, RowWriter, Table};
 pub use thermometer::Thermometer;
-pub use time_base::{TimeBase, TimeSource};
+pub use time_base::{TimeBase, TimeSource, backwards};
 pub use time_unit::{ClockUnit, SaidBy, TimeUnit};
 pub use time_window::TimeWindow;
 pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};

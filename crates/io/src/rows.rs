@@ -212,6 +212,8 @@ impl RowReader {
                 );
             }
         }
+        let dated = |&column: &usize| layout.dated.get(column).is_some_and(|dated| *dated);
+        let stamp_slot = selected.iter().position(dated);
         let mut preamble = Vec::new();
         source.fill(&mut preamble, layout.data_offset as usize)?;
         if preamble.len() as u64 != layout.data_offset {
@@ -229,11 +231,12 @@ impl RowReader {
             layout,
             selected: selected.to_vec(),
             plan,
+            // Dates and times of day are no numbers; whoever selects them wants the times.
+            stamp_slot,
             pending: Vec::new(),
             more: true,
             late: None,
             keep_text: false,
-            stamp_slot: None,
             bad_fields: BadFields::Refuse,
             window: None,
             open_end: None,
@@ -247,8 +250,8 @@ impl RowReader {
         self
     }
 
-    /// Reads one of the selected columns, counted from zero in their order, as time stamps: exactly, and dates with
-    /// times too.
+    /// Reads one of the selected columns, counted from zero in their order, as time stamps: exactly, and not only where they are
+    /// dates or times of day.
     #[must_use]
     pub fn stamps(mut self, selected: usize) -> Self {
         self.stamp_slot = Some(selected);

@@ -201,7 +201,14 @@ impl ResponseJob {
                 more.len()
             ))),
         };
-        let named = |e: proofmass_core::Error| Trouble::from(e).detail(data.name);
+        let named = |e: proofmass_core::Error| {
+            let few = matches!(e, proofmass_core::Error::TooFew { .. });
+            let trouble = Trouble::from(e).detail(data.name);
+            match few {
+                true => trouble.with_hint("record longer, or choose a shorter --segment"),
+                false => trouble,
+            }
+        };
         match self.excitation {
             Excitation::Random => {
                 let [x, y] = one()?;

@@ -21,11 +21,15 @@ fn device() -> TransducerModel {
 
 /// The output of the device, periodic over the record.
 fn driven_by(x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
+    output_of(&device(), x, noise, seed)
+}
+
+fn output_of(device: &TransducerModel, x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
     let n = x.len();
     let spectrum = fourier::forward(x)
         .iter()
         .enumerate()
-        .map(|(k, v)| v * device().response(k as f64 * RATE / n as f64))
+        .map(|(k, v)| v * device.response(k as f64 * RATE / n as f64))
         .collect();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let clean = fourier::inverse(spectrum, n).unwrap();
@@ -253,7 +257,7 @@ fn known_faults_of_recordings_are_named() {
     assert!(evaluate(&ResponseJob::new(Excitation::Random), &two).is_err());
 }
 
-/// Two blows of a device with a resonance, and under it a peak that the force does not make: it opens nothing.
+/// Blows of a device with a resonance, and under it a peak that the force does not make: it opens nothing.
 #[test]
 fn known_headline_is_a_line_that_the_input_explains() {
     let blow = |seed: u64| {
@@ -261,7 +265,9 @@ fn known_headline_is_a_line_that_the_input_explains() {
         for (k, force) in x[40..45].iter_mut().enumerate() {
             *force = 50.0 * (std::f64::consts::PI * (k as f64 + 0.5) / 5.0).sin();
         }
-        let mut y = driven_by(&x, 1e-5, seed);
+        let mut light = device();
+        light.modes[0].damping = 0.01;
+        let mut y = output_of(&light, &x, 1e-5, seed);
         // A vibration of the building at 60 Hz, of another phase in every blow.
         let phase = 2.0 * seed as f64;
         for (k, y) in y.iter_mut().enumerate() {

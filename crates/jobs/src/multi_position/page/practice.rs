@@ -147,6 +147,7 @@ fn values(fit: &MultiPositionFit) -> Table {
         [("quantity", ""), ("value", ""), ("U", ""), ("unit", "")],
         rows,
     )
+    .note(format!("U at {:.0} %.", 100.0 * fit.probability()))
 }
 
 /// K⁻¹, which compensation multiplies with.
