@@ -285,7 +285,10 @@ fn significant(v: f64) -> String {
     }
     // Of the rounded number: 0.0099999 is 0.010000.
     let rounded = format!("{v:.4e}");
-    let magnitude: i32 = rounded.split_once('e').and_then(|(_, e)| e.parse().ok()).unwrap_or(0);
+    let magnitude: i32 = rounded
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
     if !(-4..=9).contains(&magnitude) {
         return format!("{v:.3e}");
     }

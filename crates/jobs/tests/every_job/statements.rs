@@ -80,7 +80,9 @@ fn table(table: &Value, wrong: &mut Vec<String>) {
     let notes = table["notes"].to_string();
     let has = |wanted: &[&str]| headings.iter().any(|h| wanted.contains(h));
     // U, U (95 %), U of the modulus: not a word that begins with it.
-    let expanded = |h: &&&str| **h == "U" || h.starts_with("U ") || h.starts_with("U(");
+    let ratio = |h: &str| h.contains(" over ");
+    let expanded =
+        |h: &&&str| !ratio(h) && (**h == "U" || h.starts_with("U ") || h.starts_with("U("));
     for heading in headings.iter().filter(expanded) {
         let told = says_k(heading) || says_k(caption) || says_k(&notes) || has(&["k"]);
         if !told {
@@ -111,7 +113,11 @@ fn table(table: &Value, wrong: &mut Vec<String>) {
         matches!(word, "U" | "u" | "±" | "from" | "lower" | "interval") || h.contains('%')
     });
     // What is typed into firmware has the digits of its number format; U of the same quantities stands beside them.
-    let copied = ["Coefficients of the filter", "Sensitivity matrix K", "K⁻¹ of"];
+    let copied = [
+        "Coefficients of the filter",
+        "Sensitivity matrix K",
+        "K⁻¹ of",
+    ];
     let copied = copied.iter().any(|c| caption.starts_with(c));
     for row in rows.iter().filter(|_| !copied) {
         let cells = row.as_array().expect("a row");

@@ -102,7 +102,7 @@ fn attitudes(next: &[NextAttitude]) -> Table {
             ("x", ""),
             ("y", ""),
             ("z", ""),
-            ("U", "%"),
+            ("U after over U now", "%"),
         ],
         rows,
     )
