@@ -142,8 +142,10 @@ impl ResponseOutcome {
         let Some(first) = peaks.first() else {
             return String::new();
         };
-        let coherence = first.coherence.map_or(String::new(), |c| {
-            format!(", where the coherence is {c:.2}")
+        let needed = needed(self.independent);
+        let coherence = first.coherence.filter(|c| *c < needed);
+        let coherence = coherence.map_or(String::new(), |c| {
+            format!(", where the coherence is {c:.3} and {needed:.3} is needed")
         });
         let lowest = format!("{:.0} Hz{coherence}", first.frequency);
         match peaks.len() {
