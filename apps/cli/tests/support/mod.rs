@@ -77,7 +77,8 @@ pub fn law_a_message_fits_the_call(arguments: &[&str], said: &str) {
     // Where a campaign was named, its keys are what to change.
     let of_campaigns = ["calibrate", "plan", "modes"].contains(&commands[0]);
     let campaign = |p: &Path| p.is_dir() || p.extension().is_some_and(|e| e == "toml");
-    if of_campaigns && arguments.iter().any(|a| campaign(Path::new(a))) {
+    let limits = arguments.contains(&"--limits");
+    if limits || of_campaigns && arguments.iter().any(|a| campaign(Path::new(a))) {
         return;
     }
     let of_a_campaign = [
