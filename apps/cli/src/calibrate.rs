@@ -34,13 +34,14 @@ pub(crate) struct Calibrate {
 }
 
 impl Calibrate {
+    /// Whether a campaign is named, and not a recording.
+    pub(crate) fn is_of_a_campaign(&self) -> bool {
+        let toml = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("toml");
+        !self.campaign.is_file() || self.campaign.extension().is_some_and(toml)
+    }
+
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let recording = self.campaign.is_file()
-            && self
-                .campaign
-                .extension()
-                .is_none_or(|e| !e.eq_ignore_ascii_case("toml"));
-        let mut campaign = if recording {
+        let mut campaign = if !self.is_of_a_campaign() {
             let draft = self.recording.draft();
             draft.campaign(&self.campaign)?
         } else {

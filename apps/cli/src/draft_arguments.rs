@@ -1,8 +1,9 @@
 //! What a person says of a recording that has no campaign.
 
 use crate::Failure;
+use clap::builder::PossibleValuesParser;
 use proofmass::io::{TimeUnit, Unit};
-use proofmass::jobs::campaign::{Draft, RowsAre};
+use proofmass::jobs::campaign::{Draft, MethodModel, RowsAre};
 
 /// Options of a recording without a campaign.
 #[derive(clap::Args, Clone, Debug)]
@@ -59,8 +60,13 @@ pub(crate) struct DraftArguments {
     /// Temperature column in °C by name or number
     #[arg(long, value_name = "COLUMN")]
     temperature: Option<String>,
-    /// Model: bias, bias-scale, triangular, symmetric
-    #[arg(long, value_name = "MODEL")]
+    /// Model: bias, bias-scale, triangular, symmetric; with attitudes that a campaign gives also full
+    #[arg(
+        long,
+        value_name = "MODEL",
+        hide_possible_values = true,
+        value_parser = PossibleValuesParser::new(MethodModel::ALL.map(MethodModel::name))
+    )]
     model: Option<String>,
     /// Days of a logger on a wrist or a machine: calibrate from its still moments
     #[arg(long)]

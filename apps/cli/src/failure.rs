@@ -35,6 +35,12 @@ impl Failure {
         self
     }
 
+    /// The same with its remedy in the words of who typed it.
+    pub(crate) fn read_by(mut self, person: io::Addressee) -> Self {
+        self.hint = self.hint.map(|hint| person.read(&hint));
+        self
+    }
+
     /// Whether nobody reads standard output any more (`proofmass … | head`).
     pub(crate) fn is_broken_pipe(&self) -> bool {
         self.broken_pipe

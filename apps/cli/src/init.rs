@@ -37,7 +37,11 @@ pub(crate) struct Init {
 impl Init {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match (&self.recording, &self.kind, self.output) {
-            (Some(recording), _, _) => draft(recording, &self.about),
+            (Some(_), _, Some(_)) => Err(Failure::new(
+                "the campaign of a recording is written beside it, not into the folder of --output",
+            )
+            .hint("leave --output out, or copy the recording into a folder of its own")),
+            (Some(recording), _, None) => draft(recording, &self.about),
             (None, Some(kind), Some(place)) => write_example(kind, place),
             _ => Err(Failure::new("neither a recording nor a kind is named")
                 .hint("proofmass init RECORDING, or proofmass init --kind KIND -o FOLDER")),

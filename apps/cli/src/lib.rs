@@ -35,6 +35,7 @@ mod verify;
 use clap::error::{ContextKind, ContextValue};
 use clap::{FromArgMatches, Parser, Subcommand};
 use failure::Failure;
+use proofmass::io::Addressee;
 use std::ffi::OsString;
 
 /// The open accelerometer laboratory: from a recording to a calibration with a defensible uncertainty, and to
@@ -75,6 +76,17 @@ enum Command {
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
     Keygen(keygen::Keygen),
+}
+
+impl Command {
+    /// What says how recordings are read: a campaign, or options.
+    fn typed_by(&self) -> Addressee {
+        match self {
+            Self::Calibrate(command) if command.is_of_a_campaign() => Addressee::Campaign,
+            Self::Plan(_) => Addressee::Campaign,
+            _ => Addressee::Options,
+        }
+    }
 }
 
 /// What a command that came to an end tells the shell.
@@ -201,6 +213,13 @@ where
             console::complain(&failure.to_string());
             return 2;
         }
+        if let Some(failure) = number_arguments::no_number(&wrong) {
+            console::complain(&failure.to_string());
+            if let Some(line) = expanded.line(&wrong) {
+                console::note(line);
+            }
+            return 2;
+        }
         // Help and version come this way too, to standard output and with code 0.
         let _ = wrong.print();
         if let Some(line) = expanded.line(&wrong) {
@@ -221,12 +240,13 @@ where
         Ok(arguments) => arguments,
         Err(code) => return code,
     };
+    let person = arguments.command.typed_by();
     match begin_threads().and_then(|()| execute(arguments)) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Doubtful) => 3,
         Err(failure) if failure.is_broken_pipe() => 0,
         Err(failure) => {
-            console::complain(&failure.to_string());
+            console::complain(&failure.read_by(person).to_string());
             1
         }
     }

@@ -7,7 +7,7 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::false_alarm_rate;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{AtomicFile, Source};
+use proofmass::io::{AtomicFile, Source, spelling};
 use proofmass::jobs::noise::{NoiseJob, NoiseOutcome, NoiseReading};
 use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use proofmass::noise::{
@@ -40,6 +40,7 @@ pub(crate) struct Noise {
         long,
         value_name = "A,B,…",
         value_delimiter = ',',
+        value_parser = statistic,
         default_value = "oadev"
     )]
     statistic: Vec<Statistic>,
@@ -247,6 +248,15 @@ fn write_imu_yaml(path: &Path, recording: &Path, text: &str) -> Result<(), Failu
     file.commit()?;
     console::note(format!("written: {}", path.display()));
     Ok(())
+}
+
+fn statistic(text: &str) -> Result<Statistic, String> {
+    text.parse().map_err(|_| {
+        let names = Statistic::ALL.map(|s| s.abbreviation().to_lowercase());
+        let near = spelling::nearest(text, names.iter().map(String::as_str));
+        let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+        format!("{near}known are {}", names.join(", "))
+    })
 }
 
 fn fixed(text: &str) -> Result<(Term, f64), String> {

@@ -1,9 +1,50 @@
 //! Numbers as options.
 
+use crate::Failure;
+use clap::error::{ContextKind, ContextValue};
+use std::error::Error;
+
+/// What is wrong with the text of an option that stands for a number, in the words of a person.
+pub(crate) fn no_number(wrong: &clap::Error) -> Option<Failure> {
+    let source = wrong.source()?;
+    let whole = source.is::<std::num::ParseIntError>();
+    if !(whole || source.is::<std::num::ParseFloatError>()) {
+        return None;
+    }
+    let said = |kind| match wrong.get(kind) {
+        Some(ContextValue::String(text)) => Some(text.as_str()),
+        _ => None,
+    };
+    let (text, option) = (
+        said(ContextKind::InvalidValue)?,
+        said(ContextKind::InvalidArg)?,
+    );
+    let kind = if whole { "whole number" } else { "number" };
+    let failure = Failure::new(format!("{text:?} is no {kind}, which {option} needs"));
+    Some(match with_a_point(text) {
+        Some(number) if !whole => failure.hint(format!("the decimal mark is the point: {number}")),
+        _ => failure.hint("write digits, with a point before the decimals; 1.5e-3 is read too"),
+    })
+}
+
+/// A number with a comma before its decimals, with a point instead.
+fn with_a_point(text: &str) -> Option<String> {
+    let number = text.replacen(',', ".", 1);
+    (number != text && number.parse::<f64>().is_ok()).then_some(number)
+}
+
+/// A text that is not such a number.
+fn refused(text: &str, wanted: &str) -> String {
+    match with_a_point(text) {
+        Some(number) => format!("the decimal mark is the point: {number}"),
+        None => format!("{text:?} is no {wanted}"),
+    }
+}
+
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
-        _ => Err(format!("{text:?} is no positive number")),
+        _ => Err(refused(text, "positive number")),
     }
 }
 
@@ -18,7 +59,7 @@ pub(crate) fn false_alarm_rate(text: &str) -> Result<f64, String> {
 pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v >= 0.0 && v.is_finite() => Ok(v),
-        _ => Err(format!("{text:?} is no number from zero on")),
+        _ => Err(refused(text, "number from zero on")),
     }
 }
 

@@ -152,7 +152,7 @@ fn known_tumble_without_a_campaign() {
     let mut arguments = vec!["calibrate", text(&file)];
     arguments.extend(PLACE);
     let said = refuse(&arguments);
-    assert!(said.contains("rows = \"tumble\""), "{said}");
+    assert!(said.contains("--rows tumble"), "{said}");
     arguments.extend(["--rows", "tumble"]);
     succeed(&arguments);
     holds(&json(&folder.path().join("result/result.json")));

@@ -16,6 +16,8 @@ pub struct Resonance {
     pub damping: f64,
     /// Its standard uncertainty.
     pub damping_uncertainty: f64,
+    /// Degrees of freedom of both uncertainties.
+    pub freedom: f64,
     /// Greatest modulus of the lines.
     pub modulus: f64,
     /// Coherence there.
@@ -49,7 +51,7 @@ pub fn resonances(response: &ResponseEstimate, low: f64, high: f64) -> Vec<Reson
         let above = (k + 1..(k + 61).min(n)).find(|i| m[*i] < 0.5 * m[k]);
         let from = below.unwrap_or(k - 4).min(k - 3);
         let to = above.unwrap_or(k + 4).max(k + 3);
-        let Some([fr, ufr, zeta, uzeta]) = local(response, from, to.min(n - 1), f) else {
+        let Some([fr, ufr, zeta, uzeta, freedom]) = local(response, from, to.min(n - 1), f) else {
             continue;
         };
         let inside = fr > response.frequency[from] && fr < response.frequency[to.min(n - 1)];
@@ -59,6 +61,7 @@ pub fn resonances(response: &ResponseEstimate, low: f64, high: f64) -> Vec<Reson
                 frequency_uncertainty: ufr,
                 damping: zeta,
                 damping_uncertainty: uzeta,
+                freedom,
                 modulus: m[k],
                 coherence: response.coherence.get(k).copied(),
             });
@@ -67,8 +70,8 @@ pub fn resonances(response: &ResponseEstimate, low: f64, high: f64) -> Vec<Reson
     found
 }
 
-/// f, u(f), ζ, u(ζ) from the lines `from`…`to`.
-fn local(response: &ResponseEstimate, from: usize, to: usize, centre: f64) -> Option<[f64; 4]> {
+/// f, u(f), ζ, u(ζ) and their degrees of freedom from the lines `from`…`to`.
+fn local(response: &ResponseEstimate, from: usize, to: usize, centre: f64) -> Option<[f64; 5]> {
     // s = jf/centre; unknowns a₁, a₀ (real), b₀, b₁ (complex): s² H + a₁ s H + a₀ H − b₀ − b₁ (x) = 0, x = f/centre − 1.
     const P: usize = 6;
     let mut normal = vec![0.0; P * P];
@@ -143,6 +146,7 @@ fn local(response: &ResponseEstimate, from: usize, to: usize, centre: f64) -> Op
         (d1 * d1 * v11 + 2.0 * d1 * d0 * v10 + d0 * d0 * v00)
             .max(0.0)
             .sqrt(),
+        freedom as f64,
     ])
 }
 

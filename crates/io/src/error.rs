@@ -73,11 +73,17 @@ impl Error {
     /// An operating-system error while `doing` something with `path`.
     pub fn access(path: &Path, doing: &str, source: std::io::Error) -> Self {
         let (kind, what, hint) = match source.kind() {
+            // A folder of the system, such as /proc, is there and takes no files.
+            std::io::ErrorKind::NotFound if path.is_dir() => (
+                ErrorKind::Access,
+                format!("cannot {doing}: it takes no new files"),
+                Some("name a folder on a disk, such as `results`"),
+            ),
             std::io::ErrorKind::NotFound => (
                 ErrorKind::NotFound,
                 "there is no such file or folder".to_string(),
                 Some(
-                    "check the path; it is taken relative to the current folder, or to the folder of campaign.toml when it stands there",
+                    "check the path; it is taken relative to the current folder (to that of campaign.toml where it stands in a campaign)",
                 ),
             ),
             std::io::ErrorKind::PermissionDenied => (

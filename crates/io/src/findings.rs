@@ -75,7 +75,7 @@ findings! {
         "preamble-skipped", [Note],
         what "lines above the data that are not marked as comments were skipped",
         evidence "line {line}, \"{text}\"{more}",
-        advice "if one of them is a damaged row of data, correct or remove it; otherwise state `skip_lines`";
+        advice "if one of them is a damaged row of data, correct or remove it; otherwise put # in front of them";
 
     /// A file of another format ends before what it announces.
     file_cut(place: &str) =

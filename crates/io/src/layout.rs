@@ -89,7 +89,7 @@ pub struct Layout {
     pub columns: usize,
     /// Whether each column holds numbers, judged on the head of the file.
     pub numeric: Vec<bool>,
-    /// Whether each column holds dates with times, judged on the head of the file.
+    /// Whether each column holds dates with times or times of day, judged on the head of the file.
     pub(crate) dated: Vec<bool>,
     /// Line of the first row of data, counted from one.
     pub first_data_line: u64,
@@ -279,13 +279,13 @@ impl Layout {
         let options = options.join(" ");
         let hint = match (likely.as_slice(), groups.as_slice()) {
             (all, _) if all.len() < groups.len() => format!(
-                "say {options}: m/s2, g, mg, rad/s, count, V, N, 1 for a pure number, … (`unit` in a campaign, or in the heading)"
+                "say {options}: m/s2, g, mg, rad/s, count, V, N, 1 for a pure number, …; the heading may say it too, as x_m/s2 or x (g)"
             ),
             ([unit], [(Self::CAMPAIGN, _)]) => {
                 format!("likely it is {unit}: write {options} into the campaign, or what it is")
             }
             ([unit], _) => format!(
-                "likely it is {unit}: say {options} (unit = \"{}\" in a campaign), or what it is",
+                "likely it is {unit}: say {options} (`unit = \"{}\"` in a campaign), or what it is",
                 unit.ascii()
             ),
             _ => format!("likely so: say {options}, or what they are"),

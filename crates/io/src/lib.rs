@@ -27,6 +27,7 @@
 //! # Not covered
 //! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and those of [`formats`].
 
+mod addressed;
 mod any_calibration;
 mod calibration_file;
 mod clock;
@@ -71,6 +72,7 @@ mod vtu;
 mod waiting_rows;
 mod waveform;
 
+pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
 pub use calibration_file::{CalibrationFile, CurvatureBlock, TRIAXIAL, ThermalBlock};
 pub use clock::{Clock, Gap};
@@ -114,7 +116,7 @@ pub use stamp::Stamp;
 pub use stream::{StreamLayout, StreamSummary};
 pub use table::{Cell, RowWriter, Table};
 pub use thermometer::Thermometer;
-pub use time_base::{TimeBase, TimeSource};
+pub use time_base::{TimeBase, TimeSource, backwards};
 pub use time_unit::{ClockUnit, SaidBy, TimeUnit};
 pub use time_window::TimeWindow;
 pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};

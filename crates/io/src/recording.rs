@@ -196,7 +196,7 @@ impl Recording {
             (None, Some(_)) => None,
         };
         if time.is_none() && rate.is_none() {
-            return Err(no_clock());
+            return Err(layout.ask_clock());
         }
         // Times that follow from a rate are not estimated from.
         let stated = time
@@ -491,25 +491,30 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     if let Some(own) = layout.own_times() {
         return Some(own);
     }
-    let header = layout.header.as_ref()?;
-    (0..layout.columns.min(header.len())).find(|&i| {
-        let name = split_heading(&header[i]).0.to_ascii_lowercase();
-        (layout.numeric[i] || layout.dated[i])
-            && (matches!(
-                name.as_str(),
-                "t" | "time"
-                    | "timestamp"
-                    | "time_stamp"
-                    | "time stamp"
-                    | "datetime"
-                    | "date_time"
-                    | "elapsed"
-                    | "elapsed time"
-                    | "elapsed_time"
-                    | "epoch"
-            ) || layout.unit(i).is_some_and(Unit::is_time)
-                && (name.starts_with('t') || Unit::recognise(&name).is_some_and(Unit::is_time)))
-    })
+    let mut read = (0..layout.columns).filter(|&i| layout.numeric[i] || layout.dated[i]);
+    read.find(|&i| is_called_time(layout, i))
+}
+
+/// Whether the heading of a column says that it is the time.
+fn is_called_time(layout: &Layout, i: usize) -> bool {
+    let Some(heading) = layout.header.as_ref().and_then(|h| h.get(i)) else {
+        return false;
+    };
+    let name = split_heading(heading).0.to_ascii_lowercase();
+    matches!(
+        name.as_str(),
+        "t" | "time"
+            | "timestamp"
+            | "time_stamp"
+            | "time stamp"
+            | "datetime"
+            | "date_time"
+            | "elapsed"
+            | "elapsed time"
+            | "elapsed_time"
+            | "epoch"
+    ) || layout.unit(i).is_some_and(Unit::is_time)
+        && (name.starts_with('t') || Unit::recognise(&name).is_some_and(Unit::is_time))
 }
 
 /// A time column beside a stated rate is not read, which is said.
@@ -535,13 +540,19 @@ fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) 
     })
 }
 
-/// Neither a time column nor a rate is known.
-fn no_clock() -> Error {
-    Error::new(
-        ErrorKind::Time,
-        "neither a time column nor a sampling rate is known",
-    )
-    .with_hint("add --time COLUMN or --rate HZ (in a campaign `time = \"name or number of the column\"` or `sampling_rate_Hz = 100` in [recording])")
+impl Layout {
+    /// The question for the clock of a recording in which no column of times is found.
+    pub fn ask_clock(&self) -> Error {
+        let unread = (0..self.columns).find(|&i| is_called_time(self, i));
+        let what = match unread {
+            Some(i) => format!(
+                "the times in column {:?} are not read: they are neither numbers, nor dates such as 2026-03-01T12:00:00.25, nor hh:mm:ss",
+                self.name(i)
+            ),
+            None => "neither a time column nor a sampling rate is known".to_owned(),
+        };
+        Error::new(ErrorKind::Time, what).with_hint("add --time COLUMN (`time = \"name or number of the column\"` in a campaign) or --rate HZ (`sampling_rate_Hz = 100` in a campaign)")
+    }
 }
 
 /// What the time column counts.
@@ -570,7 +581,7 @@ pub(crate) fn signal_unit(
         .column(layout.name(index))
         .line(layout.first_data_line.saturating_sub(1).max(1))
         .with_hint(
-            "leave the option (`unit` in a campaign) out, or correct the heading: the heading counts",
+            "leave out the option that states it (or `unit` in a campaign), or correct the heading: the heading counts",
         )),
         (given, stated) => Ok(given.or(stated)),
     }

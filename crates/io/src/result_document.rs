@@ -407,9 +407,10 @@ impl ResultDocument {
         let document: Self = serde_json::from_slice(bytes).map_err(|e| {
             Error::new(
                 ErrorKind::Format,
-                format!("is not a result of proofmass: {e}"),
+                "is no result.json of proofmass, or is damaged or cut off",
             )
             .line(e.line() as u64)
+            .with_hint("name a result.json that proofmass wrote")
             .because(e)
         })?;
         let known = 1..=RESULT_VERSION;

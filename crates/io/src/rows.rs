@@ -219,6 +219,8 @@ impl RowReader {
             Some(_) => StreamRows::of(&mut source, selected).map_err(|e| e.at(&name))?,
             None => None,
         };
+        let dated = |&column: &usize| layout.dated.get(column).is_some_and(|dated| *dated);
+        let stamp_slot = selected.iter().position(dated);
         let mut preamble = Vec::new();
         source.fill(&mut preamble, layout.data_offset as usize)?;
         if preamble.len() as u64 != layout.data_offset {
@@ -236,11 +238,12 @@ impl RowReader {
             layout,
             selected: selected.to_vec(),
             plan,
+            // Dates and times of day are no numbers; whoever selects them wants the times.
+            stamp_slot,
             pending: Vec::new(),
             more: true,
             late: None,
             keep_text: false,
-            stamp_slot: None,
             bad_fields: BadFields::Refuse,
             window: None,
             open_end: None,
@@ -260,8 +263,8 @@ impl RowReader {
         self
     }
 
-    /// Reads one of the selected columns, counted from zero in their order, as time stamps: exactly, and dates with
-    /// times too.
+    /// Reads one of the selected columns, counted from zero in their order, as time stamps: exactly, and not only where they are
+    /// dates or times of day.
     #[must_use]
     pub fn stamps(mut self, selected: usize) -> Self {
         self.stamp_slot = Some(selected);
@@ -485,7 +488,7 @@ impl RowReader {
             ))
             .with_hint(
                 "look at this line and the one before: a lost or doubled line, a separator inside a field, or a decimal \
-                 comma; cut the damaged part out, or give `separator`, `decimal` or `skip_lines`",
+                 comma; cut the damaged part out (or give `separator`, `decimal` or `skip_lines` in a campaign)",
             ),
             Reason::Long => at(Error::new(ErrorKind::Format, "a line is longer than 1 MiB"))
                 .with_hint("a recording has one row per sample and a line end after each"),
@@ -493,7 +496,7 @@ impl RowReader {
                 let error = at(bad_field(text, self.layout.decimal)).column(self.layout.name(*column));
                 let first = line == self.layout.first_data_line;
                 if first && error.place_is_text() {
-                    error.with_hint("if this line is a header or a preamble, say `header = true` or `skip_lines`; otherwise name a column of numbers")
+                    error.with_hint("if this line is a heading or a preamble, put # in front of it (or give `header = true` or `skip_lines` in a campaign); otherwise name a column of numbers")
                 } else {
                     error
                 }
@@ -610,7 +613,7 @@ pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
     } else if decimal == DecimalMark::Point && text.contains(',') {
         (
             format!("\"{text}\" is not a number"),
-            "if the comma is the decimal mark, say `decimal = \"comma\"`",
+            "write all numbers of the file with the same decimal mark, the point or the comma (or give `decimal = \"comma\"` in a campaign)",
         )
     } else if decimal == DecimalMark::Comma
         && text.contains('.')

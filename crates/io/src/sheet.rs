@@ -286,7 +286,7 @@ impl Sheet {
                     .map_or(String::new(), |k| format!("did you mean `{k}`? "));
             return Err(self
                 .header_error(heading, "unknown column")
-                .with_hint(format!("{near}valid here: {}", self.valid.join(", "))));
+                .with_hint(format!("{near}valid here: {}", some_of(&self.valid))));
         }
         Ok(())
     }
@@ -491,6 +491,17 @@ fn plain(heading: &str) -> String {
         None => text,
     };
     text.replace(' ', "_")
+}
+
+/// Headings for a message; of many the first, since units and uncertainties repeat behind them.
+fn some_of(valid: &[String]) -> String {
+    const MOST: usize = 12;
+    let shown = valid.len().min(MOST);
+    let list = valid[..shown].join(", ");
+    match valid.len() - shown {
+        0 => list,
+        more => format!("{list} and {more} more, each with its unit"),
+    }
 }
 
 #[cfg(test)]

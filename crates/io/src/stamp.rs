@@ -26,15 +26,16 @@ pub struct Stamp {
     pub(crate) parts: i128,
     /// Decimals that were written, at most 15.
     pub(crate) decimals: u8,
-    /// A date with a time, so that the unit is the second.
+    /// A date with a time, or hours, minutes and seconds, so that the unit is the second.
     pub(crate) dated: bool,
 }
 
 impl Stamp {
-    /// Reads a decimal number of any common form, or a date with a time after ISO 8601.
+    /// Reads a decimal number of any common form, a date with a time after ISO 8601, or hours, minutes and seconds.
     ///
     /// `2026-03-01T12:00:00.25Z`, with a blank for the `T`, with `+01:00` for the `Z` or with nothing (taken as UTC:
-    /// only differences count). Decimals beyond the fifteenth are rounded.
+    /// only differences count); `23:59:59.25` are seconds since midnight, or of a clock that was started. Decimals beyond the
+    /// fifteenth are rounded.
     pub fn parse(field: &[u8], decimal: DecimalMark) -> Option<Self> {
         let field = field.trim_ascii();
         let field = match field.strip_prefix(b"\"") {
@@ -43,6 +44,7 @@ impl Stamp {
         };
         plain(field, decimal)
             .or_else(|| dated(field))
+            .or_else(|| clock(field))
             .or_else(|| rare(field, decimal))
     }
 
@@ -246,18 +248,7 @@ fn dated(field: &[u8]) -> Option<Stamp> {
         && minute < 60
         && second <= 60;
     valid.then_some(())?;
-    let mut at = 19;
-    let (mut fraction, mut decimals) = (0_i128, 0_u32);
-    if matches!(field.get(at), Some(b'.' | b',')) {
-        at += 1;
-        while let Some(b) = field.get(at).filter(|b| b.is_ascii_digit()) {
-            if decimals < DECIMALS {
-                fraction = fraction * 10 + i128::from(b - b'0');
-                decimals += 1;
-            }
-            at += 1;
-        }
-    }
+    let (fraction, decimals, at) = decimals_of(field, 19);
     let offset = match field.get(at..)? {
         [] | [b'Z' | b'z'] => 0,
         [s @ (b'+' | b'-'), h1, h2, rest @ ..] => {
@@ -278,10 +269,49 @@ fn dated(field: &[u8]) -> Option<Stamp> {
     };
     let seconds = days(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second - offset;
     Some(Stamp {
-        parts: i128::from(seconds) * PARTS + fraction * i128::from(power(DECIMALS - decimals)),
-        decimals: decimals as u8,
+        parts: i128::from(seconds) * PARTS + fraction,
+        decimals,
         dated: true,
     })
+}
+
+/// `hh:mm:ss` with a fraction: seconds of a day, or of a clock that was started and has up to four digits of hours.
+fn clock(field: &[u8]) -> Option<Stamp> {
+    let colon = field.iter().position(|b| *b == b':')?;
+    let number = |digits: &[u8]| -> Option<i64> {
+        let digit = |n: i64, b: &u8| b.is_ascii_digit().then(|| n * 10 + i64::from(b - b'0'));
+        digits.iter().try_fold(0, digit)
+    };
+    let (hours, rest) = (&field[..colon], &field[colon + 1..]);
+    let two = |at: usize| rest.get(at..at + 2).and_then(number);
+    let (minutes, seconds) = (two(0)?, two(3)?);
+    let form = (1..=4).contains(&hours.len()) && rest[2] == b':' && minutes < 60 && seconds <= 60;
+    form.then_some(())?;
+    let (fraction, decimals, end) = decimals_of(rest, 5);
+    (end == rest.len()).then_some(())?;
+    let whole = number(hours)? * 3600 + minutes * 60 + seconds;
+    Some(Stamp {
+        parts: i128::from(whole) * PARTS + fraction,
+        decimals,
+        dated: true,
+    })
+}
+
+/// The parts of a second behind a point or a comma, their decimals, and where they end.
+fn decimals_of(field: &[u8], mut at: usize) -> (i128, u8, usize) {
+    let (mut fraction, mut decimals) = (0_i128, 0_u32);
+    if matches!(field.get(at), Some(b'.' | b',')) {
+        at += 1;
+        while let Some(b) = field.get(at).filter(|b| b.is_ascii_digit()) {
+            if decimals < DECIMALS {
+                fraction = fraction * 10 + i128::from(b - b'0');
+                decimals += 1;
+            }
+            at += 1;
+        }
+    }
+    let parts = fraction * i128::from(power(DECIMALS - decimals));
+    (parts, decimals as u8, at)
 }
 
 /// Days of the Gregorian calendar since 1970-01-01, in years that begin in March.
@@ -348,6 +378,31 @@ mod tests {
             "2026-01-01",
             "2026-01-01T00:00:00X",
             "2026-01-01T00:00:00+1",
+        ] {
+            assert_eq!(parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn known_times_of_day_are_seconds() {
+        for (text, seconds) in [
+            ("00:00:00", 0.0),
+            ("12:34:56.25", 45_296.25),
+            ("7:05:09,5", 25_509.5),
+            ("123:00:00.010", 442_800.01),
+        ] {
+            let stamp = parse(text).unwrap();
+            assert!(stamp.dated);
+            assert_eq!(stamp.value(), seconds, "{text}");
+        }
+        for text in [
+            "12:34",
+            "12:60:00",
+            "12:00:61",
+            "12:00:00.5s",
+            ":00:00",
+            "1:2:3",
+            "12:34:56:78",
         ] {
             assert_eq!(parse(text), None, "{text}");
         }

@@ -339,6 +339,20 @@ fn along_the_line(seconds: &mut [f64], gaps: &[Gap], period: f64) {
     }
 }
 
+/// What is wrong with a clock that shows an earlier time than before.
+pub fn backwards(from_s: f64, to_s: f64) -> String {
+    match to_s - from_s {
+        // A clock that is put back for the winter leaves an hour less a sample.
+        step if (step + 3600.0).abs() < 5.0 => format!(
+            "the clock was put back by an hour, from {from_s} s to {to_s} s: the end of summer time"
+        ),
+        step if (step + 86_400.0).abs() < 60.0 => format!(
+            "the times of day pass midnight, from {from_s} s to {to_s} s, and no date tells the day"
+        ),
+        _ => format!("the time runs backwards, from {from_s} s to {to_s} s"),
+    }
+}
+
 /// Why a stamp is refused.
 fn backward(what: Backward) -> Error {
     let (what, hint) = match what {
@@ -347,13 +361,7 @@ fn backward(what: Backward) -> Error {
             "remove the doubled row, export the time with more digits, or give --rate HZ (`sampling_rate_Hz` in a campaign) instead of a time column",
         ),
         Backward::Runs { from_s, to_s } => (
-            match to_s - from_s {
-                // A clock that is put back for the winter leaves an hour less a sample.
-                step if (step + 3600.0).abs() < 5.0 => format!(
-                    "the clock was put back by an hour, from {from_s} s to {to_s} s: the end of summer time"
-                ),
-                _ => format!("the time runs backwards, from {from_s} s to {to_s} s"),
-            },
+            backwards(from_s, to_s),
             "look for a restart or a correction of the clock, or two recordings in one file, and read one part with --between FROM TO; or give --rate HZ (`sampling_rate_Hz` in a campaign) instead of a time column",
         ),
     };

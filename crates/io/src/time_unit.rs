@@ -108,7 +108,7 @@ pub enum SaidBy {
     File,
     /// A person, by an option or in a campaign.
     Person,
-    /// The field itself: a date with a time.
+    /// The field itself: a date with a time, or a time of day.
     Field,
     /// Nobody: it is assumed, which is told.
     Nobody,
@@ -120,7 +120,7 @@ impl fmt::Display for SaidBy {
             Self::Heading => "by the heading",
             Self::File => "by the file",
             Self::Person => "as stated",
-            Self::Field => "by date and time",
+            Self::Field => "by date or time of day",
             Self::Nobody => "assumed",
         })
     }
@@ -233,7 +233,7 @@ impl ClockUnit {
             said_by,
             finding: None,
         };
-        // A date with a time is one whatever the heading says.
+        // A date with a time, or a time of day, is one whatever the heading says.
         if head.and_then(|h| h.first).is_some_and(|f| f.dated) {
             return Ok(known(TimeUnit::Second, 1.0, SaidBy::Field));
         }
@@ -271,7 +271,7 @@ impl ClockUnit {
                 );
                 Err(Open {
                     error: Box::new(error(what).with_hint(format!(
-                        "that is {rates}; likely it is {likely}: say --time-unit {likely} (time_unit = \"{likely}\" in a campaign), \
+                        "that is {rates}; likely it is {likely}: say --time-unit {likely} (`time_unit = \"{likely}\"` in a campaign), \
                          or --rate HZ if the column counts something else"
                     ))),
                     likely: Some((likely, rates)),

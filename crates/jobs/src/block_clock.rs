@@ -80,10 +80,7 @@ impl BlockClock {
             let to = stamp / per_second;
             let from = self.last.replace(to).unwrap_or(to);
             if to < from && to <= from - most {
-                return Err((
-                    row,
-                    format!("the time does not advance, from {from} s to {to} s"),
-                ));
+                return Err((row, proofmass_io::backwards(from, to)));
             }
         }
         if !self.nominal.is_finite() {

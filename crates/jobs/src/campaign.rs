@@ -136,6 +136,8 @@ pub struct CampaignFile {
     pub(crate) input: Input,
     text: String,
     store: Arc<dyn Store>,
+    /// The recording that it was drafted from: then nobody has seen its lines, and options stand for its keys.
+    drafted_from: Option<PathBuf>,
 }
 
 impl std::fmt::Debug for CampaignFile {
@@ -318,6 +320,7 @@ impl CampaignFile {
             input,
             text,
             store,
+            drafted_from: None,
         })
     }
 
@@ -328,10 +331,8 @@ impl CampaignFile {
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(&self.text).map_err(|e| {
             let message = e.message().lines().next().unwrap_or_default().to_string();
-            let mut error = Error::new(ErrorKind::Configuration, message.clone()).at(&self.path);
-            if let Some(span) = e.span() {
-                error = error.line(self.line_at(span.start));
-            }
+            let line = e.span().map(|span| self.line_at(span.start));
+            let mut error = self.refusal(line, None, message.clone());
             // serde writes: unknown field `a`, expected one of `b`, `c`
             let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
             if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
@@ -343,13 +344,9 @@ impl CampaignFile {
                 } else {
                     "key"
                 };
-                error = Error::new(ErrorKind::Configuration, format!("unknown {what}"))
-                    .at(&self.path)
-                    .column(*unknown)
+                error = self
+                    .refusal(line, Some(unknown), format!("unknown {what}"))
                     .with_hint(format!("{near}valid here: {}", valid.join(", ")));
-                if let Some(span) = e.span() {
-                    error = error.line(self.line_at(span.start));
-                }
             }
             error.because(e)
         })
@@ -374,6 +371,7 @@ impl CampaignFile {
             },
             text: String::new(),
             store: Arc::new(Memory::new()),
+            drafted_from: None,
         }
     }
 
@@ -435,15 +433,30 @@ impl CampaignFile {
                     .next()
                     .is_some_and(|k| k.trim().trim_matches('"') == key)
         });
-        let error = Error::new(ErrorKind::Configuration, what)
-            .at(&self.path)
-            .column(if table.is_empty() {
-                key.to_string()
-            } else {
-                format!("{table}.{key}")
-            });
+        let key = match table {
+            "" => key.to_owned(),
+            table => format!("{table}.{key}"),
+        };
+        self.refusal(line.map(|line| line as u64 + 1), Some(&key), what.into())
+    }
+
+    /// An error at a line and a key or value of the text; of a drafted one about the recording and the option.
+    fn refusal(&self, line: Option<u64>, key: Option<&str>, what: String) -> Error {
+        let error = |what: String| Error::new(ErrorKind::Configuration, what);
+        if let Some(recording) = &self.drafted_from {
+            let what = match key {
+                Some(key) => format!("{}: {what}", draft::option_of(key)),
+                None => what,
+            };
+            return error(what).at(recording);
+        }
+        let error = error(what).at(&self.path);
+        let error = match key {
+            Some(key) => error.column(key),
+            None => error,
+        };
         match line {
-            Some(line) => error.line(line as u64 + 1),
+            Some(line) => error.line(line),
             None => error,
         }
     }

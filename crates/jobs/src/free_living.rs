@@ -24,6 +24,9 @@ use proofmass_uncertainty::findings::gaps_in_record;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::{Deserialize, Serialize};
 
+/// By how much a time may lie before the one ahead of it, s: a logger that writes in bursts puts them back a little.
+const MOST_BACK: f64 = 10.0;
+
 /// Which windows are still, and how they are fitted.
 ///
 /// ```
@@ -201,6 +204,11 @@ impl FreeLivingCampaign {
                     (None, Some(rate)) => (rows + row) as f64 / rate,
                     (None, None) => 0.0,
                 };
+                if first.is_some() && at < last - MOST_BACK {
+                    return Err(Trouble::data(proofmass_io::backwards(last, at))
+                        .detail(format!("{name}:{}", block.line(row)))
+                        .with_hint("export the times with their dates, or read one part with --between FROM TO (`between_s = [FROM, TO]` in a campaign)"));
+                }
                 let output = [
                     x[row] * factors[0],
                     y[row] * factors[1],

@@ -321,9 +321,14 @@ fn significant(v: f64) -> String {
     if v == 0.0 {
         return "0".to_owned();
     }
-    let magnitude = v.abs().log10().floor() as i32;
+    // Of the rounded number: 0.0099999 is 0.010000.
+    let rounded = format!("{v:.4e}");
+    let magnitude: i32 = rounded
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
     if !(-4..=9).contains(&magnitude) {
         return format!("{v:.3e}");
     }
-    format!("{v:.*}", (5 - magnitude).clamp(0, 9) as usize)
+    format!("{v:.*}", (4 - magnitude).clamp(0, 9) as usize)
 }

@@ -169,7 +169,7 @@ impl Stated {
                     "an expanded uncertainty needs its coverage factor",
                 )
                 .with_hint(
-                    "add a column `k` to the table, or say it: `k = 2` in [reference] of a campaign, -k 2 of a command that reads the table alone, --standard-coverage-factor 2 beside --standard",
+                    "add a column `k` to the table, such as 2 in every row; or say it beside the name of the table, with the option that the help of the command names (or `k = 2` in [reference] in a campaign)",
                 )),
             (None, None) => Err(sheet
                 .header_error(&format!("u_{ending}"), "the table has no such column")

@@ -6,8 +6,8 @@ mod page;
 mod recordings;
 
 pub use outcome::{Figures, MultiPositionOutcome};
-pub(crate) use recordings::gravity;
 pub use recordings::{MultiPositionRecordings, segment};
+pub(crate) use recordings::{gravity, state_gravity};
 pub(crate) use recordings::{pauses, shortest_pause};
 
 use crate::campaign::MethodModel;
@@ -186,7 +186,7 @@ impl MultiPositionJob {
                 "method `{}` needs given attitudes",
                 self.method.name()
             ))
-            .with_hint("add `segments = \"segments.csv\"` to [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z; or `directions` where each file or row is a standstill; or fit `triangular`"));
+            .with_hint("fit --model triangular (`model = \"triangular\"` in a campaign), which needs none; attitudes are given in a campaign, which `proofmass init` writes: `segments = \"segments.csv\"` in [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z, or `directions` where each file or row is a standstill"));
         }
         let estimator = match self.method {
             MethodModel::SixPosition | MethodModel::Ferraris => StandstillEstimator::SixPositions,

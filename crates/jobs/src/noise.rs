@@ -310,7 +310,7 @@ impl NoiseJob {
         let hint = match error {
             Error::Cancelled { .. } => return Trouble::from(error),
             Error::TooFew { .. } => {
-                "record longer (coefficients need thousands of samples, a curve at least ten), or choose a shorter --segment"
+                "record longer or read more of it with --between FROM TO (coefficients need thousands of samples, a curve at least ten), or choose a shorter --segment"
             }
             Error::OutOfRange {
                 name: "statistics or averaging times beyond the octaves of OADEV",

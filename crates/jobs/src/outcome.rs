@@ -3,7 +3,7 @@
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, StatedQuantity};
+use proofmass_io::{AnyCalibration, ReadGravity, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;
@@ -48,6 +48,11 @@ pub trait Outcome {
 
     /// The joint estimate behind the quantities, where there is one: it says what the quantities say.
     fn estimate(&self) -> Option<&Estimate> {
+        None
+    }
+
+    /// Local gravity that the recordings were held against, where the record does not say it.
+    fn gravity(&self) -> Option<ReadGravity> {
         None
     }
 

@@ -1,6 +1,7 @@
 //! What a result is filed with: device, conditions, date, inputs. The caller knows it, not the mathematics.
 
-use proofmass_io::{Ambient, Device, Input, Reading, Software};
+use proofmass_core::Gravity;
+use proofmass_io::{Ambient, Device, Input, ReadGravity, Reading, Software};
 use serde::{Deserialize, Serialize};
 
 /// Everything about a result that is no result: who, what, when, from which files.
@@ -22,6 +23,15 @@ pub struct Record {
     pub inputs: Vec<Input>,
     /// Program that computed it.
     pub software: Software,
+}
+
+/// Local gravity and where it comes from, for the line that tells how a recording was read.
+pub(crate) fn read_gravity(gravity: Gravity, by: impl Into<String>) -> ReadGravity {
+    ReadGravity {
+        value: gravity.value(),
+        standard_uncertainty: gravity.standard_uncertainty(),
+        by: by.into(),
+    }
 }
 
 impl Record {

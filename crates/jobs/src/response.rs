@@ -1,5 +1,6 @@
 //! Frequency response of a device from recorded input and output: random, impact, sweep, steps.
 
+mod answer;
 mod hits;
 mod model;
 mod outcome;
@@ -201,7 +202,14 @@ impl ResponseJob {
                 more.len()
             ))),
         };
-        let named = |e: proofmass_core::Error| Trouble::from(e).detail(data.name);
+        let named = |e: proofmass_core::Error| {
+            let few = matches!(e, proofmass_core::Error::TooFew { .. });
+            let trouble = Trouble::from(e).detail(data.name);
+            match few {
+                true => trouble.with_hint("record longer, or choose a shorter --segment"),
+                false => trouble,
+            }
+        };
         match self.excitation {
             Excitation::Random => {
                 let [x, y] = one()?;
@@ -352,7 +360,18 @@ impl Job for ResponseJob {
             let q = f.estimate.get("mode.1.damping")?;
             Some((q.value, q.standard_uncertainty))
         });
-        let figures = ResponseFigures::of(&points, self.reference_frequency, fitted);
+        let independent = spectra.as_ref().map_or(0.0, |s| s.independent);
+        // Departures refer to a line that is known, and a peak that the input does not explain is none.
+        let reference = answer::stated_line(&response, independent, self.reference_frequency)
+            .map(|k| response.frequency[k])
+            .or(self.reference_frequency);
+        let mut figures = ResponseFigures::of(&points, reference, fitted);
+        if let Some(figures) = &mut figures
+            && let Some((peak, _)) = figures.resonance
+            && !answer::explained_at(&response, independent, peak)
+        {
+            figures.without_the_peak();
+        }
         if let Some(figures) = &figures {
             findings.extend(figures.findings.iter().cloned());
         }
@@ -365,7 +384,7 @@ impl Job for ResponseJob {
             request: self.clone(),
             channels: channels.map(|(name, unit)| (name.to_owned(), unit.to_owned())),
             unit,
-            independent: spectra.map_or(0.0, |s| s.independent),
+            independent,
             response,
             power,
             modes,
@@ -401,9 +420,13 @@ fn quality(response: &ResponseEstimate, driven: [f64; 2], findings: &mut Vec<Fin
     let lines = response.frequency.iter().zip(&response.coherence);
     let coherence = lines.filter(|(f, _)| (driven[0]..=driven[1]).contains(f));
     let coherence: Vec<f64> = coherence.map(|(_, c)| *c).collect();
-    let poor = coherence.iter().filter(|c| **c < 0.75).count();
+    let poor = coherence.iter().filter(|c| **c < answer::EXPLAINED).count();
     if 10 * poor > 3 * coherence.len() {
-        findings.push(findings::low_coherence(poor, coherence.len()));
+        findings.push(findings::low_coherence(
+            answer::EXPLAINED,
+            poor,
+            coherence.len(),
+        ));
     }
     if let Some((frequency, share)) = leaking(response) {
         findings.push(findings::leakage(100.0 * share, frequency));

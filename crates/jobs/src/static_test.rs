@@ -8,10 +8,10 @@ pub use files::{ReadingColumns, StaticTestFiles};
 pub use single_axis::SingleAxisReadings;
 
 use crate::outcome::{Job, Outcome, section};
-use crate::record::Record;
+use crate::record::{Record, read_gravity};
 use crate::trouble::{Result, Trouble};
-use proofmass_core::Watch;
-use proofmass_io::{CalibrationFile, ResultDocument, StatedQuantity, Unit};
+use proofmass_core::{STANDARD_GRAVITY, Watch};
+use proofmass_io::{CalibrationFile, ReadGravity, ResultDocument, StatedQuantity, Unit};
 use proofmass_report::Report;
 use proofmass_static::static_test::{
     Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
@@ -340,6 +340,20 @@ impl Outcome for StaticTestOutcome {
             StaticTestFit::Test(fit) => Some(&fit.estimate),
             StaticTestFit::History(_) => None,
         }
+    }
+
+    fn gravity(&self) -> Option<ReadGravity> {
+        let gravity = match &self.test {
+            StaticTest::Tilt(t) => t.gravity,
+            StaticTest::Sensitivity(t) => t.gravity,
+            StaticTest::ZeroG(t) => t.gravity,
+            _ => return None,
+        };
+        let by = match gravity.value() == STANDARD_GRAVITY {
+            true => "standard gravity",
+            false => "as stated",
+        };
+        Some(read_gravity(gravity, by))
     }
 
     fn model(&self) -> Option<String> {

@@ -69,7 +69,13 @@ impl StoredResult {
     ///
     /// # Errors
     /// A number that is not finite; a response that contradicts itself.
-    pub fn new<O: Outcome>(record: Record, outcome: &O) -> Result<Self> {
+    pub fn new<O: Outcome>(mut record: Record, outcome: &O) -> Result<Self> {
+        if let Some(gravity) = outcome.gravity() {
+            let readings = record.inputs.iter_mut().filter_map(|i| i.reading.as_mut());
+            for reading in readings.filter(|reading| reading.gravity.is_none()) {
+                reading.gravity = Some(gravity.clone());
+            }
+        }
         let mut document = ResultDocument::new(O::KIND)
             .device(&record.device)
             .findings(outcome.findings());

@@ -8,11 +8,11 @@ pub use recording::ValidationRecording;
 
 use crate::findings;
 use crate::outcome::{Job, Outcome, section};
-use crate::record::Record;
+use crate::record::{Record, read_gravity};
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
-use proofmass_io::{CalibrationFile, StatedQuantity};
+use proofmass_io::{CalibrationFile, ReadGravity, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_static::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
 use proofmass_uncertainty::Finding;
@@ -179,6 +179,10 @@ impl Job for ValidationJob {
         watch.step("comparison", 2, 2)?;
         Ok(ValidationOutcome {
             model: file.model.clone(),
+            gravity: match here {
+                Some(here) => read_gravity(here, "as stated"),
+                None => read_gravity(gravity, "that of the calibration"),
+            },
             findings,
             validation,
         })
@@ -189,6 +193,7 @@ impl Job for ValidationJob {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ValidationOutcome {
     model: String,
+    gravity: ReadGravity,
     findings: Vec<Finding>,
     validation: Validation,
 }
@@ -216,6 +221,10 @@ impl Outcome for ValidationOutcome {
 
     fn findings(&self) -> &[Finding] {
         &self.findings
+    }
+
+    fn gravity(&self) -> Option<ReadGravity> {
+        Some(self.gravity.clone())
     }
 
     fn model(&self) -> Option<String> {

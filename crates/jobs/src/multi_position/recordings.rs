@@ -2,10 +2,9 @@
 
 use super::{MultiPositionData, MultiPositionJob, Readings};
 use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
-use crate::record::Record;
+use crate::record::{Record, read_gravity};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
-use proofmass_io::ReadGravity;
 use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
 use proofmass_static::{Direction, Segment, Standstill};
 use proofmass_uncertainty::Finding;
@@ -154,24 +153,7 @@ impl MultiPositionCampaign {
     /// What the result is filed with.
     pub fn record(&self, data: &MultiPositionRecordings, date: Option<String>) -> Record {
         let mut inputs = data.inputs.clone();
-        if let Ok(local) = gravity(&self.gravity) {
-            let read = ReadGravity {
-                value: local.value(),
-                standard_uncertainty: local.standard_uncertainty(),
-                by: match (self.gravity.latitude_deg, self.gravity.height_m) {
-                    (Some(latitude), Some(height)) => {
-                        let give_or_take = self.gravity.height_standard_uncertainty_m;
-                        let give_or_take =
-                            give_or_take.map_or(String::new(), |u| format!(" ± {u} m"));
-                        format!("by latitude {latitude}° and height {height} m{give_or_take}")
-                    }
-                    _ => "as stated".to_owned(),
-                },
-            };
-            for reading in inputs.iter_mut().filter_map(|i| i.reading.as_mut()) {
-                reading.gravity = Some(read.clone());
-            }
-        }
+        state_gravity(&mut inputs, &self.gravity);
         Record {
             title: self.title.clone(),
             device: self.device.clone(),
@@ -350,6 +332,23 @@ pub(crate) fn gravity(input: &GravityInput) -> Result<Gravity, Error> {
     match given {
         Some(u) => Gravity::given(normal.value(), u),
         None => Ok(normal),
+    }
+}
+
+/// Tells beside each recording which gravity it was held against, and by what.
+pub(crate) fn state_gravity(inputs: &mut [Input], input: &GravityInput) {
+    let Ok(local) = gravity(input) else { return };
+    let by = match (input.latitude_deg, input.height_m) {
+        (Some(latitude), Some(height)) if input.value.is_none() => {
+            let give_or_take = input.height_standard_uncertainty_m;
+            let give_or_take = give_or_take.map_or(String::new(), |u| format!(" ± {u} m"));
+            format!("by latitude {latitude}° and height {height} m{give_or_take}")
+        }
+        _ => "as stated".to_owned(),
+    };
+    let read = read_gravity(local, by);
+    for reading in inputs.iter_mut().filter_map(|i| i.reading.as_mut()) {
+        reading.gravity = Some(read.clone());
     }
 }
 

@@ -124,7 +124,7 @@ impl NoiseReading {
         let options = LayoutOptions::default();
         let layout = Layout::of(&mut source, &options)?;
         if self.rate.is_none() && self.time_index(&layout)?.is_none() {
-            return Err(no_clock(name));
+            return Err(layout.ask_clock().at(source.name()).into());
         }
         let mut chosen = self.chosen(&layout, &name)?;
         let thermometer = self.thermometer(&layout, &chosen)?;
@@ -249,7 +249,7 @@ impl NoiseReading {
                 reading = Reading::of(&layout, of, None, Some((index, &unit)), self.rate);
                 BlockClock::stamped(unit.per_second, rate)
             }
-            (_, None) => return Err(no_clock(name)),
+            (_, None) => return Err(layout.ask_clock().at(source.name()).into()),
         };
         for column in 0..signals {
             let (unit, by) = self.of_column();
@@ -445,12 +445,6 @@ fn channel_name(name: &str, unit: Unit) -> ChannelName {
         },
         unit: unit.to_string(),
     }
-}
-
-fn no_clock(name: String) -> Trouble {
-    Trouble::request("neither a time column nor a sampling rate is known")
-        .detail(name)
-        .with_hint("add --time COLUMN or --rate HZ")
 }
 
 /// Differences of neighbours, missing where either is, or where samples between them are.

@@ -62,10 +62,13 @@ fn capital(label: &str) -> String {
 /// `5.02 ± 0.04 m/s` with k or the probability, for a sentence.
 pub(crate) fn with_unit(q: &StatedQuantity) -> String {
     let factor = q.k.map_or(String::new(), |k| format!("k = {k:.2}, "));
+    let unit = match q.unit.as_str() {
+        "" | "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
     format!(
-        "{} {} ({factor}{})",
+        "{}{unit} ({factor}{})",
         minus(&plus_minus(q.value, q.expanded)),
-        q.unit,
         percent(q.probability)
     )
 }

@@ -171,7 +171,7 @@ fn cost_table(costs: &[PlanCost]) -> Table {
     let caption =
         "The best plans of fewer configurations (largest determinant), and what they cost";
     Table::of(caption, fields, costs)
-        .note("U = 2 u of the worst term, relative to the mean main sensitivity.")
+        .note("U = 2 u (k = 2) of the worst term, relative to the mean main sensitivity.")
         .file("costs.csv")
 }
 

@@ -79,8 +79,10 @@ impl Outcome for ResponseOutcome {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        let fitted = self.fit.iter().flat_map(|f| f.estimate.quantities());
-        fitted.map(|q| StatedQuantity::new(&q, 0.95)).collect()
+        match &self.fit {
+            Some(fit) => StatedQuantity::list(&fit.estimate.quantities(), 0.95),
+            None => self.read_off(),
+        }
     }
 
     fn findings(&self) -> &[Finding] {

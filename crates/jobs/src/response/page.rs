@@ -8,7 +8,7 @@ use proofmass_dynamic::measured::ResponsePower;
 use proofmass_dynamic::model::{Bandwidth, DampingReading, ModelFit, ResponseFigures};
 use proofmass_dynamic::modes::Resonance;
 use proofmass_report::Rounding::Plain;
-use proofmass_report::number::{concise, plain, two_digits};
+use proofmass_report::number::{plain, scientific, two_digits};
 use proofmass_report::plot::Style;
 use proofmass_report::{Axis, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_signal::Trace;
@@ -50,7 +50,7 @@ pub(super) fn add(page: Report, outcome: &ResponseOutcome) -> Report {
 }
 
 impl ResponseOutcome {
-    /// Whether the model describes the response, or where its first resonance lies.
+    /// Whether the model describes the response, or what was read from it without one.
     fn verdict(&self) -> String {
         if let Some(fit) = &self.fit {
             let (word, sign) = match fit.chi_square <= fit.limit {
@@ -62,14 +62,7 @@ impl ResponseOutcome {
                 fit.chi_square, fit.limit
             );
         }
-        match self.modes.first() {
-            Some(mode) => format!(
-                "The first resonance lies at {} Hz with {} % damping.",
-                concise(mode.frequency, mode.frequency_uncertainty),
-                two_digits(100.0 * mode.damping)
-            ),
-            None => "No resonance was found in the band.".to_owned(),
-        }
+        self.what_was_read()
     }
 
     fn result(&self) -> Section {
@@ -118,10 +111,7 @@ impl ResponseOutcome {
     fn lines(&self) -> Table {
         let (r, unit) = (&self.response, &self.unit);
         let modulus = |k: &usize| r.value[*k].norm();
-        let u = move |k: &usize| {
-            let reference = self.request.input_uncertainty * modulus(k);
-            r.polar_uncertainty(*k).0.hypot(reference)
-        };
+        let u = |k: &usize| self.modulus_uncertainty(*k);
         let fields = [
             Field::series("frequency_Hz", &r.frequency),
             filed(format!("modulus_{unit}"), modulus),
@@ -340,8 +330,8 @@ fn bandwidths(figures: &ResponseFigures, unit: &str) -> Table {
     ];
     let table = Table::of("Band within a departure", fields, &figures.bandwidths);
     let mut note = format!(
-        "Of the modulus {:.6} {unit} at {} Hz; an empty place: the band is not left there.",
-        figures.reference,
+        "Of the modulus {} {unit} at {} Hz; an empty place: the band is not left there.",
+        scientific(figures.reference, 4),
         plain(figures.reference_frequency)
     );
     if let Some((f, gain)) = figures.resonance {

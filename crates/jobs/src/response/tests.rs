@@ -21,11 +21,15 @@ fn device() -> TransducerModel {
 
 /// The output of the device, periodic over the record.
 fn driven_by(x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
+    output_of(&device(), x, noise, seed)
+}
+
+fn output_of(device: &TransducerModel, x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
     let n = x.len();
     let spectrum = fourier::forward(x)
         .iter()
         .enumerate()
-        .map(|(k, v)| v * device().response(k as f64 * RATE / n as f64))
+        .map(|(k, v)| v * device.response(k as f64 * RATE / n as f64))
         .collect();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let clean = fourier::inverse(spectrum, n).unwrap();
@@ -251,4 +255,103 @@ fn known_faults_of_recordings_are_named() {
     );
     let two = vec![(x.clone(), y.clone()), (x, y)];
     assert!(evaluate(&ResponseJob::new(Excitation::Random), &two).is_err());
+}
+
+/// Blows of a device with a resonance, and under it a peak that the force does not make: it opens nothing.
+#[test]
+fn known_headline_is_a_line_that_the_input_explains() {
+    let blow = |seed: u64| {
+        let mut x = vec![0.0; 4096];
+        for (k, force) in x[40..45].iter_mut().enumerate() {
+            *force = 50.0 * (std::f64::consts::PI * (k as f64 + 0.5) / 5.0).sin();
+        }
+        let mut light = device();
+        light.modes[0].damping = 0.01;
+        let mut y = output_of(&light, &x, 1e-5, seed);
+        // A vibration of the building at 60 Hz, of another phase in every blow.
+        let phase = 2.0 * seed as f64;
+        for (k, y) in y.iter_mut().enumerate() {
+            let t = k as f64 / RATE;
+            *y += 0.05 * (-5.0 * t).exp() * (std::f64::consts::TAU * 60.0 * t + phase).sin();
+        }
+        (x, y)
+    };
+    let pairs: Vec<_> = (0..5).map(blow).collect();
+    let outcome = evaluate(&ResponseJob::new(Excitation::Impact), &pairs).unwrap();
+    let stated = outcome.quantities();
+    let frequency = &stated[0];
+    assert_eq!(frequency.name, "resonance.frequency");
+    assert!(
+        (frequency.value - 900.0).abs() < 3.0 * frequency.expanded,
+        "{frequency:?}"
+    );
+    let page = outcome.page(proofmass_report::Report::default());
+    assert!(
+        page.answer
+            .verdict
+            .starts_with("The first resonance lies at 9")
+            || page
+                .answer
+                .verdict
+                .starts_with("The first resonance lies at 8"),
+        "{}",
+        page.answer.verdict
+    );
+    // The modulus that stands beside it is of a line that is known.
+    let modulus = stated
+        .iter()
+        .find(|q| q.name.starts_with("modulus"))
+        .unwrap();
+    assert!(modulus.expanded < modulus.value, "{modulus:?}");
+}
+
+/// Unrelated signals: no line is a result, and the verdict says so.
+#[test]
+fn known_unrelated_signals_state_nothing() {
+    let outcome = evaluate(
+        &ResponseJob::new(Excitation::Random),
+        &[(noise(1 << 12, 1), noise(1 << 12, 2))],
+    )
+    .unwrap();
+    assert!(
+        outcome.quantities().is_empty(),
+        "{:?}",
+        outcome.quantities()
+    );
+    let page = outcome.page(proofmass_report::Report::default());
+    let verdict = &page.answer.verdict;
+    assert!(verdict.contains("No line is supported"), "{verdict}");
+}
+
+/// One frequency: its modulus and phase are the result, with U.
+#[test]
+fn known_one_step_states_modulus_and_phase() {
+    let x: Vec<f64> = (0..8000)
+        .map(|k| (std::f64::consts::TAU * 160.0 * k as f64 / RATE).sin())
+        .collect();
+    let own = noise(8000, 4);
+    let y: Vec<f64> = x
+        .iter()
+        .zip(own)
+        .map(|(x, e)| 0.02 * x + 1e-5 * e)
+        .collect();
+    let outcome = evaluate(&ResponseJob::new(Excitation::Steps), &[(x, y)]).unwrap();
+    let stated = outcome.quantities();
+    assert_eq!(stated.len(), 2, "{stated:?}");
+    let modulus = &stated[0];
+    assert!(
+        modulus.name.starts_with("modulus[frequency=160"),
+        "{modulus:?}"
+    );
+    assert!(
+        (modulus.value - 0.02).abs() <= 1.5 * modulus.expanded,
+        "{modulus:?}"
+    );
+    assert!(modulus.expanded > 0.0 && modulus.expanded < 1e-4);
+    let page = outcome.page(proofmass_report::Report::default());
+    let verdict = &page.answer.verdict;
+    assert!(
+        verdict.starts_with("The modulus at 160 Hz is 0.0") && verdict.contains("k = "),
+        "{verdict}"
+    );
 }

@@ -56,7 +56,7 @@ fn result(shock: &ShockOutcome) -> Section {
     };
     let mut figures = vec![KeyFigure::new("peak", peak, unit)];
     figures.extend(m.duration.map(|d| {
-        KeyFigure::new("duration", format!("{:.4}", 1e3 * d), "ms").note("at a tenth of the peak")
+        KeyFigure::new("duration", scientific(1e3 * d, 4), "ms").note("at a tenth of the peak")
     }));
     let change = m.velocity_change;
     figures.extend(change.map(|v| KeyFigure::new("velocity change", scientific(v, 4), integral)));
@@ -86,7 +86,7 @@ fn verdict(shock: &ShockOutcome) -> String {
         .and_then(|c| c.estimate.quantities().into_iter().next())
     {
         says.push(format!(
-            "Sensitivity known to U = {} %",
+            "Sensitivity known to U = {} % (95 %)",
             two_digits(100.0 * (first.expanded(0.95) / first.value).abs())
         ));
     }

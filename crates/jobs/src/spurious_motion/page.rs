@@ -179,7 +179,7 @@ fn ratios<'a>(caption: &str, rows: &[Ratio<'a>], several: bool) -> Table {
         percent("", "modulus, mean", |r: &R<'a>| {
             r.2.moduli.iter().sum::<f64>() / r.2.moduli.len().max(1) as f64
         })
-        .rounded(Decimals(3)),
+        .rounded(Decimals(2)),
         degrees("", "mean direction", |r: &R<'a>| r.2.phases.mean).rounded(Decimals(1)),
         filed("real", |r: &R<'a>| mean(r.2).map(|m| m[0])),
         filed("imaginary", |r: &R<'a>| mean(r.2).map(|m| m[1])),

@@ -1,6 +1,6 @@
 //! The page of a static test.
 
-use super::{StaticTestFit, StaticTestOutcome};
+use super::{StaticTest, StaticTestFit, StaticTestOutcome};
 use crate::page::answer::label;
 use crate::page::columns::filed;
 use proofmass_report::number::{freedom, two_digits};
@@ -14,7 +14,7 @@ use proofmass_uncertainty::Quantity;
 
 pub(super) fn add(page: Report, outcome: &StaticTestOutcome) -> Report {
     match &outcome.found {
-        StaticTestFit::Test(fit) => test(page, fit, outcome.probability),
+        StaticTestFit::Test(fit) => test(page, fit, outcome),
         StaticTestFit::History(fit) => history(page, fit, outcome.probability),
     }
 }
@@ -40,7 +40,8 @@ fn quantities(quantities: &[Quantity], probability: f64) -> Table {
         .note("In parentheses: the standard uncertainty in the last digits.")
 }
 
-fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
+fn test(mut page: Report, fit: &StaticFit, outcome: &StaticTestOutcome) -> Report {
+    let probability = outcome.probability;
     let mut figures = Vec::new();
     figures.extend(fit.nonlinearity.map(|share| {
         let share = format!("{:.4}", 1e2 * share);
@@ -65,8 +66,12 @@ fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
         result = result.table(harmonics(fit));
     }
     if let Some(share) = fit.nonlinearity {
+        let (curve, beyond) = match outcome.test {
+            StaticTest::Tilt(_) => ("the cosine that was fitted", harmonics_in_words(fit)),
+            _ => ("the straight line", String::new()),
+        };
         page = page.verdict(format!(
-            "The readings lie within {} % of full scale of the straight line.",
+            "The readings lie within {} % of full scale of {curve}{beyond}.",
             two_digits(1e2 * share)
         ));
     }
@@ -89,6 +94,23 @@ fn test(mut page: Report, fit: &StaticFit, probability: f64) -> Report {
     }
     page.section(budget(fit))
         .section(Section::filed([readings(fit)]))
+}
+
+/// Whether the residuals that the figure shows are more than scatter.
+fn harmonics_in_words(fit: &StaticFit) -> String {
+    let tested = &fit.harmonics;
+    let mut told = tested.iter().filter(|h| h.f > h.f_limit);
+    match (tested.is_empty(), told.next()) {
+        (true, _) => String::new(),
+        (false, None) => {
+            "; what is left shows no harmonic of the angle above the scatter".to_owned()
+        }
+        (false, Some(h)) => format!(
+            "; what is left holds harmonic {}, of {} % of 1 g",
+            h.order,
+            two_digits(1e2 * h.size)
+        ),
+    }
 }
 
 fn readings(fit: &StaticFit) -> Table {

@@ -2,7 +2,7 @@
 
 use super::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
 use crate::campaign::SingleAxisCampaign;
-use crate::multi_position::{gravity, pauses};
+use crate::multi_position::{gravity, pauses, state_gravity};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
@@ -148,12 +148,14 @@ impl SingleAxisCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, data: &SingleAxisReadings, date: Option<String>) -> Record {
+        let mut inputs = data.inputs.clone();
+        state_gravity(&mut inputs, &self.gravity);
         Record {
             title: self.title.clone(),
             device: self.device.clone(),
             ambient: self.ambient.clone(),
             date,
-            inputs: data.inputs.clone(),
+            inputs,
             ..Record::default()
         }
     }

@@ -2,15 +2,15 @@
 
 use super::StepOutcome;
 use crate::page::parameters::parameters;
-use proofmass_report::number::two_digits;
+use proofmass_report::number::{scientific, two_digits};
 use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot};
 
 pub(super) fn add(page: Report, step: &StepOutcome) -> Report {
     let [rise, overshoot, settling] = step.figures;
     let figures = [
-        KeyFigure::new("rise time", format!("{:.4}", 1e3 * rise), "ms").note("10 % to 90 %"),
+        KeyFigure::new("rise time", scientific(1e3 * rise, 4), "ms").note("10 % to 90 %"),
         KeyFigure::new("overshoot", format!("{:.2}", 100.0 * overshoot), "%"),
-        KeyFigure::new("settling time", format!("{:.4}", 1e3 * settling), "ms").note("to 2 %"),
+        KeyFigure::new("settling time", scientific(1e3 * settling, 4), "ms").note("to 2 %"),
     ];
     let table = parameters("Fitted oscillator", &step.estimate.quantities());
     let [record, fit, residual] = &step.traces;

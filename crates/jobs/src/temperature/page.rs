@@ -1,9 +1,10 @@
 //! The page of temperature coefficients.
 
 use super::TemperatureOutcome;
+use crate::page::answer::plus_minus;
 use crate::page::{AXES, MG};
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_report::number::two_digits;
+use proofmass_report::number::{minus, two_digits};
 use proofmass_report::{
     Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, concise,
 };
@@ -13,11 +14,17 @@ use proofmass_uncertainty::Quantity;
 pub(super) fn add(page: Report, outcome: &TemperatureOutcome) -> Report {
     let fit = &outcome.fit;
     let mut section = Section::new("Temperature and output");
+    let mut page = page;
+    let steepest = steepest(fit).map_or(0, |(index, _)| index);
     for (index, (axis, name)) in fit.axes.iter().zip(AXES).enumerate() {
-        section = section.figure(
-            format!("{name}: block means about their attitude, heating and cooling apart, and the fitted curve"),
-            curve(fit, axis, index),
+        let caption = format!(
+            "{name}: block means about their attitude, heating and cooling apart, and the fitted curve"
         );
+        // The axis that the verdict names opens the page.
+        match index == steepest {
+            true => page = page.shown_by(caption, curve(fit, axis, index)),
+            false => section = section.figure(caption, curve(fit, axis, index)),
+        }
     }
     let page = page
         .subtitle(format!(
@@ -46,24 +53,28 @@ pub(super) fn add(page: Report, outcome: &TemperatureOutcome) -> Report {
 /// The steepest of the mean slopes, and whether it is told from zero.
 fn verdict(outcome: &TemperatureOutcome) -> String {
     let (fit, probability) = (&outcome.fit, outcome.probability);
-    let slopes = AXES
-        .iter()
-        .filter_map(|axis| Some((*axis, fit.estimate.get(&format!("slope.{axis}"))?)));
-    let slopes: Vec<_> = slopes.collect();
-    let told = slopes
-        .iter()
+    let told = slopes(fit)
         .filter(|(_, q)| q.value.abs() > q.expanded(probability))
         .count();
-    let steepest = slopes
-        .iter()
-        .max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs()));
-    steepest.map_or(String::new(), |(axis, q)| {
+    steepest(fit).map_or(String::new(), |(index, q)| {
         format!(
-            "The output of {axis} changes most, by {} mg/K; {told} of {} axes have a slope that is told from zero.",
-            two_digits(MG * q.value),
-            slopes.len()
+            "The output of {} changes most, by {} mg/K ({:.0} %); {told} of {} axes have a slope that is told from zero.",
+            AXES[index],
+            minus(&plus_minus(MG * q.value, MG * q.expanded(probability))),
+            100.0 * probability,
+            slopes(fit).count()
         )
     })
+}
+
+/// The mean slopes with the numbers of their axes.
+fn slopes(fit: &TemperatureFit) -> impl Iterator<Item = (usize, Quantity)> + '_ {
+    let axes = AXES.iter().enumerate();
+    axes.filter_map(|(k, axis)| Some((k, fit.estimate.get(&format!("slope.{axis}"))?)))
+}
+
+fn steepest(fit: &TemperatureFit) -> Option<(usize, Quantity)> {
+    slopes(fit).max_by(|a, b| a.1.value.abs().total_cmp(&b.1.value.abs()))
 }
 
 fn result(outcome: &TemperatureOutcome) -> Section {

@@ -123,11 +123,7 @@ impl ValidationRecording {
             }
             (None, Some(rate)) => BlockClock::steady(rate),
             (None, None) => {
-                return Err(
-                    Trouble::request("neither a time column nor a sampling rate is known")
-                        .detail(name)
-                        .with_hint("add --time COLUMN or --rate HZ"),
-                );
+                return Err(layout.ask_clock().at(recording.name()).into());
             }
         };
         selected.extend(time);
@@ -140,8 +136,8 @@ impl ValidationRecording {
             watch.step("reading", reader.bytes_read(), size)?;
             let mut breaks = Vec::new();
             if time.is_some() {
-                breaks = clock.pauses(block.column(3), shortest_pause).map_err(|(row, _)| {
-                    Trouble::data("the time does not advance")
+                breaks = clock.pauses(block.column(3), shortest_pause).map_err(|(row, what)| {
+                    Trouble::data(what)
                         .detail(format!("{name}:{}", block.line(row)))
                         .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
                 })?;

@@ -64,7 +64,7 @@ impl Job for VelocityDriftJob {
         }
         if self.sources == DriftSources::default() {
             return Err(Trouble::request("no source of a drift is named").with_hint(
-                "name an offset, an inclination, a gain or noise, or the uncertainty of one",
+                "name an offset, an inclination, a gain or noise, or the uncertainty of one, such as --offset-uncertainty 0.01",
             ));
         }
         let budgets: Vec<DriftBudget> = self.times.iter().map(|t| self.sources.after(*t)).collect();

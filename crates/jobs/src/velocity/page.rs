@@ -15,7 +15,7 @@ pub(super) use tune::tune;
 
 use super::outcome::Head;
 use crate::page::words::words;
-use proofmass_motion::{KalmanModel, Pairing};
+use proofmass_motion::{KalmanModel, Pairing, Tuned};
 use proofmass_report::{Report, Table, scientific};
 
 /// A unit or heading of a length (m, mm/s, m/s², velocity_m/s) as it is of an angle, where it is one.
@@ -115,38 +115,47 @@ fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<[String; 2]> {
     rows
 }
 
-/// Gain, latency and correlation of the two sensors.
-fn pairing(pairing: &Pairing) -> Table {
-    let (gain, gain_u) = (pairing.gain, pairing.gain_uncertainty);
-    let (latency, latency_u) = (1e3 * pairing.latency, 1e3 * pairing.latency_uncertainty);
-    let (correlation, window) = (pairing.correlation, pairing.window);
-    let rows = [
-        (
-            "velocity changes of the readings over those of the accelerometer",
-            format!(
-                "{} with standard uncertainty {}",
-                scientific(gain, 5),
-                scientific(gain_u, 2)
-            ),
+/// Gain, latency and correlation of the two sensors: what windows of the record tell, and the latency that is used, where the
+/// likelihood of all readings tells it better.
+fn pairing(pairing: &Pairing, tuned: Option<&Tuned>) -> Table {
+    let ms = |value: f64, u: f64| {
+        format!(
+            "{} ms with standard uncertainty {} ms",
+            scientific(1e3 * value, 3),
+            scientific(1e3 * u, 2)
+        )
+    };
+    let used = tuned.and_then(|tuned| tuned.latency);
+    let gain = format!(
+        "{} with standard uncertainty {}",
+        scientific(pairing.gain, 5),
+        scientific(pairing.gain_uncertainty, 2)
+    );
+    let mut rows = vec![[
+        "velocity changes of the readings over those of the accelerometer".to_owned(),
+        gain,
+    ]];
+    rows.extend(used.map(|used| {
+        [
+            "accelerometer later than the readings by, from the likelihood of all readings; this is used".to_owned(),
+            ms(used.value, used.uncertainty),
+        ]
+    }));
+    rows.push([
+        match used {
+            Some(_) => "the same from velocity changes alone, as a check".to_owned(),
+            None => "accelerometer later than the readings by".to_owned(),
+        },
+        ms(pairing.latency, pairing.latency_uncertainty),
+    ]);
+    rows.push([
+        "correlation".to_owned(),
+        format!(
+            "{} over windows of {} s",
+            scientific(pairing.correlation, 4),
+            scientific(pairing.window, 3)
         ),
-        (
-            "accelerometer later than the readings by",
-            format!(
-                "{} ms with standard uncertainty {} ms",
-                scientific(latency, 3),
-                scientific(latency_u, 2)
-            ),
-        ),
-        (
-            "correlation",
-            format!(
-                "{} over windows of {} s",
-                scientific(correlation, 4),
-                scientific(window, 3)
-            ),
-        ),
-    ];
-    let rows = rows.map(|(name, value)| [name.to_owned(), value]);
+    ]);
     facts("Do both sensors see one motion?", rows)
 }
 

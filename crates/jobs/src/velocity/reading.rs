@@ -439,7 +439,7 @@ impl Reading {
                 return Err(Trouble::data(format!(
                     "column {name:?} is in {unit}, which is no {what}"
                 ))
-                .with_hint("see --position, --speed and --unit"));
+                .with_hint("a position is in m, mm, rad, °, turn or count and is named with --position, a speed in m/s, rad/s or r/min with --speed; --unit says the unit where no heading does"));
             }
         };
         if self.wraps && (si, speed) != (Unit::Radian, false) {

@@ -54,6 +54,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
         String::from_utf8_lossy(bytes).into_owned()
     };
     lay_out(kind, &files, &result);
+    crate::statements::law_numbers_say_how_well_they_are_known(kind, &result);
     let page = words(&file(REPORT));
     assert!(summary.contains(document["title"].as_str().expect("a title")));
     opens_with_the_answer(kind, &result, &file(REPORT));

@@ -6,6 +6,7 @@ mod axis;
 mod calibrations;
 mod dynamic;
 mod models;
+mod statements;
 mod static_tests;
 #[path = "../support/mod.rs"]
 mod support;

@@ -128,6 +128,32 @@ impl Odd {
                 in_order,
             ),
         ];
+        // Hours, minutes and seconds, from two to twelve; past midnight no date tells the day; minutes and seconds alone are no time.
+        let of_day = |from: usize| {
+            move |i: usize| {
+                let t = (from + i) % 8_640_000;
+                let (s, part) = (t / 100, t % 100);
+                format!("{:02}:{:02}:{:02}.{part:02}", s / 3600, s / 60 % 60, s % 60)
+            }
+        };
+        all.push(Self::new(
+            "time-of-day.csv",
+            text(HEADING, of_day(4_319_800), 9.81),
+            Right("100 Hz by column 1 t by date or time of day"),
+            in_order,
+        ));
+        all.push(Self::new(
+            "midnight.csv",
+            text(HEADING, of_day(8_639_800), 9.81),
+            Refused("pass midnight"),
+            in_order,
+        ));
+        all.push(Self::new(
+            "minutes-and-seconds.csv",
+            text(HEADING, |i| format!("00:{:05.2}", 0.01 * i as f64), 9.81),
+            Refused("hh:mm:ss"),
+            in_order,
+        ));
         let likely = [
             ("g.csv", 1.0, "unit g"),
             ("m-per-s2.csv", 9.81, "unit m/s2"),

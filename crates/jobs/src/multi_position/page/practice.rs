@@ -96,13 +96,13 @@ fn attitudes(next: &[NextAttitude]) -> Table {
         [Cell::number(format!("+{}", index + 1)), x, y, z, u]
     });
     lines(
-        "Further standstills that tell most: what should point up in the axes of the sensor, and U after it against now, in the mean square",
+        "Further standstills that tell most: what should point up, and U in the mean square",
         [
             ("standstill", ""),
             ("x", ""),
             ("y", ""),
             ("z", ""),
-            ("U", "%"),
+            ("U after over now", "%"),
         ],
         rows,
     )
@@ -142,9 +142,15 @@ fn values(fit: &MultiPositionFit) -> Table {
             unit.into(),
         ])
     });
+    let expanded = format!("U ({:.0} %)", 100.0 * fit.probability());
     lines(
         "The quantities in other units",
-        [("quantity", ""), ("value", ""), ("U", ""), ("unit", "")],
+        [
+            ("quantity", ""),
+            ("value", ""),
+            (&expanded, ""),
+            ("unit", ""),
+        ],
         rows,
     )
 }

@@ -7,7 +7,7 @@ use proofmass_noise::{
     Disturbance, DisturbanceKind, DynamicWindow, FittedPoint, NoiseType, Reason, RobustFit,
     SeparatedPoint, SpectrumPoint, TemperatureSensitivity, Term, Verdict,
 };
-use proofmass_report::Rounding::{Decimals, Signed, Significant};
+use proofmass_report::Rounding::{Decimals, Freedom, Signed, Significant};
 use proofmass_report::{Cell, Field, Table, scientific};
 
 /// What is known of a coefficient of a channel; no verdict where nothing was fitted.
@@ -521,7 +521,7 @@ fn deviation_fields<'a>(name: &str, unit: &str) -> [Field<'a, Deviation<'a>>; 12
         number(
             "edf",
             ("degrees of freedom", ""),
-            Significant(3),
+            Freedom,
             |(_, (p, _)): &Row<'_>| p.edf,
         ),
         Field::shown("noise at this τ", "", |(_, (p, _)): &Row<'_>| {

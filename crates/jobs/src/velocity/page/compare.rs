@@ -75,7 +75,7 @@ pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -
     }
     let mut section = Section::new("Models");
     if let Some(found) = &result.pairing {
-        section = section.table(pairing(found));
+        section = section.table(pairing(found, None));
     }
     if !result.tuned.is_empty() {
         section = section.table(consistency(result, head.angular));

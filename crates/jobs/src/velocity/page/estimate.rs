@@ -215,7 +215,7 @@ impl Head {
         let mut section =
             Section::new("Model and its tests").table(facts("Model", self.model(result)));
         if let Some(found) = &result.pairing {
-            section = section.table(pairing(found));
+            section = section.table(pairing(found, result.tuned.as_ref()));
         }
         if let Some(plot) = self.innovations(result) {
             section = section.figure(
