@@ -32,6 +32,10 @@ pub struct Case {
     pub lean: [f64; 2],
     /// Zero of the mask, common to all gluings.
     pub mask: [f64; 2],
+    /// Zero of the marks of every wedge, common to the gluings on it.
+    pub marks: [f64; 2],
+    /// Gain of the reference, common to the runs on a wedge: half width, not in degrees but relative.
+    pub wedge_gain: [f64; 2],
     /// Repeats of the spurious motion and their noise in each part of a ratio; none for an ideal table.
     pub repeats: Option<(usize, f64)>,
     /// Whether every ratio has the scatter of its own repeats as uncertainty, instead of the pooled one.
@@ -77,7 +81,7 @@ impl Gluings {
 }
 
 /// The cases of the table.
-pub const CASES: [Case; 33] = [
+pub const CASES: [Case; 40] = [
     Case {
         name: "no tilt",
         ..NONE
@@ -126,6 +130,41 @@ pub const CASES: [Case; 33] = [
     Case {
         name: "mask ±1°",
         mask: [1.0, 1.0],
+        ..NONE
+    },
+    Case {
+        name: "marks ±0.5° of wedges",
+        marks: [0.5, 0.5],
+        ..NONE
+    },
+    Case {
+        name: "marks ±0.5° undeclared",
+        marks: [0.5, 0.0],
+        ..NONE
+    },
+    Case {
+        name: "marks ±1° of wedges",
+        marks: [1.0, 1.0],
+        ..NONE
+    },
+    Case {
+        name: "marks ±1° undeclared",
+        marks: [1.0, 0.0],
+        ..NONE
+    },
+    Case {
+        name: "gain ±0.5 % of wedges",
+        wedge_gain: [0.005, 0.005],
+        ..NONE
+    },
+    Case {
+        name: "gain ±0.25 % undeclared",
+        wedge_gain: [0.0025, 0.0],
+        ..NONE
+    },
+    Case {
+        name: "gain ±0.5 % undeclared",
+        wedge_gain: [0.005, 0.0],
         ..NONE
     },
     Case {
@@ -268,6 +307,8 @@ const NONE: Case = Case {
     mean_tilt: [0.0; 2],
     lean: [0.0; 2],
     mask: [0.0; 2],
+    marks: [0.0; 2],
+    wedge_gain: [0.0; 2],
     repeats: None,
     own: false,
     diagonal: false,
@@ -335,13 +376,24 @@ impl Case {
                 wedges.push((inclination, flat(0.1), flat(self.lean[0])));
             }
         }
+        // Drawn by themselves, so that the other cases keep their campaigns.
+        let mut of_wedges = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5A5A);
+        let mut shared: Vec<[f64; 2]> = vec![];
+        for _ in &wedges {
+            let sizes = [self.marks[0], self.wedge_gain[0]];
+            shared.push(sizes.map(|half| half * (2.0 * of_wedges.random::<f64>() - 1.0)));
+        }
+        let of_wedge = |inclination: f64| {
+            let place = wedges.iter().position(|w| w.0 == inclination);
+            shared[place.expect("drawn")]
+        };
         let mask = flat(self.mask[0]);
         let mean = [flat(self.mean_tilt[0]), flat(self.mean_tilt[0])];
         let seats: Vec<[[f64; 3]; 3]> = plan
             .iter()
             .map(|&(inclination, rotation)| {
                 let wedge = wedges.iter().find(|w| w.0 == inclination).expect("drawn");
-                let glued = rotation + mask + flat(self.beyond[1]);
+                let glued = rotation + mask + of_wedge(inclination)[0] + flat(self.beyond[1]);
                 let tilt = [0, 1].map(|k| (mean[k] + flat(self.tilt[0])).to_radians());
                 body(
                     (inclination + wedge.1).to_radians(),
@@ -386,6 +438,7 @@ impl Case {
                 let mut e = motion(inclination);
                 e[2] += 1.0;
                 let table = Complex64::from_polar(10.0, normal());
+                let gain = 1.0 + of_wedge(inclination)[1];
                 let seen: [Complex64; 3] = std::array::from_fn(|i| {
                     (0..3).map(|k| e[k] * seat[k][i]).sum::<Complex64>() * table
                 });
@@ -400,7 +453,7 @@ impl Case {
                     format!("{frequency} Hz, {inclination}°, {rotation}°"),
                     frequency,
                     Configuration::degrees(inclination, rotation),
-                    table * certificate,
+                    table * certificate * gain,
                     outputs,
                 ));
             }
@@ -457,6 +510,12 @@ impl Case {
             ("device.tilt.mean", Acts::Tilt, self.mean_tilt[1], &[]),
             ("wedge.lean", Acts::Lean, self.lean[1], &[Key::Inclination]),
             ("mask.zero", Acts::Rotation, self.mask[1], &[]),
+            (
+                "wedge.marks",
+                Acts::Rotation,
+                self.marks[1],
+                &[Key::Inclination],
+            ),
         ] {
             if half_width > 0.0 {
                 inputs.push(ShakerInput::rectangular(
@@ -466,6 +525,14 @@ impl Case {
                     keys,
                 ));
             }
+        }
+        if self.wedge_gain[1] > 0.0 {
+            inputs.push(ShakerInput::rectangular(
+                "wedge.gain",
+                Acts::ReferenceModulus,
+                self.wedge_gain[1],
+                &[Key::Inclination],
+            ));
         }
         Budget::new(inputs).expect("a budget")
     }
@@ -484,7 +551,7 @@ impl Case {
                 let fit = joint(&simulated.rows, &simulated.spurious, &budget).expect("sound runs");
                 let missing = |code: &str| {
                     let of = |f: &proofmass_uncertainty::Finding| {
-                        f.code() == code && f.severity() == Severity::Decision
+                        f.code() == code && f.severity() != Severity::Note
                     };
                     fit.findings.iter().any(of)
                 };
@@ -493,7 +560,7 @@ impl Case {
                     f[p].expanded(0.95) / f[0].value
                 });
                 let said = [
-                    missing("missing-angle"),
+                    missing("missing-input"),
                     missing("angle-prior-too-small"),
                     !suspects.is_empty(),
                 ];
@@ -578,7 +645,7 @@ type Judged = (Vec<bool>, [bool; 3], [f64; 2], Vec<bool>);
 pub struct Cell {
     /// Share of intervals that hold the truth, for each of the 18 reals, over the frequencies.
     pub components: Vec<f64>,
-    /// Share of campaigns in which a missing angle needs a decision, a declared one is too small, and a run is accused.
+    /// Share of campaigns in which an input is told to be missing, a declared one is too small, and a run is accused.
     pub said: [f64; 3],
     /// Mean U of Re S_xz and of Re S_zx over S_xx.
     pub width: [f64; 2],

@@ -480,7 +480,7 @@ impl Adjustment {
         for (i, linear) in self.rows.iter().enumerate() {
             let w = &self.weights[i];
             let columns: Vec<[f64; 6]> = (0..parts)
-                .map(|part| model.angle_column(i, &self.links[i], &self.parameters, acts, part, u))
+                .map(|part| model.error_column(i, &self.links[i], &self.parameters, acts, part, u))
                 .collect();
             for (a, column) in columns.iter().enumerate() {
                 let g = parts * group[i] + a;

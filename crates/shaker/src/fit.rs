@@ -252,7 +252,7 @@ fn reported(
         .collect();
     let mut findings = angles::findings(declared, budget)?;
     // With what the runs support: readings noisier than declared are no missing tilt.
-    findings.extend(missing::missing_angles(
+    findings.extend(missing::missing_inputs(
         adjustment,
         &supported.rows,
         spurious,

@@ -183,8 +183,8 @@ impl Model<'_> {
         seat
     }
 
-    /// Derivative of a row by an angle of standard deviation `u`, at the current point.
-    pub(super) fn angle_column(
+    /// Derivative of a row by an angle, or by the gain of the reference, of standard deviation `u`, at the current point.
+    pub(super) fn error_column(
         &self,
         i: usize,
         links: &[Link],
@@ -196,10 +196,11 @@ impl Model<'_> {
         let f = self.of_row[i];
         let s = from_real(&parameters[18 * f..18 * f + 18]);
         let seat = self.seat(i, links, parameters);
-        real(
-            row_times(self.direction(i, &seat.derivative(acts, part)), &s),
-            u,
-        )
+        let turned = match acts {
+            Acts::ReferenceModulus => seat.matrix(),
+            angle => seat.derivative(angle, part),
+        };
+        real(row_times(self.direction(i, &turned), &s), u)
     }
 
     pub(super) fn linear(&self, i: usize, links: &[Link], parameters: &[f64]) -> Linear {
