@@ -111,7 +111,7 @@ fn known_times_of_day_are_a_clock() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("day.csv");
     let stamp = |i: usize| {
-        let t = 3_599_00 + i;
+        let t = 359_900 + i;
         format!(
             "{:02}:{:02}:{:02}.{:02}",
             t / 360_000,

@@ -68,8 +68,11 @@ pub struct TimeSummary {
     pub column: String,
     /// What the column counts; [`Inspection::reading`] tells who says so.
     pub unit: TimeUnit,
-    /// Sampling rate by the straight line through the stamps, Hz.
+    /// Sampling rate by the straight line through the stamps, or as the file states it, Hz.
     pub rate_hz: f64,
+    /// Whether the file states the rate and its times follow from it: there is nothing to estimate then.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub rate_is_stated: bool,
     /// Standard deviation of the steps that are not gaps, s.
     pub jitter_s: Option<f64>,
     /// What else the stamps tell about their clock: uncertainty of the rate, resolution, bursts, wraps.
@@ -287,6 +290,7 @@ fn inspect_inner(
         time_column.and_then(|index| layout.stated_rate(index)),
     ) {
         time.rate_hz = stated;
+        time.rate_is_stated = true;
     }
     if let Some(time) = &time {
         reading.time.rate_hz = Some(time.rate_hz);
@@ -449,6 +453,7 @@ impl Times {
             column,
             unit,
             rate_hz: clock.rate_hz,
+            rate_is_stated: false,
             jitter_s: clock.jitter_s,
             clock,
             duration_s: last.since(first) / self.per_second + 1.0 / clock.rate_hz,

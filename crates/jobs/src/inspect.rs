@@ -183,13 +183,21 @@ fn head(page: Report, inspection: &Inspection) -> Report {
         return page;
     };
     let clock = &time.clock;
-    let rate = plus_minus(time.rate_hz, 2.0 * clock.rate_u_hz);
+    let rate = match time.rate_is_stated {
+        true => KeyFigure::new("rate", significant(time.rate_hz), "Hz").note("as the file states"),
+        false => KeyFigure::new(
+            "rate",
+            plus_minus(time.rate_hz, 2.0 * clock.rate_u_hz),
+            "Hz",
+        )
+        .note("k = 2"),
+    };
     let resolution = format!("{} s", significant(clock.resolution_s));
     let page = page
         .meta("time", format!("column {}", time.column))
         .meta("resolution of the stamps", resolution)
         .answers([
-            KeyFigure::new("rate", rate, "Hz").note("k = 2"),
+            rate,
             KeyFigure::new("duration", format!("{:.3}", time.duration_s), "s"),
             KeyFigure::new("gaps", time.gap_count.to_string(), ""),
         ]);

@@ -31,7 +31,7 @@ use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// What is to be simulated. The same request makes the same files on every machine.
 ///
@@ -164,6 +164,14 @@ impl Desk<'_> {
                 reading: None,
             });
         }
+        Ok(())
+    }
+
+    /// Tells that one more of `of` is behind, whatever thread did it: steps are counted and told in one order.
+    fn one_more(&self, stage: &'static str, behind: &Mutex<u64>, of: usize) -> Result<()> {
+        let mut behind = behind.lock().unwrap_or_else(PoisonError::into_inner);
+        *behind += 1;
+        self.watch.step(stage, *behind, of as u64)?;
         Ok(())
     }
 

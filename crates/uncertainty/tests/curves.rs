@@ -164,13 +164,13 @@ unit = "V"
 /// that were moved one by one.
 #[test]
 fn independent_errors_in_both_variables() {
-    let result = evaluate(&read(DECAY), 10_000).unwrap();
+    let result = by_the_law(&read(DECAY));
     for (name, value, u) in [
         ("a", 4.852_358_685_944_1, 0.174_271_521_4),
         ("b", 0.480_488_437_615_43, 0.049_944_021_81),
         ("c", 0.182_001_732_873_18, 0.189_444_799_9),
     ] {
-        let got = linear(&result, name);
+        let got = result.get(name).unwrap();
         assert!((got.value - value).abs() < 1e-9, "{name}: {got:?}");
         assert!(
             (got.standard_uncertainty - u).abs() < 1e-8,

@@ -29,7 +29,8 @@ const PRESSURE: (&str, &str) = ("p", "Pa");
 #[test]
 fn known_a_temperature_in_celsius_is_no_absolute_one() {
     let by_kelvin = "multiplies t in °C by a unit with K";
-    let cases: &[(&[(&str, &str)], &str, &str, &str)] = &[
+    type Case<'a> = (&'a [(&'a str, &'a str)], &'a str, &'a str, &'a str);
+    let cases: &[Case] = &[
         (&[T, GAS], "J/mol", "R * t", by_kelvin),
         (&[T, GAS], "J/mol", "2 * t * R", by_kelvin),
         (&[T, GAS], "J/mol", "R * (t + 0.5)", by_kelvin),
@@ -91,7 +92,8 @@ fn known_a_temperature_in_celsius_is_no_absolute_one() {
 
 #[test]
 fn known_differences_and_coefficients_per_degree_are_fine() {
-    let cases: &[(&[(&str, &str)], &str, &str)] = &[
+    type Case<'a> = (&'a [(&'a str, &'a str)], &'a str, &'a str);
+    let cases: &[Case] = &[
         // Differences of two temperatures, or from a reference.
         (&[T, S, HEAT], "J/kg", "c * (t - s)"),
         (&[T, HEAT], "J/kg", "c * (t - 20)"),

@@ -8,7 +8,7 @@ use proofmass_rig::{PrimaryBench, QuadratureInterferometer, device_response};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Mutex;
 
 /// An accelerometer before a laser interferometer with quadrature outputs: campaign.toml, runs.csv, one recording of cosine, sine and
 /// output per run, truth.json.
@@ -212,7 +212,7 @@ impl SimulatedPrimary {
                 runs.push((frequency, file));
             }
         }
-        let done = AtomicU64::new(0);
+        let done = Mutex::new(0);
         runs.par_iter()
             .enumerate()
             .map(|(k, (frequency, file))| {
@@ -222,8 +222,7 @@ impl SimulatedPrimary {
                 let channels = bench.record(*frequency, amplitude, duration, sensitivity, seed);
                 let views: [&[f64]; 3] = std::array::from_fn(|k| channels[k].as_slice());
                 desk.write(file, f32_bytes(&views)?)?;
-                let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-                desk.watch.step("runs", done, runs.len() as u64)?;
+                desk.one_more("runs", &done, runs.len())?;
                 Ok(())
             })
             .collect::<Result<()>>()?;

@@ -18,7 +18,7 @@ use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::spurious::{RatioRepeats, ratio_from_velocity, table};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Mutex;
 
 /// A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
 /// spurious.csv, truth.json.
@@ -119,7 +119,7 @@ impl SimulatedShaker {
         let sensor = self.sensor.map(|clock| Sensor::new(clock, self.duration));
         let digits = setup.len().to_string().len();
         let name = |run: usize| format!("run-{:0digits$}", run + 1);
-        let done = AtomicU64::new(0);
+        let done = Mutex::new(0);
         // Each run is prepared, recorded and written before its samples are let go.
         let prepared: Vec<PreparedRun> = (0..setup.len())
             .into_par_iter()
@@ -142,8 +142,7 @@ impl SimulatedShaker {
                         sensor.record(desk, (run, self.seed), &file, &prepared)?;
                     }
                 }
-                let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-                desk.watch.step("runs", done, setup.len() as u64)?;
+                desk.one_more("runs", &done, setup.len())?;
                 Ok(prepared)
             })
             .collect::<Result<_>>()?;
