@@ -88,13 +88,14 @@ fn crosscheck_slip_and_collision_are_flagged() {
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn crosscheck_once_per_turn_ripple_is_reported() {
-    // Of the log that slips too soon 29 turns are left, whose line does not stand out of the motion around it.
-    for name in ["t0.2.tab", "20190427-v4-t0.3-2.csv"] {
-        let Some(result) = robot(name) else { return };
-        let ripple = result.ripple.expect("the robot moves");
-        println!("{name}: {:?}", ripple.lines);
-        assert!(!ripple.lines.is_empty());
-    }
+    // In the logs that slip few turns are left, whose line does not stand out of the motion around it: there the map of each wheel
+    // shows it (`crosscheck_the_map_of_a_wheel_is_found_beside_slip`).
+    let Some(result) = robot("t0.2.tab") else {
+        return;
+    };
+    let ripple = result.ripple.expect("the robot moves");
+    println!("{:?}", ripple.lines);
+    assert!(!ripple.lines.is_empty());
 }
 
 /// Each wheel by itself: where one of them slips their phases part, and the mean of both has no map of its own.
