@@ -1,7 +1,7 @@
 //! ZIP archives that are recordings: npz of numpy, gt3x of ActiGraph.
 
 use crate::arrays::Arrays;
-use crate::stream::{Contents, Remark, RemarkKind, SeekRead};
+use crate::stream::{Contents, Remark, SeekRead};
 use crate::{Error, Result, gt3x, npy, zip};
 
 pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
@@ -23,10 +23,10 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
                     arrays.remarks.push(Remark::passed_over(what));
                 }
             }
-            false => arrays.remarks.push(Remark {
-                kind: RemarkKind::Damaged,
-                text: format!("{name}, whose check sum does not hold"),
-            }),
+            false => {
+                let what = format!("{name}, whose check sum does not hold");
+                arrays.remarks.push(Remark::damaged(what));
+            }
         }
     }
     match any {

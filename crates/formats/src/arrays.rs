@@ -2,7 +2,7 @@
 
 use crate::bytes::Order;
 use crate::raw::{Kind, numbers};
-use crate::stream::{Channel, Clock, Column, Contents, Remark, Source, Store, Stream};
+use crate::stream::{Clock, Column, Contents, Remark, Source, Stream};
 use std::collections::HashMap;
 
 /// Columns that a matrix may have.
@@ -87,24 +87,11 @@ impl Arrays {
     fn signal(&mut self, name: String, values: Vec<f64>) {
         let length = values.len();
         let number = *self.by_length.entry(length).or_insert_with(|| {
-            self.streams.push(Stream {
-                name: format!("{length} samples"),
-                channels: Vec::new(),
-                clock: Clock::Unsaid,
-                rows: length as u64,
-                full_scale: None,
-                store: Store::Columns(Vec::new()),
-            });
+            let stream = Stream::new(format!("{length} samples"), Clock::Unsaid, length as u64);
+            self.streams.push(stream);
             self.streams.len() - 1
         });
-        let stream = &mut self.streams[number];
-        stream.channels.push(Channel {
-            name,
-            unit: None,
-            scaling: None,
-        });
-        let Store::Columns(columns) = &mut stream.store;
-        columns.push(Column::of(Source::held(values)));
+        self.streams[number].push(name, None, Column::of(Source::held(values)));
     }
 
     pub(crate) fn contents(self) -> Contents {

@@ -4,11 +4,8 @@
 
 use crate::bytes::{Bytes, Order};
 use crate::raw::{Kind, Raw, bytes_at};
-use crate::scaling::{From, Scaling, Step};
-use crate::stream::{
-    Channel, Clock, Column, Contents, Line, Lines, Remark, RemarkKind, SeekRead, Source, Store,
-    Stream,
-};
+use crate::scaling::Scaling;
+use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
 use crate::{Error, Result};
 
 const HEADER: u64 = 1024;
@@ -222,13 +219,10 @@ impl Found {
             )));
         }
         if let Some(first) = self.first_damaged {
-            remarks.push(Remark {
-                kind: RemarkKind::Damaged,
-                text: format!(
-                    "{} blocks of 512 bytes, the first at byte {first}",
-                    self.damaged
-                ),
-            });
+            let count = self.damaged;
+            remarks.push(Remark::damaged(format!(
+                "{count} blocks of 512 bytes, the first at byte {first}"
+            )));
         }
         let Some(form) = self.form else {
             return Err(
@@ -237,8 +231,7 @@ impl Found {
             );
         };
         let rows = self.times.iter().map(|l| l.count).sum();
-        let mut channels = Vec::new();
-        let mut columns = Vec::new();
+        let mut stream = Stream::new("samples", Clock::Times, rows);
         let acceleration = match form.packed {
             true => 1.0 / 256.0,
             false => 2_f64.powi(-8 - i32::from(form.scale)),
@@ -250,46 +243,13 @@ impl Found {
                 true => ("gyro", "deg/s", rotation),
                 false => ("acc", "g", acceleration),
             };
-            let scaling = Scaling {
-                steps: vec![Step::Linear {
-                    from: From::Stored(0),
-                    slope,
-                    intercept: 0.0,
-                }],
-            };
-            channels.push(Channel {
-                name: format!("{name}_{}", ["x", "y", "z"][i % 3]),
-                unit: Some(unit.to_owned()),
-                scaling: scaling.words(),
-            });
-            columns.push(Column {
-                sources: vec![Source::Raw(raw)],
-                scaling,
-            });
+            let name = format!("{name}_{}", ["x", "y", "z"][i % 3]);
+            let column = Column::scaled(Source::Raw(raw), Scaling::linear(slope, 0.0));
+            stream.push(name, Some(unit.to_owned()), column);
         }
-        for (name, unit, pieces) in [
-            ("temperature", "°C", self.temperatures),
-            ("time", "s", self.times),
-        ] {
-            channels.push(Channel {
-                name: name.to_owned(),
-                unit: Some(unit.to_owned()),
-                scaling: None,
-            });
-            let lines = Lines {
-                pieces,
-                ..Lines::default()
-            };
-            columns.push(Column::of(Source::Lines(lines)));
-        }
-        let stream = Stream {
-            name: "samples".to_owned(),
-            channels,
-            clock: Clock::Times,
-            rows,
-            full_scale: None,
-            store: Store::Columns(columns),
-        };
+        let temperatures = Column::of(Source::lines(self.temperatures));
+        stream.push("temperature", Some("°C".to_owned()), temperatures);
+        stream.push_times(Source::lines(self.times));
         Ok(Contents {
             streams: vec![stream],
             remarks,
@@ -299,7 +259,7 @@ impl Found {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::RemarkKind;
     use crate::stream::tests::{columns, open, survives};
 
     /// A block of packed samples at 100 Hz, 1 s after the one before.

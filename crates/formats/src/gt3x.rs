@@ -3,11 +3,8 @@
 //! **Source** `[GT3X]`.
 
 use crate::bytes::{Bytes, Order, text};
-use crate::scaling::{From, Scaling, Step};
-use crate::stream::{
-    Channel, Clock, Column, Contents, Line, Lines, Remark, RemarkKind, SeekRead, Source, Store,
-    Stream,
-};
+use crate::scaling::Scaling;
+use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
 use crate::zip::Member;
 use crate::{Error, Result};
 
@@ -56,54 +53,22 @@ pub(crate) fn read(file: &mut dyn SeekRead, info: &Member, data: &Member) -> Res
         false => {
             let damaged = axes.records(&content, rate);
             if damaged > 0 {
-                remarks.push(Remark {
-                    kind: RemarkKind::Damaged,
-                    text: format!("{damaged} records of log.bin whose check sums do not hold"),
-                });
+                remarks.push(Remark::damaged(format!(
+                    "{damaged} records of log.bin whose check sums do not hold"
+                )));
             }
             Clock::Times
         }
     };
     let rows = axes.values[0].len() as u64;
-    let scaling = Scaling {
-        steps: vec![Step::Linear {
-            from: From::Stored(0),
-            slope: 1.0 / per_g,
-            intercept: 0.0,
-        }],
-    };
-    let mut channels = Vec::new();
-    let mut columns = Vec::new();
+    let mut stream = Stream::new("activity", clock, rows);
     for (name, values) in ["acc_x", "acc_y", "acc_z"].into_iter().zip(axes.values) {
-        channels.push(Channel {
-            name: name.to_owned(),
-            unit: Some("g".to_owned()),
-            scaling: scaling.words(),
-        });
-        columns.push(Column {
-            sources: vec![Source::held(values)],
-            scaling: scaling.clone(),
-        });
+        let column = Column::scaled(Source::held(values), Scaling::linear(1.0 / per_g, 0.0));
+        stream.push(name, Some("g".to_owned()), column);
     }
     if clock == Clock::Times {
-        channels.push(Channel {
-            name: "time".to_owned(),
-            unit: Some("s".to_owned()),
-            scaling: None,
-        });
-        columns.push(Column::of(Source::Lines(Lines {
-            pieces: axes.times,
-            ..Lines::default()
-        })));
+        stream.push_times(Source::lines(axes.times));
     }
-    let stream = Stream {
-        name: "activity".to_owned(),
-        channels,
-        clock,
-        rows,
-        full_scale: None,
-        store: Store::Columns(columns),
-    };
     Ok(Contents {
         streams: vec![stream],
         remarks,
@@ -220,6 +185,7 @@ fn record(bytes: &[u8]) -> Option<(u8, u32, &[u8])> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::RemarkKind;
     use crate::stream::tests::{columns, open, survives};
     use flate2::Compression;
     use flate2::Crc;

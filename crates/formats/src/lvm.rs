@@ -1,7 +1,7 @@
 //! LVM, the text files of LabVIEW: a header, then segments with their own clocks, which differ from column to column.
 
 use crate::bytes::text;
-use crate::stream::{Channel, Clock, Column, Contents, Remark, SeekRead, Source, Store, Stream};
+use crate::stream::{Clock, Column, Contents, Remark, SeekRead, Source, Stream};
 use crate::text::Lines;
 use crate::{Error, Result};
 use std::collections::HashMap;
@@ -223,15 +223,8 @@ impl Segment {
                 (None, Some(_)) => Clock::Times,
                 (None, None) => Clock::Unsaid,
             };
-            let channel = Channel {
-                name,
-                unit: self
-                    .units
-                    .get(channel)
-                    .cloned()
-                    .filter(|u| !u.is_empty() && !of_axis),
-                scaling: None,
-            };
+            let unit = self.units.get(channel).cloned();
+            let unit = unit.filter(|u| !u.is_empty() && !of_axis);
             let column = Column::of(Source::held(numbers.to_vec()));
             let key = match clock {
                 Clock::Rate { hz, start_s } => (hz.to_bits(), start_s.to_bits(), rows),
@@ -240,36 +233,21 @@ impl Segment {
             };
             if let Some(&known) = groups.get(&key) {
                 let stream = &mut contents.streams[known];
-                let Store::Columns(all) = &mut stream.store;
                 // Times stay last.
-                let at = all.len() - usize::from(clock == Clock::Times);
-                stream.channels.insert(at, channel);
-                all.insert(at, column);
+                let at = stream.columns.len() - usize::from(clock == Clock::Times);
+                stream.insert(at, name, unit, column);
                 continue;
             }
             groups.insert(key, contents.streams.len());
-            let mut stream = Stream {
-                name: match (number, clock, step) {
-                    (1, Clock::Rate { .. }, Some(step)) => format!("every {step} s"),
-                    (_, Clock::Rate { .. }, Some(step)) => {
-                        format!("segment {number}, every {step} s")
-                    }
-                    _ => format!("segment {number}"),
-                },
-                channels: vec![channel],
-                clock,
-                rows,
-                full_scale: None,
-                store: Store::Columns(vec![column]),
+            let of_stream = match (number, clock, step) {
+                (1, Clock::Rate { .. }, Some(step)) => format!("every {step} s"),
+                (_, Clock::Rate { .. }, Some(step)) => format!("segment {number}, every {step} s"),
+                _ => format!("segment {number}"),
             };
+            let mut stream = Stream::new(of_stream, clock, rows);
+            stream.push(name, unit, column);
             if let (Clock::Times, Some(stamps)) = (clock, stamps) {
-                stream.channels.push(Channel {
-                    name: "time".to_owned(),
-                    unit: Some("s".to_owned()),
-                    scaling: None,
-                });
-                let Store::Columns(all) = &mut stream.store;
-                all.push(Column::of(Source::held(stamps.to_vec())));
+                stream.push_times(Source::held(stamps.to_vec()));
             }
             contents.streams.push(stream);
         }

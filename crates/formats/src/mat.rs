@@ -7,7 +7,7 @@ mod level4;
 use crate::arrays::{Array, Arrays, values};
 use crate::bytes::{Bytes, Order, text};
 use crate::raw::{Kind, bytes_at};
-use crate::stream::{Contents, Remark, RemarkKind, SeekRead};
+use crate::stream::{Contents, Remark, SeekRead};
 use crate::{Error, Result};
 use flate2::read::ZlibDecoder;
 use std::io::Read;
@@ -63,10 +63,8 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
             _ => None,
         };
         if taken.is_none() {
-            arrays.remarks.push(Remark {
-                kind: RemarkKind::Damaged,
-                text: format!("the variable at byte {at} cannot be unpacked or read"),
-            });
+            let what = format!("the variable at byte {at} cannot be unpacked or read");
+            arrays.remarks.push(Remark::damaged(what));
         }
         // Compressed variables follow one another without a gap.
         at += 8 + length;

@@ -1,7 +1,7 @@
 //! Block by block through the channels of a stream.
 
 use crate::raw::Window;
-use crate::stream::{Column, Source, Store};
+use crate::stream::{Column, Source};
 use crate::{Container, Error, Result};
 
 /// Rows that are given at once, where a row is short.
@@ -47,12 +47,8 @@ impl Rows {
         }
         self.rest = stream.rows;
         self.chosen = channels.to_vec();
-        match &mut stream.store {
-            Store::Columns(columns) => {
-                let sources = columns.iter_mut().flat_map(|c| &mut c.sources);
-                sources.for_each(Source::rewind);
-            }
-        }
+        let sources = stream.columns.iter_mut().flat_map(|c| &mut c.sources);
+        sources.for_each(Source::rewind);
         Ok(())
     }
 
@@ -83,7 +79,7 @@ impl Rows {
             scaled,
             ..
         } = &mut self.container;
-        let Store::Columns(columns) = &mut streams[self.stream].store;
+        let columns = &mut streams[self.stream].columns;
         let strides = self.chosen.iter().flat_map(|&c| &columns[c].sources);
         let strides = strides.map(Source::stride);
         let stride = strides.max().unwrap_or(1).max(1);

@@ -45,6 +45,17 @@ impl Scaling {
         Self::default()
     }
 
+    /// A slope and an intercept.
+    pub(crate) fn linear(slope: f64, intercept: f64) -> Self {
+        Self {
+            steps: vec![Step::Linear {
+                from: From::Stored(0),
+                slope,
+                intercept,
+            }],
+        }
+    }
+
     /// Words for the steps, joined.
     pub(crate) fn words(&self) -> Option<String> {
         let words = self.steps.iter().filter_map(|step| match step {

@@ -68,6 +68,14 @@ impl Remark {
         }
     }
 
+    pub(crate) fn damaged(text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self {
+            kind: RemarkKind::Damaged,
+            text,
+        }
+    }
+
     pub(crate) fn passed_over(text: impl Into<String>) -> Self {
         let text = text.into();
         Self {
@@ -91,14 +99,49 @@ pub struct Stream {
     pub rows: u64,
     /// Whole numbers out of a converter whose full scale the file does not say: the size of full scale.
     pub full_scale: Option<f64>,
-    pub(crate) store: Store,
+    /// The numbers of each channel.
+    pub(crate) columns: Vec<Column>,
 }
 
-/// Where the numbers of a stream are.
-#[derive(Debug)]
-pub(crate) enum Store {
-    /// Each channel lies in the file as it is.
-    Columns(Vec<Column>),
+impl Stream {
+    /// Without channels.
+    pub(crate) fn new(name: impl Into<String>, clock: Clock, rows: u64) -> Self {
+        Self {
+            name: name.into(),
+            channels: Vec::new(),
+            clock,
+            rows,
+            full_scale: None,
+            columns: Vec::new(),
+        }
+    }
+
+    /// One more channel behind the others.
+    pub(crate) fn push(&mut self, name: impl Into<String>, unit: Option<String>, column: Column) {
+        self.insert(self.columns.len(), name, unit, column);
+    }
+
+    /// The times, which are the last channel.
+    pub(crate) fn push_times(&mut self, times: Source) {
+        self.push("time", Some("s".to_owned()), Column::of(times));
+    }
+
+    /// One more channel at a place.
+    pub(crate) fn insert(
+        &mut self,
+        at: usize,
+        name: impl Into<String>,
+        unit: Option<String>,
+        column: Column,
+    ) {
+        let channel = Channel {
+            name: name.into(),
+            unit,
+            scaling: column.scaling.words(),
+        };
+        self.channels.insert(at, channel);
+        self.columns.insert(at, column);
+    }
 }
 
 /// The numbers of one channel.
@@ -157,6 +200,13 @@ impl Source {
         Self::Held(numbers, 0)
     }
 
+    pub(crate) fn lines(pieces: Vec<Line>) -> Self {
+        Self::Lines(Lines {
+            pieces,
+            ..Lines::default()
+        })
+    }
+
     pub(crate) fn rows(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.rows(),
@@ -207,9 +257,13 @@ impl Source {
 
 impl Column {
     pub(crate) fn of(source: Source) -> Self {
+        Self::scaled(source, Scaling::none())
+    }
+
+    pub(crate) fn scaled(source: Source, scaling: Scaling) -> Self {
         Self {
             sources: vec![source],
-            scaling: Scaling::none(),
+            scaling,
         }
     }
 

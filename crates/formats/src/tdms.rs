@@ -7,7 +7,7 @@ mod properties;
 mod scales;
 
 use crate::raw::{Extent, Raw, bytes_at};
-use crate::stream::{Channel, Clock, Column, Contents, Remark, SeekRead, Source, Store, Stream};
+use crate::stream::{Clock, Column, Contents, Remark, SeekRead, Source, Stream};
 use crate::{Error, Result};
 use index::{Layout, Metadata, Object, RawIndex};
 use std::collections::{BTreeMap, HashMap};
@@ -271,11 +271,7 @@ impl Found {
                 continue;
             }
             let clock = own.clock();
-            let channel = Channel {
-                name,
-                unit: own.text("unit_string").filter(|u| !u.trim().is_empty()),
-                scaling: scaling.words(),
-            };
+            let unit = own.text("unit_string").filter(|u| !u.trim().is_empty());
             let column = Column {
                 sources: data.into_iter().map(|(_, raw)| Source::Raw(raw)).collect(),
                 scaling,
@@ -286,26 +282,13 @@ impl Found {
                 None => rows,
             };
             let place = (group.clone(), alike, clock_bits(clock));
-            match places.get(&place).copied() {
-                Some(place) => {
-                    let stream = &mut streams[place];
-                    stream.channels.push(channel);
-                    stream.rows = stream.rows.min(rows);
-                    let Store::Columns(columns) = &mut stream.store;
-                    columns.push(column);
-                }
-                None => {
-                    places.insert(place, streams.len());
-                    streams.push(Stream {
-                        name: group,
-                        channels: vec![channel],
-                        clock,
-                        rows,
-                        full_scale: None,
-                        store: Store::Columns(vec![column]),
-                    });
-                }
-            }
+            let number = *places.entry(place).or_insert_with(|| {
+                streams.push(Stream::new(group, clock, rows));
+                streams.len() - 1
+            });
+            let stream = &mut streams[number];
+            stream.rows = stream.rows.min(rows);
+            stream.push(name, unit, column);
         }
         for (kind, objects) in self.texts {
             self.remarks.push(Remark::passed_over(format!(

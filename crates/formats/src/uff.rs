@@ -4,8 +4,7 @@
 
 use crate::bytes::{Order, text};
 use crate::raw::{Kind, Raw};
-use crate::scaling::Scaling;
-use crate::stream::{Channel, Clock, Column, Contents, Remark, SeekRead, Source, Store, Stream};
+use crate::stream::{Clock, Column, Contents, Remark, SeekRead, Source, Stream};
 use crate::text::{Lines, columns, number};
 use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
@@ -216,10 +215,8 @@ fn set(lines: &mut Lines<'_>, first: &[u8], at: u64, size: u64, found: &mut Foun
         head_lines.push(line.to_vec());
     }
     let Some(head) = Head::of(&head_lines) else {
-        found.remarks.push(Remark {
-            kind: crate::RemarkKind::Damaged,
-            text: format!("the head of the data set at byte {at} is not that of a function"),
-        });
+        let what = format!("the head of the data set at byte {at} is not that of a function");
+        found.remarks.push(Remark::damaged(what));
         return Ok(true);
     };
     let (mut sources, whole) = match binary {
@@ -243,24 +240,11 @@ fn set(lines: &mut Lines<'_>, first: &[u8], at: u64, size: u64, found: &mut Foun
 
 impl Found {
     fn put(&mut self, head: Head, abscissa: Option<Source>, ordinates: Vec<Source>, rows: u64) {
-        let mut channels = Vec::new();
         let parts = if head.complex {
             &[" real", " imaginary"][..]
         } else {
             &[""]
         };
-        for part in parts {
-            channels.push(Channel {
-                name: format!("{}{part}", head.name),
-                unit: head.unit.clone(),
-                scaling: None,
-            });
-        }
-        let column = |source| Column {
-            sources: vec![source],
-            scaling: Scaling::none(),
-        };
-        let mut columns: Vec<Column> = ordinates.into_iter().map(column).collect();
         let time = head.is_time();
         let step = head.step.is_finite() && head.step > 0.0 && head.start.is_finite();
         let clock = match (head.even, time) {
@@ -271,20 +255,6 @@ impl Found {
             (false, true) => Clock::Times,
             _ => Clock::Unsaid,
         };
-        if let Some(abscissa) = abscissa {
-            channels.push(Channel {
-                name: match time {
-                    true => "time".to_owned(),
-                    false => head.abscissa_name.clone(),
-                },
-                unit: match time {
-                    true => Some("s".to_owned()),
-                    false => head.abscissa_unit.clone(),
-                },
-                scaling: None,
-            });
-            columns.push(column(abscissa));
-        }
         let name = match (head.even, time) {
             (true, true) => format!("every {} s", head.step),
             (true, false) => format!("{} every {}", head.abscissa_name, head.step),
@@ -296,26 +266,27 @@ impl Found {
             head.step.to_bits(),
             rows,
         );
-        if head.even
-            && let Some(&known) = self.even.get(&key)
-        {
-            let stream = &mut self.streams[known];
-            stream.channels.extend(channels);
-            let Store::Columns(all) = &mut stream.store;
-            all.extend(columns);
-            return;
-        }
-        if head.even {
-            self.even.insert(key, self.streams.len());
-        }
-        self.streams.push(Stream {
-            name,
-            channels,
-            clock,
-            rows,
-            full_scale: None,
-            store: Store::Columns(columns),
+        let known = self.even.get(&key).filter(|_| head.even).copied();
+        let number = known.unwrap_or_else(|| {
+            self.streams.push(Stream::new(name, clock, rows));
+            self.streams.len() - 1
         });
+        if head.even {
+            self.even.insert(key, number);
+        }
+        let stream = &mut self.streams[number];
+        for (part, ordinate) in parts.iter().zip(ordinates) {
+            let name = format!("{}{part}", head.name);
+            stream.push(name, head.unit.clone(), Column::of(ordinate));
+        }
+        match abscissa {
+            Some(abscissa) if time => stream.push_times(abscissa),
+            Some(abscissa) => {
+                let name = head.abscissa_name;
+                stream.push(name, head.abscissa_unit, Column::of(abscissa));
+            }
+            None => {}
+        }
     }
 }
 

@@ -5,8 +5,8 @@
 
 use crate::bytes::{Bytes, Order};
 use crate::raw::{Kind, Raw, bytes_at};
-use crate::scaling::{From, Scaling, Step};
-use crate::stream::{Channel, Clock, Column, Contents, Remark, SeekRead, Store, Stream};
+use crate::scaling::Scaling;
+use crate::stream::{Clock, Column, Contents, Remark, SeekRead, Stream};
 use crate::{Error, Result};
 
 pub(crate) fn is_wav(head: &[u8]) -> bool {
@@ -167,36 +167,24 @@ fn stream(samples: &Samples, order: Order, at: u64, bytes: u64) -> Stream {
     let width = samples.kind.size();
     let frame = width * u64::from(samples.channels);
     let rows = bytes / frame;
-    let columns = (0..u64::from(samples.channels)).map(|i| {
+    let clock = Clock::Rate {
+        hz: f64::from(samples.rate),
+        start_s: 0.0,
+    };
+    let mut stream = Stream::new("samples", clock, rows);
+    stream.full_scale = samples.full_scale;
+    for i in 0..u64::from(samples.channels) {
         let mut column = Column::raw(Raw::at(samples.kind, order, at + i * width, frame, rows));
         if samples.kind == Kind::U8 {
-            column.scaling = Scaling {
-                steps: vec![Step::Linear {
-                    from: From::Stored(0),
-                    slope: 1.0,
-                    intercept: -128.0,
-                }],
-            };
+            column.scaling = Scaling::linear(1.0, -128.0);
         }
-        column
-    });
-    let store = Store::Columns(columns.collect());
-    let channels = (1..=samples.channels).map(|i| Channel {
-        name: format!("channel {i}"),
-        unit: samples.full_scale.map(|_| "count".to_owned()),
-        scaling: None,
-    });
-    Stream {
-        name: "samples".to_owned(),
-        channels: channels.collect(),
-        clock: Clock::Rate {
-            hz: f64::from(samples.rate),
-            start_s: 0.0,
-        },
-        rows,
-        full_scale: samples.full_scale,
-        store,
+        let unit = samples.full_scale.map(|_| "count".to_owned());
+        stream.push(format!("channel {}", i + 1), unit, column);
     }
+    // Nothing is declared: it is how 8 bits are stored.
+    let channels = stream.channels.iter_mut();
+    channels.for_each(|channel| channel.scaling = None);
+    stream
 }
 
 #[cfg(test)]

@@ -1,34 +1,12 @@
 use crate::RemarkKind;
-use crate::stream::tests::{columns, open, survives};
+use crate::stream::tests::{Writer, columns, open, survives};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use std::io::Write;
 
-#[derive(Clone, Copy)]
-struct Writer {
-    big: bool,
-}
-
 impl Writer {
-    fn u32(self, v: u32) -> Vec<u8> {
-        if self.big {
-            v.to_be_bytes().to_vec()
-        } else {
-            v.to_le_bytes().to_vec()
-        }
-    }
-
-    fn numbers(self, values: &[f64]) -> Vec<u8> {
-        values
-            .iter()
-            .flat_map(|v| {
-                if self.big {
-                    v.to_be_bytes()
-                } else {
-                    v.to_le_bytes()
-                }
-            })
-            .collect()
+    fn doubles(self, values: &[f64]) -> Vec<u8> {
+        values.iter().flat_map(|v| self.f64(*v)).collect()
     }
 
     fn element(self, kind: u32, content: &[u8]) -> Vec<u8> {
@@ -73,7 +51,7 @@ fn known_variables_in_both_orders() {
             6,
             "v",
             [1, 3],
-            &[w.element(9, &w.numbers(&[1.0, 2.0, 3.0]))],
+            &[w.element(9, &w.doubles(&[1.0, 2.0, 3.0]))],
         );
         // Doubles that were stored as bytes, in a small element.
         let small = [w.u32(3 << 16 | 2), vec![7, 8, 9, 0]].concat();
@@ -83,15 +61,15 @@ fn known_variables_in_both_orders() {
             "c",
             [2, 1],
             &[
-                w.element(9, &w.numbers(&[1.0, 2.0])),
-                w.element(9, &w.numbers(&[-1.0, -2.0])),
+                w.element(9, &w.doubles(&[1.0, 2.0])),
+                w.element(9, &w.doubles(&[-1.0, -2.0])),
             ],
         );
         let field = w.matrix(
             6,
             "",
             [2, 2],
-            &[w.element(9, &w.numbers(&[5.0, 6.0, 7.0, 8.0]))],
+            &[w.element(9, &w.doubles(&[5.0, 6.0, 7.0, 8.0]))],
         );
         let inside = [
             w.u32(4 << 16 | 5),
@@ -150,7 +128,7 @@ fn known_matrices_of_level_4() {
                 w.u32(name.len() as u32 + 1),
                 name.as_bytes().to_vec(),
                 vec![0],
-                w.numbers(values),
+                w.doubles(values),
             ]
             .concat()
         };

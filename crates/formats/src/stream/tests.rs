@@ -36,3 +36,24 @@ pub(crate) fn survives(file: &[u8]) {
         read(&inverted);
     }
 }
+
+/// Writes numbers in the order of a file.
+#[derive(Clone, Copy)]
+pub(crate) struct Writer {
+    pub(crate) big: bool,
+}
+
+macro_rules! numbers {
+    ($($name:ident),*) => {
+        $(pub(crate) fn $name(self, v: $name) -> Vec<u8> {
+            match self.big {
+                true => v.to_be_bytes().to_vec(),
+                false => v.to_le_bytes().to_vec(),
+            }
+        })*
+    };
+}
+
+impl Writer {
+    numbers!(i16, u32, u64, f64);
+}

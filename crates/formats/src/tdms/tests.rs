@@ -1,45 +1,7 @@
-use crate::stream::tests::columns;
+use crate::stream::tests::{Writer, columns};
 use crate::{Clock, Container, RemarkKind};
 
-/// Writes a number in the order of a file.
-#[derive(Clone, Copy)]
-struct Writer {
-    big: bool,
-}
-
 impl Writer {
-    fn u32(self, v: u32) -> Vec<u8> {
-        if self.big {
-            v.to_be_bytes().to_vec()
-        } else {
-            v.to_le_bytes().to_vec()
-        }
-    }
-
-    fn u64(self, v: u64) -> Vec<u8> {
-        if self.big {
-            v.to_be_bytes().to_vec()
-        } else {
-            v.to_le_bytes().to_vec()
-        }
-    }
-
-    fn i16(self, v: i16) -> Vec<u8> {
-        if self.big {
-            v.to_be_bytes().to_vec()
-        } else {
-            v.to_le_bytes().to_vec()
-        }
-    }
-
-    fn f64(self, v: f64) -> Vec<u8> {
-        if self.big {
-            v.to_be_bytes().to_vec()
-        } else {
-            v.to_le_bytes().to_vec()
-        }
-    }
-
     fn text(self, text: &str) -> Vec<u8> {
         [self.u32(text.len() as u32), text.as_bytes().to_vec()].concat()
     }
