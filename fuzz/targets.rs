@@ -8,7 +8,7 @@ use proofmass_io::formats::Container;
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
     CalibrationFile, ColumnRef, GmshMesh, Layout, LayoutOptions, Manifest, Provenance, Recording,
-    RecordingOptions, ResultDocument, SegmentRow, Source, Unit, Waveform, WaveformFormat,
+    RecordingOptions, ResultDocument, SegmentRow, Source, Waveform, WaveformFormat,
     WaveformOptions, inspect_source, read_budget, read_model,
 };
 use proofmass_jobs::campaign::Campaign;
@@ -67,13 +67,7 @@ pub fn waveform(data: &[u8]) {
             ],
             channel_count: 2,
             full_scale_v: Some(10.0),
-            layout: LayoutOptions::default(),
-            unit: None,
-            quantity: Unit::Volt,
-            time: None,
-            time_unit: None,
-            between: None,
-            stream: None,
+            ..WaveformOptions::default()
         };
         if let Ok(waveform) = Waveform::from_source(source(data), &options) {
             assert!(waveform.channels.iter().flatten().all(|v| v.is_finite()));

@@ -50,4 +50,4 @@ mod zip;
 pub use error::{Error, Result};
 pub use recognise::{FORMATS, Format, recognise};
 pub use rows::Rows;
-pub use stream::{Channel, Clock, Container, Remark, RemarkKind, SeekRead, Stream};
+pub use stream::{Channel, Clock, Container, HEAD, Remark, RemarkKind, SeekRead, Stream};

@@ -172,7 +172,7 @@ pub const FORMATS: &[Format] = &[
     },
 ];
 
-/// The format of a file by its first bytes, of which some thousand suffice; `None` where it may be a text.
+/// The format of a file by its first bytes, of which [`HEAD`](crate::HEAD) suffice; `None` where it may be a text.
 pub fn recognise(head: &[u8]) -> Option<&'static Format> {
     FORMATS.iter().find(|format| match format.mark {
         Mark::Bytes(bytes) => head.starts_with(bytes),

@@ -287,8 +287,8 @@ pub(crate) struct Contents {
     pub(crate) remarks: Vec<Remark>,
 }
 
-/// Bytes that tell every format.
-pub(crate) const HEAD: usize = 4096;
+/// So many bytes at the beginning tell every format.
+pub const HEAD: usize = 4096;
 
 impl Container {
     /// Opens a file by its content.

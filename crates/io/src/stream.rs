@@ -119,7 +119,7 @@ pub(crate) fn open(source: &mut Source) -> Result<bool> {
     if source.opened.is_some() {
         return Ok(true);
     }
-    let (head, _) = source.ahead(4096)?;
+    let (head, _) = source.ahead(proofmass_formats::HEAD)?;
     let Some(format) = proofmass_formats::recognise(head) else {
         return match source.stream.is_some() {
             true => Err(Error::new(

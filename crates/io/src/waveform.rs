@@ -53,6 +53,26 @@ pub struct WaveformOptions {
     pub stream: Option<String>,
 }
 
+impl Default for WaveformOptions {
+    /// No channels, of whatever format is seen; the samples are to be volts.
+    fn default() -> Self {
+        Self {
+            format: WaveformFormat::default(),
+            sampling_rate_hz: None,
+            channels: Vec::new(),
+            channel_count: 0,
+            full_scale_v: None,
+            layout: LayoutOptions::default(),
+            unit: None,
+            quantity: Unit::Volt,
+            time: None,
+            time_unit: None,
+            between: None,
+            stream: None,
+        }
+    }
+}
+
 /// When the samples of a recording were taken, by its own time stamps.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -111,7 +131,7 @@ impl Waveform {
     /// Reads the channels of a file.
     ///
     /// ```
-    /// use proofmass_io::{ColumnRef, Unit, Waveform, WaveformFormat, WaveformOptions, write_f32};
+    /// use proofmass_io::{ColumnRef, Waveform, WaveformFormat, WaveformOptions, write_f32};
     /// # let folder = tempfile::tempdir().unwrap();
     /// # let path = folder.path().join("r1.f32");
     /// write_f32(&path, &[&[1.0, 2.0], &[-0.5, 0.25]])?;
@@ -121,13 +141,7 @@ impl Waveform {
     ///     channels: vec![("x".into(), ColumnRef::Index(2))],
     ///     channel_count: 2,
     ///     full_scale_v: Some(10.0),
-    ///     layout: Default::default(),
-    ///     unit: None,
-    ///     quantity: Unit::Volt,
-    ///     time: None,
-    ///     time_unit: None,
-    ///     between: None,
-    ///     stream: None,
+    ///     ..WaveformOptions::default()
     /// })?;
     /// assert_eq!(waveform.channels, [[-0.5, 0.25]]);
     /// # Ok::<(), proofmass_io::Error>(())
@@ -414,7 +428,7 @@ pub fn f32_bytes(channels: &[&[f64]]) -> Result<Vec<u8>> {
 
 /// Whether what lies ahead is a WAV file, whose samples are fractions of a full scale.
 fn is_wav(source: &mut Source) -> Result<bool> {
-    let (head, _) = source.ahead(64)?;
+    let (head, _) = source.ahead(proofmass_formats::HEAD)?;
     Ok(proofmass_formats::recognise(head).is_some_and(|f| f.word == "wav"))
 }
 
@@ -492,13 +506,8 @@ mod tests {
             channels: vec![("reference".into(), 1.into()), ("x".into(), 2.into())],
             channel_count: 2,
             full_scale_v: Some(10.0),
-            layout: LayoutOptions::default(),
             unit: Some(Unit::Volt),
-            quantity: Unit::Volt,
-            time: None,
-            time_unit: None,
-            between: None,
-            stream: None,
+            ..WaveformOptions::default()
         }
     }
 

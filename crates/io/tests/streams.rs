@@ -196,13 +196,8 @@ fn law_a_waveform_is_the_same_in_every_format() {
                 .collect(),
             channel_count: 2,
             full_scale_v: Some(10.0),
-            layout: LayoutOptions::default(),
             unit: Some(Unit::Volt),
-            quantity: Unit::Volt,
-            time: None,
-            time_unit: None,
-            between: None,
-            stream: None,
+            ..WaveformOptions::default()
         };
         Waveform::from_source(Source::from_bytes("run", bytes).unwrap(), &options).unwrap()
     };

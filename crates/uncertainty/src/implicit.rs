@@ -46,19 +46,9 @@ pub fn propagate_implicit<M: Implicit>(
             got: start.len(),
         });
     }
-    let m = start.len();
     let x = inputs.estimates();
     let root = Root::find(model, start, &x)?;
-    let fixed_y = constants(&root.y);
-    let (_, hx) = jacobian_of::<8>(&x, m, |x, out| model.residual(&fixed_y, x, out))?;
-    let n = x.len();
-    let mut jacobian = vec![0.0; m * n];
-    for l in 0..n {
-        let column: Vec<f64> = (0..m).map(|k| hx[k * n + l]).collect();
-        for (k, v) in root.slope.solve(&column)?.into_iter().enumerate() {
-            jacobian[k * n + l] = -v;
-        }
-    }
+    let jacobian = sensitivities(model, &root.y, &x, &root.slope)?;
     let result = linear(model.outputs(), &root.y, &jacobian, inputs)?;
     // A step is judged against the value or, for a value near zero, against its uncertainty.
     for (k, step) in root.step.iter().enumerate() {
@@ -101,6 +91,26 @@ pub fn propagate_least_squares<M: LeastSquares>(
     inputs: &JointInputs,
 ) -> Result<Linear, Error> {
     propagate_implicit(&NormalEquations(model), start, inputs)
+}
+
+/// ∂y/∂x = −(∂h/∂y)⁻¹ ∂h/∂x at a root, row by row; `slope` is ∂h/∂y there.
+fn sensitivities<M: Implicit>(
+    model: &M,
+    y: &[f64],
+    x: &[f64],
+    slope: &Scaled,
+) -> Result<Vec<f64>, Error> {
+    let (m, n) = (y.len(), x.len());
+    let fixed = constants(y);
+    let (_, by_x) = jacobian_of::<8>(x, m, |x, out| model.residual(&fixed, x, out))?;
+    let mut jacobian = vec![0.0; m * n];
+    for l in 0..n {
+        let column: Vec<f64> = (0..m).map(|k| by_x[k * n + l]).collect();
+        for (k, v) in slope.solve(&column)?.into_iter().enumerate() {
+            jacobian[k * n + l] = -v;
+        }
+    }
+    Ok(jacobian)
 }
 
 type Partial = Dual<f64, 8>;

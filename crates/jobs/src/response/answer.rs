@@ -36,30 +36,32 @@ pub(super) fn stated_line(
     averages: f64,
     wanted: Option<f64>,
 ) -> Option<usize> {
-    let f = &response.frequency;
     let told = |k: &usize| {
         let expanded = student_quantile(0.975, response.dof[*k]) * response.polar_uncertainty(*k).0;
         expanded < response.value[*k].norm()
             && explained(response.coherence.get(*k).copied(), averages)
     };
-    let mut lines = (0..f.len()).filter(told);
+    let mut lines = (0..response.lines()).filter(told);
     match wanted {
-        Some(wanted) => {
-            lines.min_by(|a, b| (f[*a] - wanted).abs().total_cmp(&(f[*b] - wanted).abs()))
-        }
+        Some(wanted) => nearest(response, lines, wanted),
         None => lines.next(),
     }
 }
 
+/// The one of some lines that is nearest to a frequency.
+fn nearest(
+    response: &ResponseEstimate,
+    lines: impl Iterator<Item = usize>,
+    frequency: f64,
+) -> Option<usize> {
+    let apart = |k: &usize| (response.frequency[*k] - frequency).abs();
+    lines.min_by(|a, b| apart(a).total_cmp(&apart(b)))
+}
+
 /// Whether the input explains the line nearest to a frequency.
 pub(super) fn explained_at(response: &ResponseEstimate, averages: f64, frequency: f64) -> bool {
-    let f = &response.frequency;
-    let nearest = (0..f.len()).min_by(|a, b| {
-        (f[*a] - frequency)
-            .abs()
-            .total_cmp(&(f[*b] - frequency).abs())
-    });
-    nearest.is_none_or(|k| explained(response.coherence.get(k).copied(), averages))
+    let line = nearest(response, 0..response.lines(), frequency);
+    line.is_none_or(|k| explained(response.coherence.get(k).copied(), averages))
 }
 
 impl ResponseOutcome {

@@ -4,7 +4,7 @@ use crate::files::Odd;
 use proofmass_core::Unwatched;
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ColumnRef, Input, Source, TimeUnit, Unit, Waveform,
-    WaveformFormat, WaveformOptions,
+    WaveformOptions,
 };
 use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
 use proofmass_jobs::bias::BiasRecording;
@@ -371,18 +371,14 @@ fn table(odd: &Odd, _: &Said) -> Answer {
 /// A recording of a shaker, in a text table.
 fn waveform(odd: &Odd, said: &Said) -> Answer {
     let options = WaveformOptions {
-        format: WaveformFormat::Text,
         sampling_rate_hz: said.rate,
         channels: vec![("x".to_owned(), ColumnRef::from_word(odd.axes[2]))],
         channel_count: 1,
-        full_scale_v: None,
-        layout: proofmass_io::LayoutOptions::default(),
         unit: said.unit,
         quantity: Unit::MetrePerSecondSquared,
-        time: None,
         time_unit: said.time_unit,
         between: said.between,
-        stream: None,
+        ..WaveformOptions::default()
     };
     let read = Waveform::from_source(source(odd), &options)?;
     told(&[read.input()], mean(&read.channels[0]))

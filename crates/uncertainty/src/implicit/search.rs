@@ -1,8 +1,7 @@
 //! The search for a solution from a start that somebody wrote.
 
-use super::{Root, Scaled, ValuesAndSlopes, constants, scaled, slopes};
+use super::{Root, Scaled, ValuesAndSlopes, scaled, sensitivities, slopes};
 use crate::Implicit;
-use crate::propagation::jacobian_of;
 use proofmass_core::Error;
 
 /// Steps, and the shortest part of one.
@@ -98,15 +97,8 @@ fn own_scale<M: Implicit>(
     x: &[f64],
     slope: &Scaled,
 ) -> Result<Vec<f64>, Error> {
-    let (m, n) = (y.len(), x.len());
-    let fixed = constants(y);
-    let (_, by_x) = jacobian_of::<8>(x, m, |x, out| model.residual(&fixed, x, out))?;
-    let mut scale: Vec<f64> = vec![0.0; m];
-    for (l, x) in x.iter().enumerate() {
-        let column: Vec<f64> = (0..m).map(|k| by_x[k * n + l]).collect();
-        for (s, d) in scale.iter_mut().zip(slope.solve(&column)?) {
-            *s += (d * x).abs();
-        }
-    }
-    Ok(scale.iter().zip(y).map(|(s, y)| s.max(y.abs())).collect())
+    let jacobian = sensitivities(model, y, x, slope)?;
+    let rows = (0..y.len()).map(|k| &jacobian[k * x.len()..(k + 1) * x.len()]);
+    let sums = rows.map(|row| row.iter().zip(x).map(|(d, x)| (d * x).abs()).sum::<f64>());
+    Ok(sums.zip(y).map(|(s, y)| s.max(y.abs())).collect())
 }
