@@ -46,17 +46,25 @@ pub(super) enum CurveWeighing {
 
 /// Steps of the search at most.
 const STEPS: usize = 5000;
+/// A step of the search that is small against the parameters, or against what the points leave of them.
+const SETTLED: f64 = 1e-8;
 /// Steps to the point of the curve that is nearest to a measured one, each of which settles one order of derivatives.
 const ORDERS: usize = 5;
 
 impl Curve {
     /// The parameters; not numbers where the search does not settle. It goes down first, so that no other place where the
-    /// normal equations hold is taken for the least squares.
+    /// normal equations hold is taken for the least squares. Where the points carry no derivatives that is all.
     pub fn evaluate<T: Number>(&self, before: &[T], parameters: &mut [T]) {
         let points = self.points(before);
         let plain: Vec<f64> = points.iter().map(|p| p.value()).collect();
+        let alone = |(p, plain): (&T, &f64)| (*p - T::from(*plain)).vanishes();
         match self.search(&plain) {
-            Ok(near) => Solved::new(NormalEquations(self), near).evaluate(&points, parameters),
+            Ok((found, true)) if points.iter().zip(&plain).all(alone) => {
+                for (parameter, found) in parameters.iter_mut().zip(found) {
+                    *parameter = T::from(found);
+                }
+            }
+            Ok((near, _)) => Solved::new(NormalEquations(self), near).evaluate(&points, parameters),
             Err(_) => parameters.fill(T::from(f64::NAN)),
         }
     }
@@ -81,6 +89,10 @@ impl Curve {
                       weights = \"equal\"";
         if let Some(covariance) = covariance {
             self.weighing = if both {
+                // The curve through the plain points is near enough to start from.
+                if let Ok((plain, true)) = self.search(&points) {
+                    self.start = plain;
+                }
                 self.separate(covariance)?
             } else {
                 let yy: Vec<f64> = (0..n * n)
@@ -89,9 +101,9 @@ impl Curve {
                 CurveWeighing::Ordinates(inverse_root(&yy, n).ok_or(needed)?)
             };
         }
-        self.start = self.search(&points)?;
+        (self.start, _) = self.search(&points)?;
         let mut found = vec![0.0; self.start.len()];
-        self.evaluate(before, &mut found);
+        Solved::new(NormalEquations(&*self), self.start.clone()).evaluate(&points, &mut found);
         if found.iter().any(|p| !p.is_finite()) || !self.determined(&found, &points) {
             return Err(format!(
                 "the points do not determine every parameter: the search ended near {:?}; state fewer parameters, or begin \
@@ -145,7 +157,7 @@ impl Curve {
         let each = match self.weighing {
             CurveWeighing::Equal => 1.0,
             CurveWeighing::Ordinates(_) => 2.0,
-            CurveWeighing::Both(_) => 30.0,
+            CurveWeighing::Both(_) => 4.0,
         };
         let p = self.start.len() as f64;
         120.0 * p * each * (self.x.len() * (5 + self.program.ops.len())) as f64
@@ -195,38 +207,45 @@ impl Curve {
         [f.real, f.partials[0]]
     }
 
-    /// The abscissa of the point of the curve that is nearest to (x, y) in units of their uncertainties.
-    fn nearest<T: Number>(&self, variables: &[T], x: T, y: T, [wx, wy]: [f64; 2]) -> T {
-        if !wx.is_finite() {
-            return x;
-        }
-        let plain: Vec<f64> = variables.iter().map(|v| v.value()).collect();
-        let (x0, y0) = (x.value(), y.value());
+    /// The point of the curve that is nearest to (x, y) in units of their uncertainties, of plain numbers: its abscissa, and half the
+    /// second derivative of the squared distance there.
+    fn foot(&self, variables: &[f64], x: f64, y: f64, [wx, wy]: [f64; 2]) -> [f64; 2] {
+        let constants: Vec<Dual<f64, 1>> = variables
+            .iter()
+            .map(|&v| Dual::variable(v, usize::MAX))
+            .collect();
+        let mut results = Vec::new();
         // Half the slope of the squared distance, and its own slope.
-        let mut wide = Vec::new();
         let mut slope = |at: f64| {
-            let constants: Vec<Dual<f64, 1>> = plain
-                .iter()
-                .map(|&v| Dual::variable(v, usize::MAX))
-                .collect();
-            let [f, df] = self.slope_at(&constants, Dual::variable(at, 0), &mut wide);
+            let [f, df] = self.slope_at(&constants, Dual::variable(at, 0), &mut results);
             let (f, df, ddf) = (f.real, df.real, df.partials[0]);
-            let gradient = wx * wx * (x0 - at) + wy * wy * df * (y0 - f);
+            let gradient = wx * wx * (x - at) + wy * wy * df * (y - f);
             let plain = wx * wx + wy * wy * df * df;
-            let full = plain - wy * wy * ddf * (y0 - f);
+            let full = plain - wy * wy * ddf * (y - f);
             // Far from the curve only the first part is sure to lead towards it.
             (gradient, if full > 0.1 * plain { full } else { plain })
         };
-        let mut near = x0;
+        let mut near = x;
         for _ in 0..60 {
             let (gradient, curvature) = slope(near);
             let step = gradient / curvature;
             near += step;
-            if !(step.abs() > 1e-15 * near.abs().max(1.0 / wx)) {
+            // The distance feels the square of what is left.
+            if !(step.abs() > 1e-15 * near.abs() + 1e-9 / wx) {
                 break;
             }
         }
-        let (_, curvature) = slope(near);
+        [near, slope(near).1]
+    }
+
+    /// The abscissa of the nearest point of the curve, exactly as differentiable as the points are.
+    fn nearest<T: Number>(&self, variables: &[T], x: T, y: T, weights: [f64; 2]) -> T {
+        let [wx, wy] = weights;
+        if !wx.is_finite() {
+            return x;
+        }
+        let plain: Vec<f64> = variables.iter().map(|v| v.value()).collect();
+        let [near, curvature] = self.foot(&plain, x.value(), y.value(), weights);
         let mut results = Vec::new();
         let mut point = T::from(near);
         for _ in 0..ORDERS {
@@ -237,12 +256,50 @@ impl Curve {
         point
     }
 
+    /// Residuals whose squares sum to the cost, one for each point, and their derivatives by the parameters; `None` where these are
+    /// not finite.
+    ///
+    /// With errors in both variables a residual is the distance to the tangent at the nearest point of the curve, which holds still:
+    /// its derivatives are those of the distance itself.
+    fn equations(&self, at: &[f64], points: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let (n, m) = (self.x.len(), at.len());
+        let constants: Vec<Dual<f64, 8>> = points.iter().map(|&p| Dual::from(p)).collect();
+        let CurveWeighing::Both(weights) = &self.weighing else {
+            return jacobian_of::<8>(at, n, |p, r| self.residual(p, &constants, r)).ok();
+        };
+        let mut variables = at.to_vec();
+        variables.resize(m + 1 + self.captured.len(), 0.0);
+        let mut results = Vec::new();
+        // Of each point: abscissa of the nearest one, offset of the tangent, 1/u of the ordinate's distance to it.
+        let tangents: Vec<[f64; 3]> = (0..n)
+            .map(|i| {
+                self.fill(&mut variables, points, i);
+                let (x, y, [wx, wy]) = (points[i], points[n + i], weights[i]);
+                if !wx.is_finite() {
+                    return [x, 0.0, wy];
+                }
+                let [near, _] = self.foot(&variables, x, y, weights[i]);
+                let [_, slope] = self.slope_at(&variables, near, &mut results);
+                [near, slope * (x - near), 1.0 / (1.0 / wy).hypot(slope / wx)]
+            })
+            .collect();
+        let distances = |p: &[Dual<f64, 8>], r: &mut [Dual<f64, 8>]| {
+            let mut results = Vec::new();
+            let mut variables = p.to_vec();
+            variables.resize(m + 1 + self.captured.len(), Dual::from(0.0));
+            for (i, [near, offset, weight]) in tangents.iter().enumerate() {
+                self.fill(&mut variables, &constants, i);
+                let f = self.at(&mut variables, Dual::from(*near), &mut results);
+                r[i] = (constants[n + i] - f - Dual::from(*offset)) * Dual::from(*weight);
+            }
+        };
+        jacobian_of::<8>(at, n, distances).ok()
+    }
+
     /// Whether the points tell every parameter from the others.
     fn determined(&self, at: &[f64], points: &[f64]) -> bool {
         let m = at.len();
-        let constants: Vec<Dual<f64, 8>> = points.iter().map(|&p| Dual::from(p)).collect();
-        let slopes = jacobian_of::<8>(at, self.residuals(), |p, r| self.residual(p, &constants, r));
-        let Ok((_, jacobian)) = slopes else {
+        let Some((_, jacobian)) = self.equations(at, points) else {
             return false;
         };
         let normal = |i: usize, j: usize| -> f64 {
@@ -252,13 +309,10 @@ impl Curve {
         ScaledRoot::new(m, normal).is_some()
     }
 
-    /// Levenberg and Marquardt's descent from the start.
-    fn search(&self, points: &[f64]) -> Result<Vec<f64>, String> {
+    /// Levenberg and Marquardt's descent from the start; whether its last step was small.
+    fn search(&self, points: &[f64]) -> Result<(Vec<f64>, bool), String> {
         let m = self.start.len();
-        let constants: Vec<Dual<f64, 8>> = points.iter().map(|&p| Dual::from(p)).collect();
-        let equations = |at: &[f64]| {
-            jacobian_of::<8>(at, self.residuals(), |p, r| self.residual(p, &constants, r)).ok()
-        };
+        let equations = |at: &[f64]| self.equations(at, points);
         let cost = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let mut here = self.start.clone();
         let Some((mut residual, mut jacobian)) = equations(&here) else {
@@ -280,13 +334,17 @@ impl Curve {
                 })
                 .collect();
             let step = ScaledRoot::new(m, normal).map(|root| root.solve(&gradient));
+            let small = damping < 1e-2
+                && step.as_ref().is_some_and(|step| {
+                    let gain: f64 = step.iter().zip(&gradient).map(|(s, g)| s * g).sum();
+                    gain <= SETTLED * SETTLED * cost(&residual)
+                        || step
+                            .iter()
+                            .zip(&here)
+                            .all(|(s, p)| s.abs() <= SETTLED * p.abs())
+                });
             let there: Option<Vec<f64>> =
                 step.map(|step| here.iter().zip(step).map(|(p, s)| p - s).collect());
-            let small = damping < 1e-2
-                && there.as_ref().is_some_and(|there| {
-                    let mut steps = there.iter().zip(&here);
-                    steps.all(|(to, from)| (to - from).abs() <= 1e-8 * from.abs())
-                });
             let better = there.and_then(|there| {
                 let (r, j) = equations(&there)?;
                 (cost(&r) < cost(&residual)).then_some((there, r, j))
@@ -296,10 +354,10 @@ impl Curve {
                 (here, residual, jacobian) = (there, r, j);
                 damping = (0.1 * damping).max(1e-15);
                 if small || (gained < 1e-14 && damping < 1e-6) {
-                    break;
+                    return Ok((here, small));
                 }
             } else if small {
-                break;
+                return Ok((here, true));
             } else {
                 damping = (10.0 * damping).max(1e-9);
                 // No direction leads down any more.
@@ -308,7 +366,7 @@ impl Curve {
                 }
             }
         }
-        Ok(here)
+        Ok((here, false))
     }
 }
 
