@@ -384,3 +384,33 @@ fn law_a_thousand_points_with_errors_in_both_variables() {
         }
     }
 }
+
+/// A straight line and the same line as a curve end at the same solution for other points too: York's iteration beside the descent
+/// along the distances, whose last step is 10⁻⁸ of what the points leave open.
+#[test]
+fn law_trials_of_a_line_are_those_of_a_curve() {
+    let line = read(include_str!("../../../reference/gum/pearson-york.toml"));
+    let mut curve = line.clone();
+    curve.fit[0].curve = Some("a + b * x".to_owned());
+    curve.fit[0].start = Some(vec![1.0, 1.0]);
+    let (joint, line) = line.prepared().unwrap();
+    let (_, curve) = curve.prepared().unwrap();
+    let [u_a, u_b] = [0.292, 0.0576];
+    let mut state = 1u64;
+    for trial in 0..2000 {
+        let points: Vec<f64> = (joint.estimates().iter().enumerate())
+            .map(|(i, x)| {
+                state = state
+                    .wrapping_mul(6364136223846793005)
+                    .wrapping_add(1442695040888963407);
+                let uniform = (state >> 11) as f64 / (1u64 << 53) as f64;
+                x + 3.0 * joint.covariance().standard_uncertainty(i) * (2.0 * uniform - 1.0)
+            })
+            .collect();
+        let [mut l, mut c] = [[0.0; 2]; 2];
+        line.evaluate(&points, &mut l);
+        curve.evaluate(&points, &mut c);
+        assert!((l[0] - c[0]).abs() < 1e-6 * u_a, "{trial}: {l:?} {c:?}");
+        assert!((l[1] - c[1]).abs() < 1e-6 * u_b, "{trial}: {l:?} {c:?}");
+    }
+}
