@@ -1,5 +1,7 @@
 //! Curves through points, against certified values and independent solutions.
 use proofmass_uncertainty::*;
+use rand::{RngExt, SeedableRng};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use std::ops::ControlFlow;
 
 fn read(text: &str) -> UncertaintyModel {
@@ -393,19 +395,15 @@ fn law_trials_of_a_line_are_those_of_a_curve() {
     let mut curve = line.clone();
     curve.fit[0].curve = Some("a + b * x".to_owned());
     curve.fit[0].start = Some(vec![1.0, 1.0]);
+    let law = by_the_law(&line);
+    let [u_a, u_b] = ["a", "b"].map(|name| law.get(name).unwrap().standard_uncertainty);
     let (joint, line) = line.prepared().unwrap();
     let (_, curve) = curve.prepared().unwrap();
-    let [u_a, u_b] = [0.292, 0.0576];
-    let mut state = 1u64;
+    let (estimates, covariance) = (joint.estimates(), joint.covariance());
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(13);
     for trial in 0..2000 {
-        let points: Vec<f64> = (joint.estimates().iter().enumerate())
-            .map(|(i, x)| {
-                state = state
-                    .wrapping_mul(6364136223846793005)
-                    .wrapping_add(1442695040888963407);
-                let uniform = (state >> 11) as f64 / (1u64 << 53) as f64;
-                x + 3.0 * joint.covariance().standard_uncertainty(i) * (2.0 * uniform - 1.0)
-            })
+        let points: Vec<f64> = (estimates.iter().enumerate())
+            .map(|(i, x)| x + covariance.standard_uncertainty(i) * rng.random_range(-3.0..3.0))
             .collect();
         let [mut l, mut c] = [[0.0; 2]; 2];
         line.evaluate(&points, &mut l);

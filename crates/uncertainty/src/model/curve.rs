@@ -40,7 +40,7 @@ pub(super) enum CurveWeighing {
     Equal,
     /// As the ordinates of a polynomial.
     Ordinates(Vec<f64>),
-    /// 1/u of abscissa and ordinate of each point.
+    /// u of abscissa and ordinate of each point.
     Both(Vec<[f64; 2]>),
 }
 
@@ -57,14 +57,13 @@ impl Curve {
     pub fn evaluate<T: Number>(&self, before: &[T], parameters: &mut [T]) {
         let points = self.points(before);
         let plain: Vec<f64> = points.iter().map(|p| p.value()).collect();
-        let alone = |(p, plain): (&T, &f64)| (*p - T::from(*plain)).vanishes();
         match self.search(&plain) {
-            Ok((found, true)) if points.iter().zip(&plain).all(alone) => {
-                for (parameter, found) in parameters.iter_mut().zip(found) {
-                    *parameter = T::from(found);
-                }
+            Ok((found, true)) => {
+                Solved::at(NormalEquations(self), found).evaluate(&points, parameters)
             }
-            Ok((near, _)) => Solved::new(NormalEquations(self), near).evaluate(&points, parameters),
+            Ok((near, false)) => {
+                Solved::new(NormalEquations(self), near).evaluate(&points, parameters)
+            }
             Err(_) => parameters.fill(T::from(f64::NAN)),
         }
     }
@@ -118,7 +117,7 @@ impl Curve {
         Ok(())
     }
 
-    /// 1/u of points that are independent of each other.
+    /// u of points that are independent of each other.
     fn separate(&self, covariance: &Covariance) -> Result<CurveWeighing, String> {
         let n = self.x.len();
         let alone = (0..2 * n).all(|i| (0..i).all(|k| covariance[(i, k)] == 0.0));
@@ -127,13 +126,13 @@ impl Curve {
                         weights = \"y\" takes the covariance of the ordinates"
                 .to_owned());
         }
-        let weights: Vec<[f64; 2]> = (0..n)
-            .map(|i| [i, n + i].map(|k| 1.0 / covariance[(k, k)].sqrt()))
+        let u: Vec<[f64; 2]> = (0..n)
+            .map(|i| [i, n + i].map(|k| covariance.standard_uncertainty(k)))
             .collect();
-        if weights.iter().any(|w| !w[1].is_finite()) {
+        if u.iter().any(|[_, uy]| !(1.0 / uy).is_finite()) {
             return Err("each ordinate needs an uncertainty of its own".to_owned());
         }
-        Ok(CurveWeighing::Both(weights))
+        Ok(CurveWeighing::Both(u))
     }
 
     /// Weighted sum of the squared residuals.
@@ -173,6 +172,13 @@ impl Curve {
         places.map(|&k| before[k as usize]).collect()
     }
 
+    /// Variables of the program, of which the parameters are known.
+    fn variables<T: Number>(&self, parameters: &[T]) -> Vec<T> {
+        let mut variables = parameters.to_vec();
+        variables.resize(parameters.len() + 1 + self.captured.len(), T::from(0.0));
+        variables
+    }
+
     /// Puts in the variables of the program at point `i`, beside the parameters.
     fn fill<T: Number>(&self, variables: &mut [T], points: &[T], i: usize) {
         let n = self.x.len();
@@ -207,90 +213,97 @@ impl Curve {
         [f.real, f.partials[0]]
     }
 
-    /// The point of the curve that is nearest to (x, y) in units of their uncertainties, of plain numbers: its abscissa, and half the
-    /// second derivative of the squared distance there.
-    fn foot(&self, variables: &[f64], x: f64, y: f64, [wx, wy]: [f64; 2]) -> [f64; 2] {
+    /// The point of the curve that is nearest to (x, y) in units of their uncertainties, in plain numbers: its abscissa, the slope of the
+    /// curve, and half the second derivative of the squared distance there, in units of 1/ux².
+    fn foot(&self, variables: &[f64], x: f64, y: f64, [ux, uy]: [f64; 2]) -> [f64; 3] {
         let constants: Vec<Dual<f64, 1>> = variables
             .iter()
             .map(|&v| Dual::variable(v, usize::MAX))
             .collect();
+        let ratio = (ux / uy).powi(2);
         let mut results = Vec::new();
-        // Half the slope of the squared distance, and its own slope.
-        let mut slope = |at: f64| {
+        let mut derivatives = |at: f64| {
             let [f, df] = self.slope_at(&constants, Dual::variable(at, 0), &mut results);
             let (f, df, ddf) = (f.real, df.real, df.partials[0]);
-            let gradient = wx * wx * (x - at) + wy * wy * df * (y - f);
-            let plain = wx * wx + wy * wy * df * df;
-            let full = plain - wy * wy * ddf * (y - f);
+            let gradient = (x - at) + ratio * df * (y - f);
+            let plain = 1.0 + ratio * df * df;
+            let full = plain - ratio * ddf * (y - f);
             // Far from the curve only the first part is sure to lead towards it.
-            (gradient, if full > 0.1 * plain { full } else { plain })
+            (gradient, df, if full > 0.1 * plain { full } else { plain })
         };
         let mut near = x;
         for _ in 0..60 {
-            let (gradient, curvature) = slope(near);
+            let (gradient, _, curvature) = derivatives(near);
             let step = gradient / curvature;
             near += step;
             // The distance feels the square of what is left.
-            if !(step.abs() > 1e-15 * near.abs() + 1e-9 / wx) {
+            if !(step.abs() > 1e-15 * near.abs() + 1e-9 * ux) {
                 break;
             }
         }
-        [near, slope(near).1]
+        let (_, slope, curvature) = derivatives(near);
+        [near, slope, curvature]
     }
 
-    /// The abscissa of the nearest point of the curve, exactly as differentiable as the points are.
-    fn nearest<T: Number>(&self, variables: &[T], x: T, y: T, weights: [f64; 2]) -> T {
-        let [wx, wy] = weights;
-        if !wx.is_finite() {
-            return x;
-        }
+    /// The abscissa of the nearest point of the curve and the slope there, exactly as differentiable as the points are.
+    fn nearest<T: Number>(&self, variables: &[T], x: T, y: T, u: [f64; 2]) -> [T; 2] {
         let plain: Vec<f64> = variables.iter().map(|v| v.value()).collect();
-        let [near, curvature] = self.foot(&plain, x.value(), y.value(), weights);
+        let [near, _, curvature] = self.foot(&plain, x.value(), y.value(), u);
+        let ratio = T::from((u[0] / u[1]).powi(2));
         let mut results = Vec::new();
         let mut point = T::from(near);
         for _ in 0..ORDERS {
             let [f, df] = self.slope_at(variables, point, &mut results);
-            let gradient = T::from(wx * wx) * (x - point) + T::from(wy * wy) * df * (y - f);
-            point = point + gradient / T::from(curvature);
+            point = point + ((x - point) + ratio * df * (y - f)) / T::from(curvature);
         }
-        point
+        let [_, slope] = self.slope_at(variables, point, &mut results);
+        [point, slope]
     }
 
-    /// Residuals whose squares sum to the cost, one for each point, and their derivatives by the parameters; `None` where these are
-    /// not finite.
+    /// The distance of a point to the tangent that touches the curve at an abscissa, in units of its uncertainty. It is the distance to
+    /// the curve where the tangent touches at the nearest point.
+    fn distance<T: Number>(
+        &self,
+        variables: &mut [T],
+        [x, y]: [T; 2],
+        [near, slope]: [T; 2],
+        [ux, uy]: [f64; 2],
+        results: &mut Vec<T>,
+    ) -> T {
+        let across = T::from(uy * uy) + slope * slope * T::from(ux * ux);
+        (y - self.at(variables, near, results) - slope * (x - near)) / across.sqrt()
+    }
+
+    /// Residuals and their derivatives by the parameters; `None` where these are not finite.
     ///
-    /// With errors in both variables a residual is the distance to the tangent at the nearest point of the curve, which holds still:
-    /// its derivatives are those of the distance itself.
+    /// With errors in both variables the tangents hold still: the derivatives of the distances to them are those of the distances to
+    /// the curve, for the sum of squares, and those of the nearest points are not needed.
     fn equations(&self, at: &[f64], points: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let (n, m) = (self.x.len(), at.len());
+        let n = self.x.len();
         let constants: Vec<Dual<f64, 8>> = points.iter().map(|&p| Dual::from(p)).collect();
-        let CurveWeighing::Both(weights) = &self.weighing else {
+        let CurveWeighing::Both(u) = &self.weighing else {
             return jacobian_of::<8>(at, n, |p, r| self.residual(p, &constants, r)).ok();
         };
-        let mut variables = at.to_vec();
-        variables.resize(m + 1 + self.captured.len(), 0.0);
-        let mut results = Vec::new();
-        // Of each point: abscissa of the nearest one, offset of the tangent, 1/u of the ordinate's distance to it.
-        let tangents: Vec<[f64; 3]> = (0..n)
+        let mut variables = self.variables(at);
+        let tangents: Vec<[f64; 2]> = (0..n)
             .map(|i| {
                 self.fill(&mut variables, points, i);
-                let (x, y, [wx, wy]) = (points[i], points[n + i], weights[i]);
-                if !wx.is_finite() {
-                    return [x, 0.0, wy];
-                }
-                let [near, _] = self.foot(&variables, x, y, weights[i]);
-                let [_, slope] = self.slope_at(&variables, near, &mut results);
-                [near, slope * (x - near), 1.0 / (1.0 / wy).hypot(slope / wx)]
+                let [near, slope, _] = self.foot(&variables, points[i], points[n + i], u[i]);
+                [near, slope]
             })
             .collect();
         let distances = |p: &[Dual<f64, 8>], r: &mut [Dual<f64, 8>]| {
-            let mut results = Vec::new();
-            let mut variables = p.to_vec();
-            variables.resize(m + 1 + self.captured.len(), Dual::from(0.0));
-            for (i, [near, offset, weight]) in tangents.iter().enumerate() {
+            let (mut variables, mut results) = (self.variables(p), Vec::new());
+            for (i, tangent) in tangents.iter().enumerate() {
                 self.fill(&mut variables, &constants, i);
-                let f = self.at(&mut variables, Dual::from(*near), &mut results);
-                r[i] = (constants[n + i] - f - Dual::from(*offset)) * Dual::from(*weight);
+                let point = [constants[i], constants[n + i]];
+                r[i] = self.distance(
+                    &mut variables,
+                    point,
+                    tangent.map(Dual::from),
+                    u[i],
+                    &mut results,
+                );
             }
         };
         jacobian_of::<8>(at, n, distances).ok()
@@ -313,13 +326,14 @@ impl Curve {
     fn search(&self, points: &[f64]) -> Result<(Vec<f64>, bool), String> {
         let m = self.start.len();
         let equations = |at: &[f64]| self.equations(at, points);
-        let cost = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let sum_of_squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
         let mut here = self.start.clone();
         let Some((mut residual, mut jacobian)) = equations(&here) else {
             return Err(format!(
                 "the curve has no finite value or slope at `start` = {here:?}; begin elsewhere"
             ));
         };
+        let mut cost = sum_of_squares(&residual);
         let mut damping = 1e-3;
         for _ in 0..STEPS {
             let normal = |i: usize, j: usize| -> f64 {
@@ -337,7 +351,7 @@ impl Curve {
             let small = damping < 1e-2
                 && step.as_ref().is_some_and(|step| {
                     let gain: f64 = step.iter().zip(&gradient).map(|(s, g)| s * g).sum();
-                    gain <= SETTLED * SETTLED * cost(&residual)
+                    gain <= SETTLED * SETTLED * cost
                         || step
                             .iter()
                             .zip(&here)
@@ -347,11 +361,12 @@ impl Curve {
                 step.map(|step| here.iter().zip(step).map(|(p, s)| p - s).collect());
             let better = there.and_then(|there| {
                 let (r, j) = equations(&there)?;
-                (cost(&r) < cost(&residual)).then_some((there, r, j))
+                let lower = sum_of_squares(&r);
+                (lower < cost).then_some((there, r, j, lower))
             });
-            if let Some((there, r, j)) = better {
-                let gained = 1.0 - cost(&r) / cost(&residual);
-                (here, residual, jacobian) = (there, r, j);
+            if let Some((there, r, j, lower)) = better {
+                let gained = 1.0 - lower / cost;
+                (here, residual, jacobian, cost) = (there, r, j, lower);
                 damping = (0.1 * damping).max(1e-15);
                 if small || (gained < 1e-14 && damping < 1e-6) {
                     return Ok((here, small));
@@ -376,30 +391,21 @@ impl LeastSquares for Curve {
     }
 
     fn residuals(&self) -> usize {
-        let both = matches!(self.weighing, CurveWeighing::Both(_));
-        self.x.len() * if both { 2 } else { 1 }
+        self.x.len()
     }
 
     fn residual<T: Number>(&self, parameters: &[T], points: &[T], r: &mut [T]) {
         let n = self.x.len();
-        let mut results = Vec::new();
-        let mut variables = parameters.to_vec();
-        variables.resize(parameters.len() + 1 + self.captured.len(), T::from(0.0));
+        let (mut variables, mut results) = (self.variables(parameters), Vec::new());
         for i in 0..n {
-            let (x, y) = (points[i], points[n + i]);
+            let [x, y] = [points[i], points[n + i]];
             self.fill(&mut variables, points, i);
-            if let CurveWeighing::Both(weights) = &self.weighing {
-                let nearest = self.nearest(&variables, x, y, weights[i]);
-                let [wx, wy] = weights[i];
-                r[n + i] = if wx.is_finite() {
-                    (x - nearest) * T::from(wx)
-                } else {
-                    T::from(0.0)
-                };
-                r[i] = (y - self.at(&mut variables, nearest, &mut results)) * T::from(wy);
+            r[i] = if let CurveWeighing::Both(u) = &self.weighing {
+                let tangent = self.nearest(&variables, x, y, u[i]);
+                self.distance(&mut variables, [x, y], tangent, u[i], &mut results)
             } else {
-                r[i] = y - self.at(&mut variables, x, &mut results);
-            }
+                y - self.at(&mut variables, x, &mut results)
+            };
         }
         for (r, &scattered) in r.iter_mut().zip(&self.scattered) {
             *r = *r - T::from(scattered);

@@ -73,16 +73,11 @@ impl Fit {
             Weighing::Both(line, start) => {
                 let all: Vec<T> = x.into_iter().chain(y).collect();
                 let plain: Vec<f64> = all.iter().map(|v| v.value()).collect();
-                let found = line.york(&plain, start[1]);
-                let alone = |(v, plain): (&T, &f64)| (*v - T::from(*plain)).vanishes();
-                if let (Some(found), true) = (found, all.iter().zip(&plain).all(alone)) {
-                    for (parameter, found) in parameters.iter_mut().zip(found) {
-                        *parameter = T::from(found);
-                    }
-                    return;
-                }
-                let near = found.map_or_else(|| start.clone(), |found| found.to_vec());
-                Solved::new(NormalEquations(line), near).evaluate(&all, parameters);
+                let solved = match line.york(&plain, start[1]) {
+                    Some(found) => Solved::at(NormalEquations(line), found.to_vec()),
+                    None => Solved::new(NormalEquations(line), start.clone()),
+                };
+                solved.evaluate(&all, parameters);
             }
         }
     }
