@@ -4,18 +4,19 @@ mod explanation;
 mod outcome;
 mod page;
 mod recordings;
+mod saturated_rests;
 
 pub use outcome::{Figures, MultiPositionOutcome};
 pub use recordings::{MultiPositionRecordings, segment};
 pub(crate) use recordings::{gravity, state_gravity};
 pub(crate) use recordings::{pauses, shortest_pause};
 
+use self::saturated_rests::saturated_rests;
 use crate::campaign::MethodModel;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Gravity, Watch};
 use proofmass_io::{ColumnRef, Unit};
-use proofmass_signal::saturation;
 use proofmass_static::{
     AttitudeUncertainty, Model, MultiPosition, Samples, Segment, Standstill, StandstillCalibration,
     StandstillEstimator, Terms, ThresholdSweep, WindowedVariance, clipping, frozen,
@@ -215,15 +216,7 @@ impl MultiPositionJob {
         }
         findings.extend(match self.range {
             Some([low, high]) => clipping(samples, (low, high), segments),
-            None => ["x", "y", "z"]
-                .into_iter()
-                .zip(samples.columns())
-                .flat_map(|(axis, column)| {
-                    let consequence = "the means there are wrong; give the range of the converter";
-                    saturation::clipped(&format!("output {axis}"), column, consequence)
-                })
-                .map(|f| f.at(proofmass_uncertainty::Severity::Warning))
-                .collect(),
+            None => saturated_rests(samples, segments),
         });
         findings.extend(frozen(samples));
         findings

@@ -75,3 +75,33 @@ fn law_a_campaign_runs_from_memory() {
     assert_eq!(scale.name, "scale.x");
     assert!((scale.value - 415.2).abs() < 4.0 * scale.u.unwrap());
 }
+
+/// The highest rest is cut off in the middle of its noise, or wholly; rests themselves are no limit of the range.
+#[test]
+fn known_cut_off_rests_are_found_and_whole_ones_are_not() {
+    for seed in 0..8 {
+        let recording = HandHeld::default().simulate(seed);
+        let [x, y, z] = &recording.outputs;
+        let clipped = |x: &[f64]| -> Vec<String> {
+            let data = MultiPositionData::new([x, y, z], recording.rate, Unit::Count);
+            let outcome = job().evaluate(&data, &Unwatched).unwrap();
+            let found = outcome.findings().iter().filter(|f| f.code() == "clipped");
+            found.map(|f| f.to_string()).collect()
+        };
+        assert_eq!(clipped(x), Vec::<String>::new(), "{seed}");
+        let means = recording.rests.iter().map(|rest| {
+            let rest = &x[rest.start..rest.end];
+            rest.iter().sum::<f64>() / rest.len() as f64
+        });
+        let highest = means.fold(f64::NEG_INFINITY, f64::max);
+        for below in [0.0, 0.002] {
+            let at = (highest * (1.0 - below)).round();
+            let cut: Vec<f64> = x.iter().map(|v| v.min(at)).collect();
+            let found = clipped(&cut);
+            assert!(
+                found.len() == 1 && found[0].contains("output x is cut off at the upper end"),
+                "{seed} {below} {found:?}"
+            );
+        }
+    }
+}

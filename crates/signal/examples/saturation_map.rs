@@ -3,6 +3,7 @@
 //! `cargo run --release -p proofmass-signal --example saturation_map [records]` makes the tables of `docs/dynamic-tests.md`.
 
 use proofmass_signal::saturation::rails;
+use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -12,7 +13,7 @@ type Rng256 = Xoshiro256PlusPlus;
 type Waveform = fn(&mut Rng256) -> Vec<f64>;
 
 const SAMPLES: usize = 20_000;
-const WAVEFORMS: [(&str, Waveform); 8] = [
+const WAVEFORMS: [(&str, Waveform); 12] = [
     ("white noise", white),
     ("narrow-band random, Q = 20", narrow),
     ("sine", sine),
@@ -21,6 +22,10 @@ const WAVEFORMS: [(&str, Waveform); 8] = [
     ("twenty impacts", impacts),
     ("half-sine", half_sine),
     ("twelve attitudes", attitudes),
+    ("six attitudes", six_attitudes),
+    ("six attitudes, five times", thirty_attitudes),
+    ("one turn", one_turn),
+    ("step", step),
 ];
 const BITS: [Option<u32>; 4] = [None, Some(16), Some(12), Some(8)];
 
@@ -97,20 +102,60 @@ fn half_sine(rng: &mut Rng256) -> Vec<f64> {
     (0..2500).map(pulse).collect()
 }
 
-/// Twelve rests, some of them alike, with a turn of half a second between them.
-fn attitudes(rng: &mut Rng256) -> Vec<f64> {
-    let levels = [
-        1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.7, -0.7, -0.7,
-    ];
-    let mut last = 0.0;
+/// Rests at these levels, with a turn of half a second between them.
+fn rests(levels: &[f64], rng: &mut Rng256) -> Vec<f64> {
+    let mut last = levels[0];
     let mut all = Vec::new();
-    for level in levels {
+    for &level in levels {
         let hold = rng.random_range(300..900);
         all.extend((0..50).map(|i| last + (level - last) * f64::from(i) / 50.0));
         all.extend(std::iter::repeat_n(level, hold));
         last = level;
     }
     all
+}
+
+/// Twelve rests, some of them alike.
+fn attitudes(rng: &mut Rng256) -> Vec<f64> {
+    rests(
+        &[
+            1.0, 1.0, -1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.7, 0.7, -0.7, -0.7,
+        ],
+        rng,
+    )
+}
+
+/// One axis on six sides in turn, whichever comes first.
+fn six_attitudes(rng: &mut Rng256) -> Vec<f64> {
+    let mut levels = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+    levels.shuffle(rng);
+    rests(&levels, rng)
+}
+
+fn thirty_attitudes(rng: &mut Rng256) -> Vec<f64> {
+    (0..5).flat_map(|_| six_attitudes(rng)).collect()
+}
+
+/// From one side to another, once.
+fn one_turn(rng: &mut Rng256) -> Vec<f64> {
+    let mut levels = [0.0, 1.0];
+    levels.shuffle(rng);
+    rests(&levels, rng)
+}
+
+/// A step with the transients of a sensor of second order, the rest before it shorter or longer than what follows.
+fn step(rng: &mut Rng256) -> Vec<f64> {
+    let (period, damping) = (rng.random_range(5.0..50.0), rng.random_range(0.05..1.0f64));
+    let (at, sign) = (
+        rng.random_range(300..5000),
+        if rng.random_bool(0.5) { 1.0 } else { -1.0 },
+    );
+    let (w, root) = (TAU / period, (1.0 - damping * damping).sqrt());
+    let after = |i: i32| {
+        let t = f64::from((i - at).max(0)) * w;
+        1.0 - (-damping * t).exp() * ((root * t).cos() + damping / root * (root * t).sin())
+    };
+    (0..6000).map(|i| sign * after(i)).collect()
 }
 
 /// What an amplifier with a limit on each side, noise behind it, and a converter make of a record; noise in parts of the peak.

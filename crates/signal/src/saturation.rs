@@ -20,6 +20,11 @@ const EQUAL: usize = 5;
 const REST: f64 = 0.35;
 /// Equal samples in a row, where one stretch tells.
 const ROW: usize = 4;
+/// Visits from which they are not those of a record that rests.
+const MANY: usize = 50;
+/// Times as long as it takes to come and go that a record stays where it rests: a sine that is cut off at half its height stays 2.2 times
+/// as long.
+const STAY: usize = 4;
 /// Steps of the converter by which the record must have left the rail, half as long after a stretch as this is: a parabola has left it
 /// by 5.4 after four samples, and by less after more.
 const LEFT: f64 = 8.0;
@@ -56,8 +61,9 @@ pub struct Rail {
 ///
 /// A record is cut off where far more samples stand at its extreme than a smooth density has beside it (in strips from one step
 /// of the converter to a twentieth of the range, so that noise behind the limit does not hide it), where the very same value comes
-/// again and again among values that do not, or where it stays at the extreme for a stretch that no smooth top explains. The level at
-/// which a record rests, and records that rest at many levels, are not taken for it.
+/// again and again among values that do not, or where it stays at the extreme for a stretch that no smooth top explains. A level at
+/// which a record rests is not taken for it: its commonest one, one of many, or one where it stays far longer than it takes to come and
+/// go, and is no stiller than elsewhere. What is cut off within a rest is sought in the rest alone.
 ///
 /// ```
 /// use proofmass_signal::saturation::rails;
@@ -132,6 +138,28 @@ struct Zone {
     step: f64,
 }
 
+/// How a record comes to its extreme.
+#[derive(Default)]
+struct Visits {
+    number: usize,
+    /// Samples of all visits, and the most of one.
+    samples: usize,
+    longest: usize,
+    /// Samples between where the record rests and its extreme.
+    way: usize,
+}
+
+impl Visits {
+    /// Counts a visit; what came after it was last at the extreme was on the way back.
+    fn end(&mut self, visit: Option<(usize, usize)>) {
+        if let Some((samples, since)) = visit {
+            self.samples += samples;
+            self.longest = self.longest.max(samples);
+            self.way += since;
+        }
+    }
+}
+
 impl Zone {
     /// Samples in a strip at the extreme, and in one that begins with the next sample below it.
     fn strips(&self, width: f64) -> Option<[usize; 2]> {
@@ -188,6 +216,9 @@ impl Side<'_> {
             return None;
         }
         let width = self.often(&zone).or_else(|| self.in_a_row(&zone))?;
+        if self.rests_there(&zone, width) {
+            return None;
+        }
         let there = |v: f64| v >= zone.extreme - width;
         let (samples, longest) = self.stretches(there);
         Some(Rail {
@@ -198,6 +229,52 @@ impl Side<'_> {
             longest,
             width,
         })
+    }
+
+    /// How often the record comes within a distance of the extreme, after having left it by the whole zone; the samples from the first to
+    /// the last of each such visit, the most of one, and those on the way there from where the record rests.
+    fn visits(&self, zone: &Zone, width: f64) -> Visits {
+        let rest = self.sign * self.median;
+        let on_the_way = rest + ZONE * (zone.extreme - rest);
+        let mut visits = Visits::default();
+        // Samples of a visit so far, and since it was last at the extreme.
+        let mut visit: Option<(usize, usize)> = None;
+        for v in self.all() {
+            if v >= zone.extreme - width {
+                let (so_far, since) = visit.unwrap_or((0, 0));
+                visits.number += usize::from(visit.is_none());
+                visit = Some((so_far + since + 1, 0));
+                continue;
+            }
+            if v < zone.extreme - ZONE * zone.range {
+                visits.end(visit.take());
+            }
+            match &mut visit {
+                Some((_, since)) => *since += 1,
+                None => visits.way += usize::from(v > on_the_way),
+            }
+        }
+        visits.end(visit);
+        visits
+    }
+
+    /// Whether the extreme is a level at which the record rests now and then, and not one at which it is cut off: it stays far longer
+    /// than it takes to come and go, and is no stiller there than elsewhere.
+    fn rests_there(&self, zone: &Zone, width: f64) -> bool {
+        let visits = self.visits(zone, width);
+        if visits.number >= MANY || visits.samples <= STAY * visits.way {
+            return false;
+        }
+        if width > 0.0 {
+            return true;
+        }
+        // Equal values at the extreme alone are no rest.
+        let all: Vec<f64> = self.all().collect();
+        let elsewhere = all.chunk_by(|a, b| a == b);
+        let elsewhere = elsewhere
+            .filter(|run| run[0] < zone.extreme)
+            .map(<[f64]>::len);
+        2 * elsewhere.max().unwrap_or(0) >= visits.longest
     }
 
     /// Samples for which something holds, and most of them in a row.
@@ -249,6 +326,7 @@ impl Side<'_> {
             if at as f64 > RATIO * next as f64
                 && sure > SURE
                 && at as f64 <= REST * n
+                && self.visits(zone, width).number >= VISITS
                 && self.comes_back(zone.extreme - width)
                 && !self.rests_elsewhere(zone, width, at)
             {
@@ -390,10 +468,9 @@ impl Side<'_> {
     /// `far` on both sides.
     fn stays(&self, zone: &Zone, values: &[f64], width: f64, least: usize, far: f64) -> bool {
         let there = |v: f64| v >= zone.extreme - width;
-        let (mut at, mut longest, mut stretches, mut samples) = (0, (0, 0), 0, 0);
+        let (mut at, mut longest, mut samples) = (0, (0, 0), 0);
         for run in values.chunk_by(|a, b| there(*a) == there(*b)) {
             if there(run[0]) {
-                stretches += 1;
                 samples += run.len();
                 if run.len() > longest.1 {
                     longest = (at, run.len());
@@ -402,7 +479,7 @@ impl Side<'_> {
             at += run.len();
         }
         let (start, length) = longest;
-        let often = stretches >= VISITS;
+        let often = self.visits(zone, width).number >= VISITS;
         let away = length.div_ceil(2);
         let left = |i: Option<usize>| {
             let value = i.and_then(|i| values.get(i));
