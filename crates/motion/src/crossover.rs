@@ -5,7 +5,7 @@ use crate::{KalmanModel, Method, MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::numeric::golden_section;
 use proofmass_core::velocity::ProcessNoise;
-use realfft::num_complex::Complex64;
+use proofmass_signal::fourier::Complex;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ pub struct ChannelGain {
 /// Transfer from acceleration and from position to velocity at complex frequency s: (H_a, H_p).
 ///
 /// Their sum over the true velocity, s·(H_a + H_p/s²)/s… = 1: the channels are complementary.
-fn transfer(method: &Method, s: Complex64) -> Option<(Complex64, Complex64)> {
+fn transfer(method: &Method, s: Complex<f64>) -> Option<(Complex<f64>, Complex<f64>)> {
     match *method {
         Method::TwoChannel { k1, k2 } => {
             let d = (s + k1) * (s + k2);
@@ -43,15 +43,15 @@ fn transfer(method: &Method, s: Complex64) -> Option<(Complex64, Complex64)> {
             Some((s * (s + k_x) / d, (k_v * s + k_b) * s / d))
         }
         Method::TrackingLoop { bandwidth: b } => {
-            Some((Complex64::new(0.0, 0.0), b * b * s / ((s + b) * (s + b))))
+            Some((Complex::new(0.0, 0.0), b * b * s / ((s + b) * (s + b))))
         }
         _ => None,
     }
 }
 
 /// Tustin's s at ω: j (2/T) tan(ωT/2).
-fn tustin(omega: f64, dt: f64) -> Complex64 {
-    Complex64::new(0.0, 2.0 / dt * (0.5 * omega * dt).tan())
+fn tustin(omega: f64, dt: f64) -> Complex<f64> {
+    Complex::new(0.0, 2.0 / dt * (0.5 * omega * dt).tan())
 }
 
 /// Bode plot of the two channels as the discretised filter has them: encoder s H_p·(1/s) and accelerometer s H_a on
@@ -396,8 +396,8 @@ mod tests {
             },
         ] {
             for c in channels(&method, 1e-3, &[0.01, 1.0, 10.0, 1000.0]).unwrap() {
-                let sum = Complex64::from_polar(c.encoder, c.encoder_phase)
-                    + Complex64::from_polar(c.accelerometer, c.accelerometer_phase);
+                let sum = Complex::from_polar(c.encoder, c.encoder_phase)
+                    + Complex::from_polar(c.accelerometer, c.accelerometer_phase);
                 assert!((sum - 1.0).norm() < 1e-9, "{method:?} {c:?}");
             }
         }

@@ -1,8 +1,7 @@
 //! What the accelerometer's own record says about its noise, and how many readings are really new.
 
 use crate::whiteness::spectrum_correlation;
-use realfft::RealFftPlanner;
-use std::f64::consts::TAU;
+use proofmass_signal::{Detrend, Welch};
 
 /// Longest segment of the spectrum, samples.
 const SEGMENT: usize = 256;
@@ -22,43 +21,13 @@ pub(crate) fn noise_floor(acceleration: &[f64]) -> Option<f64> {
     if m < 2 * BLOCK {
         return None;
     }
-    let window: Vec<f64> = (0..m)
-        .map(|k| 0.5 - 0.5 * (TAU * k as f64 / m as f64).cos())
-        .collect();
-    let power: f64 = window.iter().map(|w| w * w).sum();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let transform = planner.plan_fft_forward(m);
-    let mut input = transform.make_input_vec();
-    let mut output = transform.make_output_vec();
-    let mut spectrum = vec![0.0; output.len()];
-    let hop = m - m / 2;
-    let mut segments = 0;
-    let mut from = 0;
-    while from + m <= n {
-        let part = &acceleration[from..from + m];
-        let mean = part.iter().sum::<f64>() / m as f64;
-        let middle = 0.5 * (m - 1) as f64;
-        let (mut top, mut bottom) = (0.0, 0.0);
-        for (k, a) in part.iter().enumerate() {
-            let t = k as f64 - middle;
-            top += t * (a - mean);
-            bottom += t * t;
-        }
-        let slope = top / bottom;
-        for (k, a) in part.iter().enumerate() {
-            input[k] = window[k] * (a - mean - slope * (k as f64 - middle));
-        }
-        if transform.process(&mut input, &mut output).is_err() {
-            return None;
-        }
-        for (s, x) in spectrum.iter_mut().zip(&output) {
-            // One-sided density times half the rate: 2|X|²/(fs Σw²) · fs/2.
-            *s += x.norm_sqr() / power;
-        }
-        segments += 1;
-        from += hop;
-    }
-    let lines: Vec<f64> = spectrum.iter().map(|s| s / f64::from(segments)).collect();
+    let welch = Welch {
+        detrend: Detrend::Linear,
+        ..Welch::new(m)
+    };
+    // One-sided density times half the rate.
+    let density = welch.density(acceleration, 2.0).ok()?;
+    let lines = density.density;
     let low = (0.1 * lines.len() as f64).ceil() as usize;
     // The last line is half the rate's, or next to it: its degrees of freedom are fewer.
     let high = lines.len() - 1;

@@ -2,7 +2,7 @@
 
 use proofmass_core::Error;
 use proofmass_core::velocity::{Integrator, IntegratorRule, IntegratorState};
-use realfft::RealFftPlanner;
+use proofmass_signal::fourier;
 use std::f64::consts::{PI, TAU};
 
 /// Butterworth high-pass as second-order sections, by Tustin with the corner prewarped.
@@ -188,16 +188,7 @@ pub fn integrate(
                     max: f64::MAX,
                 });
             }
-            let mut planner = RealFftPlanner::<f64>::new();
-            let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
-            let mut input = a.clone();
-            let mut spectrum = forward.make_output_vec();
-            let failed = |_| Error::Length {
-                name: "acceleration",
-                expected: n,
-                got: n,
-            };
-            forward.process(&mut input, &mut spectrum).map_err(failed)?;
+            let mut spectrum = fourier::forward_owned(a);
             let bins = spectrum.len();
             for (k, s) in spectrum.iter_mut().enumerate() {
                 let frequency = k as f64 / (n as f64 * sample_time);
@@ -205,12 +196,14 @@ pub fn integrate(
                 *s = if k == 0 || frequency < corner || nyquist {
                     Default::default()
                 } else {
-                    *s / realfft::num_complex::Complex64::new(0.0, TAU * frequency) / n as f64
+                    *s / fourier::Complex::new(0.0, TAU * frequency)
                 };
             }
-            let mut v = inverse.make_output_vec();
-            inverse.process(&mut spectrum, &mut v).map_err(failed)?;
-            Ok(v)
+            fourier::inverse(spectrum, n).ok_or(Error::TooFew {
+                name: "acceleration",
+                needed: 1,
+                got: n,
+            })
         }
     }
 }

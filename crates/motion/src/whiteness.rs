@@ -94,21 +94,10 @@ pub(crate) fn spectrum_correlation(values: &[f64]) -> Option<Vec<f64>> {
     let n = values.len();
     let size = (2 * n).next_power_of_two();
     let mean = values.iter().sum::<f64>() / n as f64;
-    let mut planner = realfft::RealFftPlanner::<f64>::new();
-    let forward = planner.plan_fft_forward(size);
-    let mut input = forward.make_input_vec();
-    for (x, v) in input.iter_mut().zip(values) {
-        *x = v - mean;
-    }
-    let mut spectrum = forward.make_output_vec();
-    forward.process(&mut input, &mut spectrum).ok()?;
-    for x in &mut spectrum {
-        *x = realfft::num_complex::Complex64::new(x.norm_sqr(), 0.0);
-    }
-    let backward = planner.plan_fft_inverse(size);
-    backward.process(&mut spectrum, &mut input).ok()?;
-    let power = input[0] / n as f64;
-    let rho = (0..n).map(|k| input[k] / ((n - k) as f64 * power));
+    let centred: Vec<f64> = values.iter().map(|v| v - mean).collect();
+    let sums = proofmass_signal::fourier::autocorrelation(&centred, size);
+    let power = sums.first()? / n as f64;
+    let rho = (0..n).map(|k| sums[k] / ((n - k) as f64 * power));
     (power > 0.0).then(|| rho.collect())
 }
 

@@ -89,8 +89,10 @@ pub fn fast_length(n: usize) -> usize {
     (n.max(1)..).find(|&m| smooth(m)).unwrap_or(n)
 }
 
-/// Σ_n x_n x_{n+l} for lags below the padded length minus the signal's, through the spectrum.
-pub(crate) fn autocorrelation(signal: &[f64], padded: usize) -> Vec<f64> {
+/// Σ_n x_n x_{n+l} for lags below the padded length minus the signal's, through the spectrum (Wiener and Khinchin).
+///
+/// **Shapes** `padded` elements, `padded >= signal.len()`.
+pub fn autocorrelation(signal: &[f64], padded: usize) -> Vec<f64> {
     let mut long = signal.to_vec();
     long.resize(padded, 0.0);
     let power = forward_owned(long)
