@@ -74,6 +74,7 @@ pub(crate) struct Apply {
 
 /// Says how a recording was read.
 fn read(input: &Input) {
+    console::doubt(input);
     if let Some(reading) = &input.reading {
         console::note(format!("read: {}", reading.line(&input.path)));
     }
@@ -117,13 +118,13 @@ impl Apply {
         if let Some(old) = replaced_key.filter(|old| key.as_ref() != Some(old)) {
             console::unsigned(&self.output.display().to_string(), &old, key.is_some());
         }
-        console::doubt(&self.calibration);
         if self.dynamic {
             return self.turn_back(replaced, signer.as_ref());
         }
         let source = Source::open(&self.calibration)?;
         let (calibration, calibration_input, findings) =
             frequency_response::read_calibration(source, self.coverage)?;
+        console::doubt(&calibration_input);
         findings.iter().for_each(console::finding);
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
         // Before the recording itself: a run that is killed in between leaves a recording that the next may replace.
@@ -166,6 +167,7 @@ impl Apply {
         job.quiet = self.turning.quiet;
         let outcome = job.evaluate_recording(&model, &recording, &Progress::new())?;
         read(&recording.input);
+        console::doubt(&model.input);
         outcome.findings().iter().for_each(console::finding);
         let result = StoredResult::new(Record::default(), &outcome)?;
         let mut file = AtomicFile::create(&self.output, &inputs)?;

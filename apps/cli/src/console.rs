@@ -3,6 +3,7 @@
 use crate::Failure;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use proofmass::core::Visible;
+use proofmass::io::Input;
 use proofmass::jobs::Watch;
 use proofmass::report::{Report, terminal};
 use proofmass::uncertainty::{Finding, Severity};
@@ -84,11 +85,9 @@ pub(crate) fn unsigned(place: &str, key: &str, signed_anew: bool) {
     ));
 }
 
-/// Warns where a file that is read is not the one that the list of its folder tells of.
-pub(crate) fn doubt(path: &Path) {
-    if let Some(doubt) = proofmass::io::doubt_of(path) {
-        note(format!("warning: {doubt}"));
-    }
+/// Says what a file that was read is doubted for, where no result says it.
+pub(crate) fn doubt(input: &Input) {
+    input.finding().iter().for_each(finding);
 }
 
 /// Says a finding on standard error.

@@ -122,6 +122,7 @@ impl Export {
         let mut options = ExportOptions::default();
         options.name = self.name;
         options.outputs = self.outputs;
+        console::doubt(&input);
         options.source = Some(input);
         options.number = self.number.into();
         let text = if proofmass::io::is_result(&bytes) {

@@ -2,7 +2,7 @@
 
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{LARGEST_DOCUMENT, Source, doubt_of, listed};
+use proofmass::io::{LARGEST_DOCUMENT, Source, listed};
 use proofmass::jobs::StoredResult;
 use std::path::PathBuf;
 
@@ -25,7 +25,8 @@ impl Render {
         } else {
             self.result.clone()
         };
-        match (doubt_of(&path), &self.delivery.output) {
+        let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
+        match (input.doubt, &self.delivery.output) {
             (Some(doubt), Some(_)) => return Err(Failure::new(doubt).hint(
                 "what is written from it would look like a result that nobody changed: look at it without -o, or evaluate it again",
             )),
@@ -39,7 +40,6 @@ impl Render {
             ))
             .hint("write it without --sign, or sign the result where it is computed"));
         }
-        let (bytes, _) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         let result = StoredResult::from_json(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
         // What stands beside it goes along.

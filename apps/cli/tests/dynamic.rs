@@ -559,3 +559,67 @@ fn known_motion_of_a_file() {
     ]);
     assert!(said.contains("the heading says g, V is stated"), "{said}");
 }
+
+/// Ten blows on an oscillator of 100 Hz, in each recording.
+fn blows(path: &Path, seed: u64) {
+    let (rate, n) = (5000.0, 50_000);
+    let w = std::f64::consts::TAU * 100.0 / rate;
+    let decay = (-0.02 * w).exp();
+    let mut text = String::from("time_s,force_N,acc_m/s2\n");
+    let mut state = seed;
+    let mut noise = || {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (state >> 40) as f64 / f64::from(1u32 << 24) - 0.5
+    };
+    let mut y = [0.0; 2];
+    for i in 0..n {
+        let after = (i % (n / 10)) as f64 - 500.0;
+        let force = match (0.0..10.0).contains(&after) {
+            true => 100.0 * (after * std::f64::consts::PI / 10.0).sin(),
+            false => 0.0,
+        };
+        let next = 2.0 * decay * w.cos() * y[0] - decay * decay * y[1] + 0.01 * force;
+        y = [next, y[0]];
+        let time = i as f64 / rate;
+        text += &format!(
+            "{time:.4},{:.6},{:.6}\n",
+            force + 0.02 * noise(),
+            next + 0.02 * noise()
+        );
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+/// A copy is no repeat: two of them would have no scatter at all.
+#[test]
+fn known_copies_of_a_recording_need_a_decision() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    blows(&at("a.csv"), 1);
+    blows(&at("b.csv"), 2);
+    std::fs::copy(at("a.csv"), at("copy.csv")).unwrap();
+    let place = at("out");
+    for (second, copied) in [("b.csv", false), ("copy.csv", true)] {
+        succeed(&[
+            "test",
+            "impact",
+            text(&at("a.csv")),
+            text(&at(second)),
+            "--input",
+            "force",
+            "--output-column",
+            "acc",
+            "--force",
+            "-o",
+            text(&place),
+        ]);
+        let found = codes(&json(&place.join("result.json")));
+        assert_eq!(
+            found.contains(&"same-recording-twice".to_owned()),
+            copied,
+            "{found:?}"
+        );
+    }
+}

@@ -103,6 +103,13 @@ fn law_a_standard_hands_its_sensitivity_and_uncertainty_on() {
         // And on to what is calibrated with this one.
         let calibration = json(&place.join("calibration.json"));
         assert!(calibration.to_string().contains("reference.modulus"));
+        // An altered standard is found out.
+        let whole = std::fs::read(&document).unwrap();
+        std::fs::write(&document, [&whole[..], b"\n"].concat()).unwrap();
+        succeed(&asked);
+        let result = json(&place.join("result.json"));
+        assert_eq!(codes(&result), ["input-changed"], "{document:?}");
+        std::fs::write(&document, whole).unwrap();
     }
 }
 
@@ -139,6 +146,19 @@ fn law_a_campaign_takes_a_calibration_as_its_reference() {
     }
     // 2 kHz is beyond it, and verify follows the document.
     assert_eq!(codes(&result), ["reference-out-of-range"]);
+    toml(&format!("file = {:?}", text(&standard.join("result.json"))));
+    let altered = standard.join("result.json");
+    let whole = std::fs::read(&altered).unwrap();
+    std::fs::write(&altered, [&whole[..], b"\n"].concat()).unwrap();
+    let other = folder.path().join("altered");
+    succeed(&["calibrate", text(&campaign), "-o", text(&other)]);
+    let result = json(&other.join("result.json"));
+    assert!(
+        codes(&result).contains(&"input-changed".to_owned()),
+        "{:?}",
+        codes(&result)
+    );
+    toml("file = \"standard.json\"");
     succeed(&["verify", text(&campaign.join("result"))]);
     let before = std::fs::read(campaign.join("standard.json")).unwrap();
     let other = String::from_utf8(before)

@@ -200,6 +200,52 @@ fn known_what_is_said_of_tampering() {
 }
 
 /// The folder that is named, and the one beside the result, are what is judged, though the original lies where it lay.
+/// Whatever reads a file that was changed since it was written says so, and a result made from it asks for a decision.
+#[test]
+fn known_what_other_commands_say_of_an_altered_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let recording = example.join("recording.csv");
+    let (calibrated, output) = (at("calibrated"), at("output"));
+    let calibration = calibrated.join("calibration.json");
+    succeed(&["calibrate", text(&example), "-o", text(&calibrated)]);
+    let compensated = at("compensated.csv");
+    let apply = ["apply", text(&calibration), text(&recording)];
+    succeed(&[&apply[..], &["-o", text(&compensated)]].concat());
+    let validate = ["validate", text(&calibration), text(&recording)];
+    let commands: [Vec<&str>; 4] = [
+        ["export", "--c", text(&calibration)].to_vec(),
+        validate.to_vec(),
+        ["test", "orthogonality", text(&calibration)].to_vec(),
+        ["test", "motion", text(&compensated), "--column", "acc_x"].to_vec(),
+    ];
+    for command in &commands {
+        let said = stderr(&succeed(command));
+        assert!(
+            !said.contains("is not what was written"),
+            "{command:?}: {said}"
+        );
+    }
+    for file in [&calibration, &compensated] {
+        let whole = fs::read(file).unwrap();
+        fs::write(file, [&whole[..], b"\n"].concat()).unwrap();
+    }
+    for command in &commands {
+        let done = succeed(command);
+        let said = stderr(&done) + &String::from_utf8_lossy(&done.stdout);
+        assert!(
+            said.contains("was changed since it was written")
+                || said.contains("is not what was written"),
+            "{command:?}: {said}"
+        );
+    }
+    let strict = [&validate[..], &["--strict", "-o", text(&output)]].concat();
+    assert_eq!(proofmass(&strict).status.code(), Some(3));
+    let result = json(&output.join("result.json"));
+    assert!(codes(&result).contains(&"input-changed".to_owned()));
+}
+
 #[test]
 fn regress_an_altered_copy_is_not_vouched_for_by_the_original() {
     let folder = tempfile::tempdir().unwrap();

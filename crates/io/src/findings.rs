@@ -6,6 +6,14 @@ findings! {
     /// What reading a recording may find.
     pub CATALOGUE;
 
+    /// A file that a result was computed from was changed after it was written.
+    input_changed(file: &str, doubt: &str) =
+        "input-changed", [Decision],
+        what "{file} is not what was written",
+        evidence "{doubt}",
+        advice "find out who changed it, and fetch or compute it again; `proofmass verify` follows the whole chain",
+        false_alarms "none: a file has one digest";
+
     /// A counter of time went over its range.
     clock_wrapped(times: u64, turn: f64, line: u64) =
         "clock-wrapped", [Note],

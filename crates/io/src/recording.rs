@@ -23,6 +23,10 @@ pub struct Input {
     /// How it was read, where it is a recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<Box<Reading>>,
+    /// Why it is not to be trusted, where the list of its folder or the provenance beside it says that it was written otherwise. It is a
+    /// finding of what is computed from the file, and not filed with its name.
+    #[serde(skip)]
+    pub doubt: Option<String>,
 }
 
 impl Input {
@@ -32,6 +36,12 @@ impl Input {
     /// The file cannot be read.
     pub fn of(path: &Path) -> Result<Self> {
         Source::open(path)?.finish()
+    }
+
+    /// What its doubt is to a result.
+    pub fn finding(&self) -> Option<Finding> {
+        let doubt = self.doubt.as_deref()?;
+        Some(findings::input_changed(&self.path, doubt))
     }
 
     /// The same with how it was read.
@@ -94,8 +104,8 @@ pub struct RecordedColumn {
 pub struct Recording {
     /// The file.
     pub path: PathBuf,
-    /// SHA-256 of the file in hexadecimal digits.
-    pub sha256: String,
+    /// Its name and digest.
+    pub file: Input,
     /// Shape of the text.
     pub layout: Layout,
     /// The signals in the order asked for.
@@ -315,7 +325,7 @@ impl Recording {
         let layout = reader.layout().clone();
         let window = reader.window().cloned();
         findings.extend(reader.findings());
-        let sha256 = reader.sha256()?;
+        let file = reader.finish()?;
         if let (true, Some(window)) = (rows < 2, &window) {
             return Err(Error::new(ErrorKind::Time, window.nothing())
                 .with_hint("give another --between FROM TO; `proofmass inspect` shows the times"));
@@ -383,7 +393,7 @@ impl Recording {
             .collect();
         Ok(Self {
             path,
-            sha256,
+            file,
             layout,
             columns,
             temperature,
@@ -423,11 +433,7 @@ impl Recording {
 
     /// Path and digest, for the list of inputs of a result.
     pub fn input(&self) -> Input {
-        Input {
-            path: self.path.display().to_string(),
-            sha256: self.sha256.clone(),
-            reading: Some(Box::new(self.reading.clone())),
-        }
+        self.file.clone().with_reading(self.reading.clone())
     }
 
     /// How it was read.

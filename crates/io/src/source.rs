@@ -4,6 +4,7 @@ mod zstd;
 
 use crate::rows::hexadecimal;
 use crate::stream::Opened;
+use crate::verification::doubt_of;
 use crate::{Error, ErrorKind, Input, Result};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
@@ -385,10 +386,15 @@ impl Source {
             Body::Gzip(gzip) => gzip.into_inner(),
             Body::Zstd(zstd) => zstd.into_inner(),
         };
+        let sha256 = hexadecimal(&tap.hash.finalize());
         Ok(Input {
             path: self.name.display().to_string(),
-            sha256: hexadecimal(&tap.hash.finalize()),
             reading: None,
+            doubt: match self.is_file {
+                true => doubt_of(&self.name, &sha256),
+                false => None,
+            },
+            sha256,
         })
     }
 

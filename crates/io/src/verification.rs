@@ -438,23 +438,36 @@ impl Verification {
     }
 }
 
-/// Why a file is not to be trusted that stands in a folder of results: it is not what the list there says, or the signature of the
-/// list is not of what the list says now. `None` where it is, and where no list names it.
-pub fn doubt_of(path: &Path) -> Option<String> {
-    let (manifest, sha256) = listing(path)?;
-    let list = path.with_file_name(MANIFEST);
-    if Input::of(path).ok()?.sha256 != sha256 {
-        return Some(format!(
+/// Why a file with this digest is not to be trusted: it is not what the list of its folder or the provenance beside it says, or the
+/// signature there is not of what it says now. `None` where it is, and where nothing names it.
+pub(crate) fn doubt_of(path: &Path, sha256: &str) -> Option<String> {
+    // What says so is vouched for by its signature alone.
+    let name = path.file_name()?.to_str()?;
+    if name == MANIFEST || name.ends_with(ENDING) {
+        return None;
+    }
+    let (list, same, signature, statement) = match listing(path) {
+        Some((manifest, listed)) => {
+            let statement = manifest.statement();
+            let list = path.with_file_name(MANIFEST);
+            (list, listed == sha256, manifest.signature, statement)
+        }
+        None => {
+            let beside = Provenance::of(path).ok()??;
+            let statement = beside.statement();
+            let list = Provenance::place(path);
+            (list, beside.wrote(sha256), beside.signature, statement)
+        }
+    };
+    let forged = || signature.is_some_and(|s| s.signer(&statement).is_none());
+    match same {
+        false => Some(format!(
             "{} was changed since it was written: {} lists another",
             path.display(),
             list.display()
-        ));
+        )),
+        true => forged().then(|| format!("{}: {FORGED}", list.display())),
     }
-    let signature = manifest.signature.as_ref()?;
-    signature
-        .signer(&manifest.statement())
-        .is_none()
-        .then(|| format!("{}: {FORGED}", list.display()))
 }
 
 /// Whether the list of a folder of results names a file in it.

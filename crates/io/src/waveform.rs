@@ -111,8 +111,8 @@ impl SampleTimes {
 pub struct Waveform {
     /// The file.
     pub path: PathBuf,
-    /// SHA-256 of the file in hexadecimal digits.
-    pub sha256: String,
+    /// Its name and digest.
+    pub file: Input,
     /// Sampling rate in Hz.
     pub sampling_rate_hz: f64,
     /// Samples in the order in which the channels were asked for.
@@ -210,9 +210,8 @@ impl Waveform {
     /// Path and digest, for the list of inputs of a result.
     pub fn input(&self) -> Input {
         Input {
-            path: self.path.display().to_string(),
-            sha256: self.sha256.clone(),
             reading: self.reading.clone().map(Box::new),
+            ..self.file.clone()
         }
     }
 
@@ -249,7 +248,7 @@ impl Waveform {
         finite(&channels, options)?;
         Ok(Self {
             path,
-            sha256: input.sha256,
+            file: input,
             sampling_rate_hz: rate(options.sampling_rate_hz)?,
             channels,
             begin_s: 0.0,
@@ -309,7 +308,7 @@ impl Waveform {
         finite(&channels, options)?;
         Ok(Self {
             path,
-            sha256: reader.sha256()?,
+            file: reader.finish()?,
             sampling_rate_hz: stated,
             channels,
             begin_s: 0.0,
@@ -378,7 +377,7 @@ impl Waveform {
             times,
             reading: Some(recording.reading().clone()),
             findings: recording.findings().to_vec(),
-            sha256: recording.sha256,
+            file: recording.file,
             channels: recording.columns.into_iter().map(|c| c.data).collect(),
         })
     }

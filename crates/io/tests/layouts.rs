@@ -189,7 +189,10 @@ fn crosscheck_sha256_of_the_reading_pass() {
     std::fs::write(&path, &text).unwrap();
     let r = read(text.as_bytes(), &[1, 2]);
     assert_eq!(r.samples(), 300_000);
-    assert_eq!(r.sha256, proofmass_io::Input::of(&path).unwrap().sha256);
+    assert_eq!(
+        r.file.sha256,
+        proofmass_io::Input::of(&path).unwrap().sha256
+    );
     assert_eq!(r.line(299_999), 300_002);
     let counts = r.columns[0].data.iter().enumerate();
     assert!(counts.into_iter().all(|(i, &v)| v == i as f64));

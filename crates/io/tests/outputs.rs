@@ -10,6 +10,7 @@ fn result(kind: &str, inputs: &[&Path]) -> Vec<u8> {
             path: i.display().to_string(),
             sha256: String::new(),
             reading: None,
+            doubt: None,
         })
     });
     document.to_json().unwrap()

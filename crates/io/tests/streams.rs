@@ -102,7 +102,10 @@ fn known_recording_through_the_one_view() {
         let read = Recording::from_source(pipe, &options(&["ai1", "ai0"])).unwrap();
         assert_eq!(read.columns, whole.columns);
         assert_eq!(
-            (read.sha256 == whole.sha256, read.sha256 == digest),
+            (
+                read.file.sha256 == whole.file.sha256,
+                read.file.sha256 == digest
+            ),
             (same, true)
         );
     }

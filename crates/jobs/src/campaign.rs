@@ -368,6 +368,7 @@ impl CampaignFile {
                 path: String::new(),
                 sha256: String::new(),
                 reading: None,
+                doubt: None,
             },
             text: String::new(),
             store: Arc::new(Memory::new()),

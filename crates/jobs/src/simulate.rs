@@ -162,6 +162,7 @@ impl Desk<'_> {
                 path: name.to_owned(),
                 sha256,
                 reading: None,
+                doubt: None,
             });
         }
         Ok(())

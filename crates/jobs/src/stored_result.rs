@@ -1,11 +1,12 @@
 //! A result as data: what `result.json` holds, and every file that is made from it.
 
+use crate::findings;
 use crate::outcome::{Outcome, QUANTITIES};
 use crate::page::answer::answer_first;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    AnyCalibration, Cell, RESULT_VERSION, ResultDocument, StatedQuantity, Table, TrialFile,
+    AnyCalibration, Cell, Input, RESULT_VERSION, ResultDocument, StatedQuantity, Table, TrialFile,
 };
 use proofmass_report::{Place, Report, Section, html};
 use proofmass_uncertainty::{Estimate, Finding};
@@ -79,6 +80,7 @@ impl StoredResult {
         let mut document = ResultDocument::new(O::KIND)
             .device(&record.device)
             .findings(outcome.findings());
+        document.findings.extend(doubts_of_inputs(&record.inputs));
         document.software = record.software.clone();
         document.title = Some(outcome.title(&record));
         document.model = outcome.model();
@@ -298,6 +300,25 @@ impl StoredResult {
         files.extend(self.beside.iter().cloned());
         Ok(files)
     }
+}
+
+/// What there is to doubt about the files themselves: one that was changed after it was written, copies that pass for repeats.
+fn doubts_of_inputs(inputs: &[Input]) -> Vec<Finding> {
+    let mut doubts: Vec<Finding> = inputs.iter().filter_map(Input::finding).collect();
+    let mut recordings: BTreeMap<&str, Vec<&Input>> = BTreeMap::new();
+    for input in inputs.iter().filter(|i| i.reading.is_some()) {
+        recordings.entry(&input.sha256).or_default().push(input);
+    }
+    for same in recordings.values() {
+        // Several stretches or columns of one recording are no copies.
+        let copies = same[1..].iter().filter(|i| i.reading == same[0].reading);
+        let copies: Vec<&str> = copies.map(|i| i.path.as_str()).collect();
+        if !copies.is_empty() {
+            let copies = copies.join(", ");
+            doubts.push(findings::same_recording_twice(&same[0].path, &copies));
+        }
+    }
+    doubts
 }
 
 /// A part of a result.json that another job reads back, of this kind of result.

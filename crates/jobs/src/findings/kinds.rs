@@ -6,6 +6,14 @@ findings! {
     /// What a job may find beside the mathematics it calls.
     pub CATALOGUE;
 
+    /// Recordings that pass for repeats are copies of each other.
+    same_recording_twice(first: &str, copies: &str) =
+        "same-recording-twice", [Decision],
+        what "{first} was given more than once",
+        evidence "{copies}: the same to the last byte",
+        advice "give every recording once: a copy is no repeat, and what varies from one recording to the next looks smaller than it is",
+        false_alarms "none: a file has one digest";
+
     /// Samples of a recording exceed the accelerations, or the temperatures, of the calibration.
     beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, treatment: &str, samples: &str) =
         "beyond-calibrated-range", [Note, Warning],

@@ -6,8 +6,8 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
     ColumnTrouble, Fate, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source,
-    StatedQuantity, TrialFile, Verification, check_model, doubt_of, explain_model, fill_columns,
-    listed, parse_model,
+    StatedQuantity, TrialFile, Verification, check_model, explain_model, fill_columns, listed,
+    parse_model,
 };
 use proofmass_uncertainty::{
     EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
@@ -42,12 +42,15 @@ impl ModelText {
         let mut inputs = vec![input];
         for entry in &mut model.earlier {
             let path = Path::new(&name).with_file_name(&entry.file);
-            let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
+            let (bytes, mut input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
+            // The entry says it.
+            let doubt = input.doubt.take();
             inputs.push(input);
             let about = |trouble: proofmass_io::Error| Trouble::from(trouble).about(&entry.file);
             let document = ResultDocument::from_json(&bytes).map_err(about)?;
             entry.estimate = document.stated().map_err(about)?.cloned();
             entry.doubts = doubts(&document);
+            entry.doubts.extend(doubt);
             entry.doubts.extend(altered(&path, &document));
             entry.unlisted = !listed(&path);
             entry.warnings = warnings(&document);
@@ -187,7 +190,7 @@ fn warnings(document: &ResultDocument) -> Vec<String> {
 
 /// What was changed since the result was written: the file itself, and of models, which are small, what they were computed from.
 fn altered(path: &Path, document: &ResultDocument) -> Vec<String> {
-    let mut found: Vec<String> = doubt_of(path).into_iter().collect();
+    let mut found = Vec::new();
     if document.kind == UncertaintyOutcome::KIND
         && let Ok(chain) = Verification::of(path, None)
     {

@@ -24,6 +24,7 @@ pub fn record() -> Record {
             path: "recording.csv".to_owned(),
             sha256: "00".repeat(32),
             reading: None,
+            doubt: None,
         }],
         ..Record::default()
     }
