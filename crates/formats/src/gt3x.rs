@@ -57,7 +57,7 @@ pub(crate) fn read(file: &mut dyn SeekRead, info: &Member, data: &Member) -> Res
                     "{damaged} records of log.bin whose check sums do not hold"
                 )));
             }
-            Clock::Times
+            axes.clock(rate)
         }
     };
     let rows = axes.values[0].len() as u64;
@@ -104,6 +104,20 @@ impl Axes {
             .map_or(0, |last| last + 1);
         self.values.iter_mut().for_each(|axis| axis.truncate(kept));
         rows - kept
+    }
+
+    /// Seconds that follow one another, each with as many samples as the rate says, tell nothing of the clock beside that rate.
+    fn clock(&self, rate: f64) -> Clock {
+        let on = |pair: &[Line]| pair[1].first - pair[0].first == 1.0;
+        let even = self.times.windows(2).all(on)
+            && self.times.iter().all(|second| second.count as f64 == rate);
+        match even {
+            true => Clock::Rate {
+                hz: rate,
+                start_s: 0.0,
+            },
+            false => Clock::Times,
+        }
     }
 
     /// Samples of 36 bits: y, x, z of 12 bits, the most significant first.
@@ -278,14 +292,17 @@ mod tests {
         let container = open(&archive(&[("info.txt", info), ("log.bin", &broken)])).unwrap();
         assert_eq!(container.remarks()[0].kind, RemarkKind::Damaged);
         assert_eq!(columns(container, 0)[0].len(), 4);
+        // Two seconds of two samples each: the rate is the one that is stated, and no times beside it.
+        let even = [record(26, 100, &two(128)), record(26, 101, &two(64))].concat();
+        let even = open(&archive(&[("info.txt", info), ("log.bin", &even)])).unwrap();
+        let stated = Clock::Rate {
+            hz: 2.0,
+            start_s: 0.0,
+        };
+        let stream = &even.streams()[0];
+        assert_eq!((stream.clock, stream.channels.len()), (stated, 3));
         let old = open(&archive(&[("info.txt", info), ("activity.bin", &packed)])).unwrap();
-        assert_eq!(
-            old.streams()[0].clock,
-            Clock::Rate {
-                hz: 2.0,
-                start_s: 0.0
-            }
-        );
+        assert_eq!(old.streams()[0].clock, stated);
         let other = open(&archive(&[("letter.txt", b"x")])).map(|_| ());
         assert!(other.is_err_and(|e| e.to_string().contains("none of them is a recording")));
     }
