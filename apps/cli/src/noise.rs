@@ -159,7 +159,7 @@ impl Noise {
             }
         }
         let folder = self.delivery.begin(NoiseOutcome::KIND, &[path])?;
-        let mut source = self.reading.stream_of(Source::open(path)?);
+        let mut source = self.reading.choice.stream_of(Source::open(path)?);
         let channels = self.reading.columns.as_ref().map_or(1, Vec::len) as u64;
         let stream = self.stream || source.is_longer_than(MOST_IN_MEMORY / channels.max(1))?;
         if stream && !self.stream {

@@ -119,7 +119,7 @@ impl Job for ApplyJob {
         let name = source.name().display().to_string();
         let about = |t: Trouble| t.detail(name.clone());
         let calibration = data.calibration;
-        let mut source = self.reading.stream_of(source);
+        let mut source = self.reading.choice.stream_of(source);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let (mut columns, mut headings) = (Vec::new(), Vec::new());
         let unit = match calibration {

@@ -1,6 +1,7 @@
 //! Channels of a dynamic test as files have them: several columns on one steady clock, in SI.
 
 use crate::recording::stretch;
+use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, SaidBy, Source, TimeUnit, Unit};
 use proofmass_uncertainty::Finding;
@@ -56,12 +57,9 @@ pub struct ChannelReading {
         arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
     )]
     pub between: Option<Vec<f64>>,
-    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    pub source: Option<String>,
-    /// Take the numbers as stored, without the scaling that a file declares (TDMS)
-    #[cfg_attr(feature = "clap", arg(long))]
-    pub raw: bool,
+    /// Which stream of the file.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub choice: StreamChoice,
     /// Rows have an order and no clock.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub table: bool,
@@ -142,9 +140,7 @@ impl ChannelReading {
                 sampling_rate_hz: self.rate,
                 between: stretch(self.between.as_deref())?,
                 table: self.table,
-                stream: self.source.clone(),
-                as_stored: self.raw,
-                ..RecordingOptions::default()
+                ..self.choice.options()
             },
         )?;
         if let Some(gap) = recording.time.gaps().first() {

@@ -1,10 +1,11 @@
 //! How a recording of a calibrated sensor is to be read.
 
 use crate::channels::{ChannelReading, WantedChannel};
+use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading,
-    Recording, RecordingOptions, Source, TimeUnit, Unit,
+    Recording, RecordingOptions, TimeUnit, Unit,
 };
 use serde::{Deserialize, Serialize};
 
@@ -45,14 +46,10 @@ pub struct RecordingReading {
         arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
     )]
     pub between: Option<Vec<f64>>,
-    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    pub source: Option<String>,
-    /// Take the numbers as stored, without the scaling that a file declares (TDMS)
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    #[cfg_attr(feature = "clap", arg(long))]
-    pub raw: bool,
+    /// Which stream of the file.
+    #[serde(flatten)]
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub choice: StreamChoice,
 }
 
 /// The stretch that two words of a command line name.
@@ -68,12 +65,6 @@ pub(crate) fn stretch(between: Option<&[f64]>) -> Result<Option<[f64; 2]>> {
 }
 
 impl RecordingReading {
-    /// The stream of a source that the request names.
-    #[must_use]
-    pub fn stream_of(&self, source: Source) -> Source {
-        source.with_stream(self.source.as_deref(), self.raw)
-    }
-
     /// The columns of the signals: as asked for, else as the calibration found them.
     ///
     /// # Errors
@@ -122,8 +113,7 @@ impl RecordingReading {
             time_unit: self.time_unit,
             rate: self.rate,
             between: self.between.clone(),
-            source: self.source.clone(),
-            raw: self.raw,
+            choice: self.choice.clone(),
             table: false,
         };
         let wanted = WantedChannel::new(column.clone(), self.unit, "--unit");
@@ -165,9 +155,7 @@ impl RecordingReading {
             sampling_rate_hz: self.rate,
             unit: self.unit,
             between: stretch(self.between.as_deref())?,
-            stream: self.source.clone(),
-            as_stored: self.raw,
-            ..RecordingOptions::default()
+            ..self.choice.options()
         })
     }
 

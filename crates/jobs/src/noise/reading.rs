@@ -4,6 +4,7 @@ use super::stream::{FileBlocks, NoiseStream};
 use super::{NoiseData, NoiseSamples};
 use crate::block_clock::BlockClock;
 use crate::recording::stretch;
+use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, Reading, Recording,
@@ -45,12 +46,9 @@ pub struct NoiseReading {
         arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)
     )]
     pub between: Option<Vec<f64>>,
-    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME"))]
-    pub source: Option<String>,
-    /// Take the numbers as stored, without the scaling that a file declares (TDMS)
-    #[cfg_attr(feature = "clap", arg(long))]
-    pub raw: bool,
+    /// Which stream of the file.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub choice: StreamChoice,
     /// The columns hold integrals of the signal: velocities (m/s) of an accelerometer, angles of a gyroscope
     ///
     /// They are differenced. The unit that is stated is that of the rate.
@@ -108,18 +106,12 @@ impl NoiseRecording {
 }
 
 impl NoiseReading {
-    /// The stream of a source that the request names.
-    #[must_use]
-    pub fn stream_of(&self, source: Source) -> Source {
-        source.with_stream(self.source.as_deref(), self.raw)
-    }
-
     /// Reads a recording as a whole. A field that is empty or NaN is a missing sample, not damage.
     ///
     /// # Errors
     /// What the reader refuses, units that contradict each other, no column with a signal.
     pub fn read(&self, source: Source) -> Result<NoiseRecording> {
-        let mut source = self.stream_of(source);
+        let mut source = self.choice.stream_of(source);
         let name = source.name().display().to_string();
         let options = LayoutOptions::default();
         let layout = Layout::of(&mut source, &options)?;
@@ -214,7 +206,7 @@ impl NoiseReading {
     /// # Errors
     /// As [`NoiseReading::read`]; neither rate nor time column.
     pub fn stream(&self, source: Source) -> Result<NoiseStream> {
-        let mut source = self.stream_of(source);
+        let mut source = self.choice.stream_of(source);
         if self.temperature.is_some() {
             return Err(Trouble::request(
                 "the effect of a temperature cannot be fitted to a recording that is read as a stream",

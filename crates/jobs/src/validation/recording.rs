@@ -95,7 +95,7 @@ impl ValidationRecording {
         watch: &dyn Watch,
     ) -> Result<Self> {
         let name = recording.name().display().to_string();
-        let mut recording = reading.stream_of(recording);
+        let mut recording = reading.choice.stream_of(recording);
         let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
         let layout = Layout::of(&mut recording, &LayoutOptions::default())?;
         let mut selected = Vec::new();
