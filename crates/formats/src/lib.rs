@@ -45,6 +45,7 @@ mod tdms;
 mod text;
 mod uff;
 mod wav;
+pub mod write;
 mod zip;
 
 pub use error::{Error, Result};
