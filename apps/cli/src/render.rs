@@ -2,7 +2,7 @@
 
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{LARGEST_DOCUMENT, Source, listed};
+use proofmass::io::{LARGEST_DOCUMENT, Source, unlisted};
 use proofmass::jobs::StoredResult;
 use std::path::PathBuf;
 
@@ -26,19 +26,23 @@ impl Render {
             self.result.clone()
         };
         let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
-        match (input.doubt, &self.delivery.output) {
+        match (&input.doubt, &self.delivery.output) {
             (Some(doubt), Some(_)) => return Err(Failure::new(doubt).hint(
                 "what is written from it would look like a result that nobody changed: look at it without -o, or evaluate it again",
             )),
             (Some(doubt), None) => console::note(format!("warning: {doubt}")),
             (None, _) => {}
         }
-        if self.delivery.signs() && !listed(&path) {
-            return Err(Failure::new(format!(
+        let unlisted = unlisted(&path, &input);
+        let nobody = unlisted.as_ref().map(|source| {
+            format!(
                 "no manifest.json beside {} says that it is as it was written",
-                path.display()
-            ))
-            .hint("write it without --sign, or sign the result where it is computed"));
+                source.path
+            )
+        });
+        if let (true, Some(nobody)) = (self.delivery.signs(), &nobody) {
+            return Err(Failure::new(nobody.clone())
+                .hint("write it without --sign, or sign the result where it is computed"));
         }
         let result = StoredResult::from_json(&bytes)
             .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
@@ -51,7 +55,11 @@ impl Render {
             })?,
             None => result,
         };
-        let folder = self.delivery.begin(result.kind(), &[&path])?;
+        let mut folder = self.delivery.begin(result.kind(), &[&path])?;
+        if let (Some(source), Some(nobody), Some(folder)) = (unlisted, nobody, &mut folder) {
+            console::note(format!("warning: {nobody}; the new one says so"));
+            folder.rendered_from(source);
+        }
         self.delivery.deliver(folder, &result)
     }
 }

@@ -199,7 +199,6 @@ fn known_what_is_said_of_tampering() {
     }
 }
 
-/// The folder that is named, and the one beside the result, are what is judged, though the original lies where it lay.
 /// Whatever reads a file that was changed since it was written says so, and a result made from it asks for a decision.
 #[test]
 fn known_what_other_commands_say_of_an_altered_file() {
@@ -246,6 +245,48 @@ fn known_what_other_commands_say_of_an_altered_file() {
     assert!(codes(&result).contains(&"input-changed".to_owned()));
 }
 
+/// A result that no list names gets no list that hides it, and a list that is missing is named.
+#[test]
+fn regress_rendering_vouches_for_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    succeed(&["calibrate", text(&example), "-o", text(&at("first"))]);
+    let unlisted = "nobody says whether they are as they were computed";
+    let verify = |path: &Path| {
+        let done = proofmass(&["verify", text(path)]);
+        (
+            done.status.code(),
+            String::from_utf8_lossy(&done.stdout).replace("\n", " "),
+        )
+    };
+    let (code, said) = verify(&at("first"));
+    assert!(code == Some(0) && said.contains("that are named are unchanged."));
+    assert!(!said.contains(unlisted), "{said}");
+    fs::create_dir(at("copy")).unwrap();
+    let copy = at("copy/result.json");
+    let written = fs::read_to_string(at("first/result.json")).unwrap();
+    fs::write(&copy, written).unwrap();
+    let (again, other) = (at("again"), at("other"));
+    let said = stderr(&succeed(&["render", text(&copy), "-o", text(&again)]));
+    assert!(said.contains("warning: no manifest.json"), "{said}");
+    for path in [&again, &copy, &again.join("result.json")] {
+        let (code, said) = verify(path);
+        assert!(code == Some(0) && said.contains(unlisted), "{said}");
+    }
+    // From a result that is listed nothing is said, and what was rendered first is still said of what is rendered from it.
+    let first = at("first/result.json");
+    let said = stderr(&succeed(&["render", text(&first), "-o", text(&other)]));
+    assert!(
+        !said.contains("warning:") && !verify(&other).1.contains(unlisted),
+        "{said}"
+    );
+    let third = at("third");
+    succeed(&["render", text(&again), "-o", text(&third)]);
+    assert!(verify(&third).1.contains(unlisted));
+}
+
+/// The folder that is named, and the one beside the result, are what is judged, though the original lies where it lay.
 #[test]
 fn regress_an_altered_copy_is_not_vouched_for_by_the_original() {
     let folder = tempfile::tempdir().unwrap();

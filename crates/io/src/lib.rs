@@ -122,7 +122,7 @@ pub use time_window::TimeWindow;
 pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{
-    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, listed,
+    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, unlisted,
 };
 pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};

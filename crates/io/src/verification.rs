@@ -185,6 +185,9 @@ pub struct Verification {
     /// What stands in the folders of results and no list names.
     #[serde(default)]
     pub foreign: Vec<PathBuf>,
+    /// Results and calibrations in the chain that no list names, and those from which files were rendered when none did.
+    #[serde(default)]
+    pub unlisted: Vec<PathBuf>,
 }
 
 impl Verification {
@@ -280,6 +283,7 @@ impl Verification {
             self.wrote(&manifest.software);
             let list = path.join(MANIFEST);
             self.vouching(&list, manifest.signature.as_ref(), &manifest.statement());
+            self.rendered(&manifest);
             for file in &manifest.files {
                 self.link(
                     &list,
@@ -316,15 +320,18 @@ impl Verification {
             None if path.extension().is_some_and(|e| e == "json") && path.is_file() => {
                 self.in_its_folder(path)?;
                 let (bytes, _) = Source::open(path)?.into_bytes(LARGEST_DOCUMENT)?;
-                if let Ok(result) = ResultDocument::from_json(&bytes) {
-                    self.wrote(&result.software);
-                    result.inputs
+                let (software, inputs) = if let Ok(result) = ResultDocument::from_json(&bytes) {
+                    (result.software, result.inputs)
                 } else if let Ok(calibration) = CalibrationFile::from_json(&bytes) {
-                    self.wrote(&calibration.software);
-                    calibration.inputs
+                    (calibration.software, calibration.inputs)
                 } else {
                     return Ok(());
+                };
+                self.wrote(&software);
+                if listing(path).is_none() {
+                    self.unlisted(path);
                 }
+                inputs
             }
             None => return Ok(()),
         };
@@ -358,9 +365,23 @@ impl Verification {
             let list = folder.join(MANIFEST);
             self.wrote(&manifest.software);
             self.vouching(&list, manifest.signature.as_ref(), &manifest.statement());
+            self.rendered(&manifest);
             self.link(&list, name, &file.sha256, Places::one(path.to_path_buf()))?;
         }
         Ok(())
+    }
+
+    /// What the files of a list were rendered from, where no list named it.
+    fn rendered(&mut self, manifest: &Manifest) {
+        if let Some(source) = &manifest.rendered_from {
+            self.unlisted(Path::new(&source.path));
+        }
+    }
+
+    fn unlisted(&mut self, path: &Path) {
+        if !self.unlisted.iter().any(|p| p == path) {
+            self.unlisted.push(path.to_path_buf());
+        }
     }
 
     fn wrote(&mut self, software: &Software) {
@@ -470,9 +491,12 @@ pub(crate) fn doubt_of(path: &Path, sha256: &str) -> Option<String> {
     }
 }
 
-/// Whether the list of a folder of results names a file in it.
-pub fn listed(path: &Path) -> bool {
-    listing(path).is_some()
+/// What nobody vouches for in a result.json: itself where no list names it, else what it was rendered from when none did.
+pub fn unlisted(path: &Path, input: &Input) -> Option<Input> {
+    match listing(path) {
+        Some((manifest, _)) => manifest.rendered_from,
+        None => Some(input.clone()),
+    }
 }
 
 /// The list beside a file that names it, and the digest that it has there.

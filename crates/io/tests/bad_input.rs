@@ -114,6 +114,35 @@ fn refuses_a_row_of_another_width() {
     );
 }
 
+/// The columns 3, 5 and 7 would be digits behind the comma, with headings that are none above them.
+#[test]
+fn refuses_a_comma_that_is_separator_and_decimal_mark() {
+    let mut text = "t,x,y,z\n".to_owned();
+    for i in 0..50 {
+        writeln!(
+            text,
+            "0,{i:02},9,{:02},-0,{:02},0,31",
+            80 + i % 7,
+            10 + i % 5
+        )
+        .unwrap();
+    }
+    let error = refused(text, &options(&["3", "5", "7"]));
+    assert_eq!(error.line_number(), Some(1));
+    assert!(
+        error
+            .to_string()
+            .contains("separator and decimal mark at once"),
+        "{error}"
+    );
+    // Words above columns of other numbers are no headings, and passed over.
+    let (_folder, path) = file(
+        "r.csv",
+        "bench,3\n0.00,1.5,1,2\n0.01,1.5,1,2\n0.02,1.5,1,2\n",
+    );
+    Recording::read(&path, &options(&["2", "3", "4"])).unwrap();
+}
+
 #[test]
 fn refuses_time_that_does_not_run_forward() {
     let error = refused("t,x,y,z\n0,1,1,1\n0.01,1,1,1\n# note\n0.01,1,1,1\n", &xyz());

@@ -4,15 +4,14 @@ use crate::trouble::{Result, Trouble};
 use proofmass_io::{Fate, Verification, VerifyingKey};
 use proofmass_report::{Cell, Column, Report, Section, Table};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Whether every file is what it was, and its list signed by one of the keys where keys are given.
 ///
 /// # Errors
-/// The first file that is not, or why the signatures do not do.
+/// How many files are not, and the first of them, or why the signatures do not do.
 pub fn judge(chain: &Verification, keys: &[VerifyingKey]) -> Result<()> {
-    let changed = |l: &&proofmass_io::Link| l.fate != Fate::Unchanged;
-    let Some(first) = chain.links.iter().find(changed) else {
+    let Some(first) = chain.links.iter().find(|l| l.fate != Fate::Unchanged) else {
         return match chain.distrust(keys) {
             None => Ok(()),
             Some(why) => Err(Trouble::data(why)
@@ -28,12 +27,33 @@ pub fn judge(chain: &Verification, keys: &[VerifyingKey]) -> Result<()> {
         None => "fetch the original files, or name their folder with --data".to_owned(),
     };
     Err(Trouble::data(format!(
-        "{} of {} files are not what they were; the first is {}",
-        chain.links.iter().filter(changed).count(),
-        chain.links.len(),
+        "{}; the first is {}",
+        state(chain),
         place.unwrap_or_else(|| first.name.clone())
     ))
     .with_hint(hint))
+}
+
+/// What became of the files, in a sentence without its full stop.
+fn state(chain: &Verification) -> String {
+    let count = |fate| chain.links.iter().filter(|l| l.fate == fate).count();
+    let (changed, missing, all) = (
+        count(Fate::Changed),
+        count(Fate::Missing),
+        chain.links.len(),
+    );
+    let are = |n: usize| if n == 1 { "is" } else { "are" };
+    match (changed, missing, all) {
+        (0, 0, 1) => "the one file that is named is unchanged".to_owned(),
+        (0, 0, _) => format!("all {all} files that are named are unchanged"),
+        (n, 0, _) => format!("{n} of {all} files {} not what they were", are(n)),
+        (0, n, _) => format!("{n} of {all} files {} missing", are(n)),
+        (n, m, _) => format!(
+            "{n} of {all} files {} not what they were and {m} {} missing",
+            are(n),
+            are(m)
+        ),
+    }
 }
 
 /// The chain as a page: every file with what names it, its state and its digest, who signed and what wrote.
@@ -77,7 +97,9 @@ pub fn page(result: &Path, chain: &Verification) -> Report {
         .filter(|l| l.holds)
         .filter_map(|l| l.key.as_deref())
         .collect();
+    let broken = chain.lists.iter().any(|l| l.key.is_some() && !l.holds);
     let signed = match chain.lists.iter().filter(|l| l.holds).count() {
+        _ if broken => "a signature does not hold".to_owned(),
         0 => "by nobody".to_owned(),
         n => format!(
             "{n} of {} lists, by {}",
@@ -86,18 +108,26 @@ pub fn page(result: &Path, chain: &Verification) -> Report {
         ),
     };
     let mut files = Section::new("Files").table(table);
-    if !chain.foreign.is_empty() {
-        let names: Vec<String> = chain
-            .foreign
-            .iter()
-            .map(|p| p.display().to_string())
-            .collect();
+    let named = |paths: &[PathBuf]| {
+        let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+        names.join(", ")
+    };
+    if !chain.unlisted.is_empty() {
         files = files.paragraph(format!(
-            "No list names these, and nothing is known of them: {}.",
-            names.join(", ")
+            "No list names these, so that nobody says whether they are as they were computed: {}.",
+            named(&chain.unlisted)
         ));
     }
+    if !chain.foreign.is_empty() {
+        files = files.paragraph(format!(
+            "No list names these, and nothing is known of them: {}.",
+            named(&chain.foreign)
+        ));
+    }
+    let mut said = state(chain);
+    said[..1].make_ascii_uppercase();
     Report::new(format!("Verification of {}", result.display()))
+        .subtitle(format!("{said}."))
         .meta("signed", signed)
         .meta("written by", written.join(", "))
         .section(files)

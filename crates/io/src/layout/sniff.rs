@@ -189,6 +189,25 @@ fn refuse_other_width(
         return Ok(());
     };
     let names = split(line.text, separator);
+    let whole = |f: &&[u8]| {
+        f.iter()
+            .all(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+'))
+    };
+    if separator == Separator::Comma
+        && (names.len() + 2..=2 * names.len()).contains(&columns)
+        && !names.iter().any(|f| is_number(f, decimal))
+        && split(first_data.text, separator).iter().all(whole)
+    {
+        return Err(Error::new(
+            ErrorKind::Row,
+            format!(
+                "{} headings stand above {columns} columns of whole numbers: the comma seems to be separator and decimal mark at once",
+                names.len()
+            ),
+        )
+        .line(line.number)
+        .with_hint("save it with semicolons between the columns, or with decimal points; a line that holds no headings is left out by a # before it"));
+    }
     let near = match names.len() {
         n if n > columns => n <= columns + 2 && names[columns..].iter().any(|f| !f.is_empty()),
         n => n + 1 == columns && n >= 3,

@@ -5,7 +5,7 @@ use super::place::{Place, exchange, move_file, remove_flat, sync, wait_for_lock}
 use super::unfinished::{Unfinished, in_place, sweep};
 use crate::result_document::RESULT_SCHEMA;
 use crate::signature::SigningKey;
-use crate::{Error, ErrorKind, Result, Schema};
+use crate::{Error, ErrorKind, Input, Result, Schema};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs;
@@ -34,6 +34,7 @@ pub struct OutputFolder {
     swept: Vec<PathBuf>,
     protected: Vec<PathBuf>,
     signer: Option<SigningKey>,
+    rendered_from: Option<Input>,
 }
 
 /// What stands at the place.
@@ -53,7 +54,7 @@ struct Head {
     schema: Schema,
     kind: String,
     #[serde(default)]
-    inputs: Vec<crate::Input>,
+    inputs: Vec<Input>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -96,6 +97,7 @@ impl OutputFolder {
             swept,
             protected: Vec::new(),
             signer: None,
+            rendered_from: None,
         })
     }
 
@@ -119,6 +121,11 @@ impl OutputFolder {
     /// Signs the list of files with a key.
     pub fn sign_with(&mut self, key: SigningKey) {
         self.signer = Some(key);
+    }
+
+    /// States the result.json that the files are rendered from, where no list names it.
+    pub fn rendered_from(&mut self, unlisted: Input) {
+        self.rendered_from = Some(unlisted);
     }
 
     /// Key that signed the results which these will replace, where these will not be signed by it.
@@ -176,6 +183,7 @@ impl OutputFolder {
         self.protect(inputs.iter().map(PathBuf::as_path));
         written.sort_by(|a, b| a.name.cmp(&b.name));
         let mut manifest = Manifest::new(kind, written);
+        manifest.rendered_from = self.rendered_from.take();
         if let Some(key) = &self.signer {
             manifest = manifest.signed(key);
         }

@@ -2,7 +2,7 @@
 
 use crate::signature::{Signature, SigningKey, quoted};
 use crate::software::{Schema, Software};
-use crate::{Error, ErrorKind, Result, Source};
+use crate::{Error, ErrorKind, Input, Result, Source};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -23,7 +23,7 @@ pub struct Listed {
 }
 
 /// The files of a folder that belong to one result.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Form and version.
     pub(crate) schema: Schema,
@@ -33,6 +33,9 @@ pub struct Manifest {
     pub kind: String,
     /// The files, the manifest itself left out.
     pub files: Vec<Listed>,
+    /// The result.json that they were rendered from, where no list named it: nobody says that it is as it was computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) rendered_from: Option<Input>,
     /// Who vouches for all of this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signature: Option<Signature>,
@@ -49,6 +52,7 @@ impl Manifest {
             software: Software::default(),
             kind: kind.into(),
             files,
+            rendered_from: None,
             signature: None,
         }
     }
@@ -60,7 +64,7 @@ impl Manifest {
         self
     }
 
-    /// What a signature is of: form, kind, program, and a line for each file in order.
+    /// What a signature is of: form, kind, program, a line for each file in order and one for what no list named.
     pub fn statement(&self) -> String {
         let mut text = format!(
             "{} {}\nkind {}\nsoftware {} {}\n",
@@ -72,6 +76,13 @@ impl Manifest {
         );
         for file in &self.files {
             text += &format!("file {} {}\n", quoted(&file.sha256), quoted(&file.name));
+        }
+        if let Some(source) = &self.rendered_from {
+            text += &format!(
+                "rendered-from {} {}\n",
+                quoted(&source.sha256),
+                quoted(&source.path)
+            );
         }
         text
     }

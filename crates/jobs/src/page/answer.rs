@@ -36,12 +36,10 @@ pub(crate) fn stated_as(name: &str, q: &StatedQuantity) -> KeyFigure {
     let mut notes = vec![match (q.k, q.interval) {
         _ if q.expanded == 0.0 => "taken as known".to_owned(),
         (Some(k), _) => format!("k = {k:.2}, {}", percent(q.probability)),
-        (None, Some([low, high])) => format!(
-            "{} from {} to {}",
-            percent(q.probability),
-            scientific(low, 4),
-            scientific(high, 4)
-        ),
+        (None, Some([low, high])) => {
+            let [low, high] = [low, high].map(|end| limit(end, 0.5 * (high - low)));
+            format!("{} from {low} to {high}", percent(q.probability))
+        }
         (None, None) => percent(q.probability),
     }];
     notes.extend(in_the_trade(q.value, q.expanded, &q.unit));
@@ -82,20 +80,33 @@ pub(crate) fn plus_minus(value: f64, expanded: f64) -> String {
     if expanded < 1e-10 * value.abs() {
         return format!("{} ± {}", scientific(value, 10), scientific(expanded, 2));
     }
+    let (value, expanded, power) = digits(value, expanded);
+    match power {
+        0 => format!("{value} ± {expanded}"),
+        power => format!("({} ± {expanded})×10{}", minus(&value), superscript(power)),
+    }
+}
+
+/// An end of an interval, to two digits of half its width.
+fn limit(end: f64, half: f64) -> String {
+    if !(half >= 1e-10 * end.abs() && half > 0.0 && half.is_finite()) {
+        return scientific(end, 10);
+    }
+    match digits(end, half) {
+        (end, _, 0) => minus(&end),
+        (end, _, power) => format!("{}×10{}", minus(&end), superscript(power)),
+    }
+}
+
+/// A value and its U to two digits of U, and the power of ten that both are to be multiplied by, zero where that is no shorter.
+fn digits(value: f64, expanded: f64) -> (String, String, i32) {
     let largest = value.abs().max(expanded);
     let exponent = largest.log10().floor();
     let plain = (-3.0..6.0).contains(&exponent) && expanded.log10() < 3.0;
     let power = if plain { 0.0 } else { exponent };
     let scale = 10f64.powf(-power);
     let (value, expanded) = rounded(value * scale, expanded * scale);
-    match power == 0.0 {
-        true => format!("{value} ± {expanded}"),
-        false => format!(
-            "({} ± {expanded})×10{}",
-            minus(&value),
-            superscript(power as i32)
-        ),
-    }
+    (value, expanded, power as i32)
 }
 
 /// `95 %`, without zeros that say nothing.
@@ -158,6 +169,14 @@ pub(crate) fn in_the_trade(value: f64, expanded: f64, unit: &str) -> Vec<String>
 mod tests {
     use super::*;
     use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
+
+    #[test]
+    fn known_ends_of_an_interval_differ_as_it_is_wide() {
+        assert_eq!(limit(49_986_000.0, 14_000.0), "4.9986×10⁷");
+        assert_eq!(limit(50_014_000.0, 14_000.0), "5.0014×10⁷");
+        assert_eq!(limit(-0.0312, 0.0014), "−0.0312");
+        assert_eq!(limit(2.0, 0.0), scientific(2.0, 10));
+    }
 
     #[test]
     fn known_quantities_with_u_k_and_the_unit_of_the_trade() {

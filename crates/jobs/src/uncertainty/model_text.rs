@@ -6,8 +6,8 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
     ColumnTrouble, Fate, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source,
-    StatedQuantity, TrialFile, Verification, check_model, explain_model, fill_columns, listed,
-    parse_model,
+    StatedQuantity, TrialFile, Verification, check_model, explain_model, fill_columns, parse_model,
+    unlisted,
 };
 use proofmass_uncertainty::{
     EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
@@ -45,6 +45,7 @@ impl ModelText {
             let (bytes, mut input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
             // The entry says it.
             let doubt = input.doubt.take();
+            entry.unlisted = unlisted(&path, &input).is_some();
             inputs.push(input);
             let about = |trouble: proofmass_io::Error| Trouble::from(trouble).about(&entry.file);
             let document = ResultDocument::from_json(&bytes).map_err(about)?;
@@ -52,7 +53,6 @@ impl ModelText {
             entry.doubts = doubts(&document);
             entry.doubts.extend(doubt);
             entry.doubts.extend(altered(&path, &document));
-            entry.unlisted = !listed(&path);
             entry.warnings = warnings(&document);
             if let Some(name) = unstated(&document, entry) {
                 return Err(Trouble::data(format!(
