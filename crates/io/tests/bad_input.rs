@@ -140,7 +140,9 @@ fn refuses_a_comma_that_is_separator_and_decimal_mark() {
         "r.csv",
         "bench,3\n0.00,1.5,1,2\n0.01,1.5,1,2\n0.02,1.5,1,2\n",
     );
-    Recording::read(&path, &options(&["2", "3", "4"])).unwrap();
+    let mut timed = options(&["2", "3", "4"]);
+    timed.sampling_rate_hz = Some(100.0);
+    Recording::read(&path, &timed).unwrap();
 }
 
 #[test]

@@ -18,6 +18,7 @@ pub mod budget;
 pub mod campaign;
 pub mod check;
 pub mod check_standard;
+mod copied_readings;
 pub mod derived;
 pub mod diagnosis;
 mod excitation;

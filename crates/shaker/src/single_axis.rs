@@ -1,5 +1,6 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
+use crate::copied_readings::copies;
 use crate::findings;
 use crate::repeated_runs::{MeanOfRuns, by_frequency};
 use num_complex::Complex64;
@@ -264,7 +265,7 @@ fn without_phase(estimate: Estimate, budget: &ComparisonBudget) -> Result<Estima
 /// scatter adds the influences `repeatability` of the modulus and of the phase after [`Repeats::mean_of`](proofmass_uncertainty::Repeats::mean_of), whose declared noise is that of
 /// the recordings.
 ///
-/// A scatter beyond the declared uncertainty of a reading and that noise (χ² with 2 (n − 1) degrees of freedom) is a finding.
+/// Repeats that are copies are findings, and a scatter beyond the declared uncertainty of a reading and that noise (χ² with 2 (n − 1) degrees of freedom).
 ///
 /// # Errors
 /// As [`Estimate::new`].
@@ -280,6 +281,7 @@ pub fn combine(
             means.push(one.clone());
             continue;
         }
+        findings.extend(copies(rows, &group));
         let n = group.len() as f64;
         // The noise of one run, root mean square: what the recordings say of it.
         let noise: [f64; 2] = std::array::from_fn(|p| {
