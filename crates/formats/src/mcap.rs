@@ -5,15 +5,14 @@
 //! **Source** `[MCAP]`.
 
 use crate::bytes::{Bytes, Order, text};
+use crate::input::{Input, Part};
 use crate::raw::bytes_at;
 use crate::stream::{Contents, Remark, SeekRead};
 use crate::{Error, Result};
-use input::{Input, Part};
 use std::io::{Read, SeekFrom};
 use topics::Topics;
 use unpack::Unpacked;
 
-mod input;
 mod lz4;
 mod message;
 mod topics;

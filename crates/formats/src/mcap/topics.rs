@@ -1,10 +1,10 @@
 //! The topics of a log, and the rows that their messages give.
 
-use super::input::Input;
 use super::kind;
 use super::message::{Encoding, LAYOUTS, Layout};
 use crate::bytes::{Bytes, Order, text};
 use crate::held_rows::HeldRows;
+use crate::input::Input;
 use crate::raw::Kind;
 use crate::stream::{Clock, Column, Contents, Remark, Source, Stream};
 use crate::{Error, Result};

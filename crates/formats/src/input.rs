@@ -7,7 +7,7 @@ use std::io::{self, Read};
 const PIECE: usize = 1 << 18;
 
 /// Reads ahead, and holds what was read and not yet taken.
-pub(super) struct Input<'a> {
+pub(crate) struct Input<'a> {
     from: &'a mut dyn Read,
     held: Vec<u8>,
     /// What of it was taken, and what of that is in the check sum.
@@ -17,11 +17,11 @@ pub(super) struct Input<'a> {
     start: u64,
     crc: Crc,
     /// Why there is no more, where it is not the end.
-    pub(super) failed: Option<io::Error>,
+    pub(crate) failed: Option<io::Error>,
 }
 
 impl<'a> Input<'a> {
-    pub(super) fn new(from: &'a mut dyn Read, place: u64) -> Self {
+    pub(crate) fn new(from: &'a mut dyn Read, place: u64) -> Self {
         Self {
             from,
             held: Vec::new(),
@@ -34,12 +34,12 @@ impl<'a> Input<'a> {
     }
 
     /// Where the next byte stands.
-    pub(super) fn place(&self) -> u64 {
+    pub(crate) fn place(&self) -> u64 {
         self.start + self.taken as u64
     }
 
     /// CRC-32 of all that was taken.
-    pub(super) fn sum(&mut self) -> u32 {
+    pub(crate) fn sum(&mut self) -> u32 {
         self.crc.update(&self.held[self.summed..self.taken]);
         self.summed = self.taken;
         self.crc.sum()
@@ -64,7 +64,7 @@ impl<'a> Input<'a> {
     }
 
     /// The next byte, which is not taken; nothing at the end.
-    pub(super) fn peek(&mut self) -> Option<u8> {
+    pub(crate) fn peek(&mut self) -> Option<u8> {
         if self.rest().is_empty() {
             self.fill(1);
         }
@@ -72,7 +72,7 @@ impl<'a> Input<'a> {
     }
 
     /// The next bytes; nothing where there are fewer.
-    pub(super) fn bytes(&mut self, n: usize) -> Option<&[u8]> {
+    pub(crate) fn bytes(&mut self, n: usize) -> Option<&[u8]> {
         if self.rest().len() < n && !self.fill(n) {
             return None;
         }
@@ -81,8 +81,33 @@ impl<'a> Input<'a> {
         Some(&self.held[at..at + n])
     }
 
+    /// The next bytes, which are not taken; fewer at the end.
+    pub(crate) fn ahead(&mut self, n: usize) -> &[u8] {
+        if self.rest().len() < n {
+            self.fill(n);
+        }
+        let there = self.rest();
+        &there[..n.min(there.len())]
+    }
+
+    /// Passes over all before the next place where these bytes stand, or over the rest; whether they do.
+    pub(crate) fn find(&mut self, bytes: &[u8]) -> bool {
+        loop {
+            if self.ahead(bytes.len()).len() < bytes.len() {
+                self.taken = self.held.len();
+                return false;
+            }
+            let mut places = self.rest().windows(bytes.len());
+            if let Some(at) = places.position(|w| w == bytes) {
+                self.taken += at;
+                return true;
+            }
+            self.taken = self.held.len() - (bytes.len() - 1);
+        }
+    }
+
     /// Passes over so many bytes; nothing where there are fewer.
-    pub(super) fn skip(&mut self, mut n: u64) -> Option<()> {
+    pub(crate) fn skip(&mut self, mut n: u64) -> Option<()> {
         loop {
             let here = n.min(self.rest().len() as u64);
             self.taken += here as usize;
@@ -98,9 +123,9 @@ impl<'a> Input<'a> {
 }
 
 /// The next so many bytes of another input.
-pub(super) struct Part<'i, 'a> {
-    pub(super) of: &'i mut Input<'a>,
-    pub(super) left: u64,
+pub(crate) struct Part<'i, 'a> {
+    pub(crate) of: &'i mut Input<'a>,
+    pub(crate) left: u64,
 }
 
 impl Read for Part<'_, '_> {
