@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, archive, cwa, lvm, mat, npy, tdms, uff, wav};
+use crate::{Error, Result, archive, cwa, lvm, mat, mcap, npy, tdms, uff, ulog, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -117,9 +117,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "mcap",
         name: "an MCAP log of ROS",
-        limits: "export it as delimited text (CSV): `mcap` or rosbag tools do",
+        limits: "Imu and other stamped sensors of ROS 1 and 2 (ros1, cdr) by header.stamp, held in memory; zstd and lz4, no summary needed; damaged chunks are gaps; protobuf, JSON and other types are passed over",
         mark: Mark::Bytes(b"\x89MCAP0"),
-        reader: None,
+        reader: Some(mcap::read),
     },
     Format {
         word: "hdf5",
@@ -138,9 +138,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "ulog",
         name: "a ULog of PX4",
-        limits: "export it as delimited text (CSV): `ulog2csv` does",
+        limits: "accelerometers, gyroscopes, magnetometers, barometers and wheels, each instance a stream, held in memory; other topics are passed over",
         mark: Mark::Bytes(b"ULog\x01\x12\x35"),
-        reader: None,
+        reader: Some(ulog::read),
     },
     Format {
         word: "ide",

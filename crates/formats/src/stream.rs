@@ -1,5 +1,6 @@
 //! A file as streams, each of them channels on one clock.
 
+use crate::held_rows::HeldRows;
 use crate::raw::{Raw, Window};
 use crate::scaling::Scaling;
 use crate::{Error, Format, Result, Rows, recognise};
@@ -99,6 +100,8 @@ pub struct Stream {
     pub rows: u64,
     /// Whole numbers out of a converter whose full scale the file does not say: the size of full scale.
     pub full_scale: Option<f64>,
+    /// What the clock of the file showed where the times of the stream are zero, ns; where the file says so.
+    pub origin_ns: Option<i64>,
     /// The numbers of each channel.
     pub(crate) columns: Vec<Column>,
 }
@@ -112,6 +115,7 @@ impl Stream {
             clock,
             rows,
             full_scale: None,
+            origin_ns: None,
             columns: Vec::new(),
         }
     }
@@ -159,6 +163,8 @@ pub(crate) enum Source {
     Raw(Raw),
     /// Read from text or unpacked, and how far reading has come.
     Held(Vec<f64>, usize),
+    /// In rows that were unpacked.
+    HeldRows(HeldRows),
     /// Straight lines one after the other.
     Lines(Lines),
 }
@@ -211,6 +217,7 @@ impl Source {
         match self {
             Self::Raw(raw) => raw.rows(),
             Self::Held(numbers, _) => numbers.len() as u64,
+            Self::HeldRows(rows) => rows.rows(),
             Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
         }
     }
@@ -219,6 +226,7 @@ impl Source {
         match self {
             Self::Raw(raw) => raw.rewind(),
             Self::Held(_, at) => *at = 0,
+            Self::HeldRows(rows) => rows.rewind(),
             Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
         }
     }
@@ -227,7 +235,7 @@ impl Source {
     pub(crate) fn stride(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.stride(),
-            Self::Held(..) | Self::Lines(_) => 1,
+            Self::Held(..) | Self::HeldRows(_) | Self::Lines(_) => 1,
         }
     }
 
@@ -241,6 +249,10 @@ impl Source {
     ) -> Result<()> {
         match self {
             Self::Raw(raw) => raw.read(window, file, most, to),
+            Self::HeldRows(rows) => {
+                rows.read(most, to);
+                Ok(())
+            }
             Self::Lines(lines) => {
                 lines.read(most, to);
                 Ok(())

@@ -274,7 +274,7 @@ fn reference_data() -> PathBuf {
     )
 }
 
-/// Numbers, first, last and sum of a channel as other readers give them (npTDMS, lvm_read, pyuff, scipy).
+/// Numbers, first, last and sum of a channel as other readers give them (npTDMS, lvm_read, pyuff, scipy, mcap, pyulog).
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn crosscheck_streams_of_others() {
@@ -404,6 +404,78 @@ fn crosscheck_streams_of_others() {
             0.953_125,
             0.375,
             11_800.093_75,
+        ),
+        (
+            "doors/mcap/imu_zstd.mcap",
+            None,
+            "linear_acceleration.x",
+            3000,
+            -8.420_9,
+            -8.272_38,
+            -18_548.350_7,
+        ),
+        (
+            "doors/mcap/imu_zstd.mcap",
+            None,
+            "linear_acceleration.y",
+            3000,
+            0.067_1,
+            4.723_02,
+            3_095.228_49,
+        ),
+        (
+            "doors/mcap/imu_zstd.mcap",
+            None,
+            "time",
+            3000,
+            0.0,
+            29.99,
+            44_985.0,
+        ),
+        (
+            "doors/mcap/imu_two_topics_lz4.mcap",
+            Some("/camera/imu"),
+            "linear_acceleration.z",
+            1500,
+            5.745_11,
+            8.973_58,
+            f64::NAN,
+        ),
+        (
+            "doors/mcap/imu_cut.mcap",
+            None,
+            "linear_acceleration.z",
+            1689,
+            5.245_11,
+            8.674_79,
+            f64::NAN,
+        ),
+        (
+            "doors/ulg/sample_px4_events.ulg",
+            Some("sensor_combined"),
+            "accelerometer_m_s2[2]",
+            7783,
+            -9.821_813_583_374_023,
+            -9.812_236_785_888_672,
+            -76_141.371_799_945_83,
+        ),
+        (
+            "doors/ulg/sample_px4_events.ulg",
+            Some("sensor_accel"),
+            "x",
+            31,
+            0.023_942_016_1,
+            -0.064_643_442_6,
+            -0.248_996_973_04,
+        ),
+        (
+            "wearable/pyulog/sample_log_small.ulg",
+            Some("sensor_accel_1"),
+            "z",
+            6,
+            -9.912_714_004_5,
+            -9.909_867_286_7,
+            -59.439_145_088_2,
         ),
         (
             "doors/mat/shaker_excitation.mat",
