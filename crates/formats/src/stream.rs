@@ -23,6 +23,14 @@ pub struct Channel {
     pub scaling: Option<String>,
 }
 
+/// Stands where a channel has no number in a row: a NaN that is told from one that was recorded.
+pub const ABSENT: f64 = f64::from_bits(0x7FF8_0000_0000_4E41);
+
+/// Whether a number is [`ABSENT`].
+pub fn is_absent(value: f64) -> bool {
+    value.to_bits() == ABSENT.to_bits()
+}
+
 /// What tells the times of the samples of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clock {
@@ -161,6 +169,9 @@ pub(crate) enum Source {
     Held(Vec<f64>, usize),
     /// Straight lines one after the other.
     Lines(Lines),
+    /// Of a column of a Parquet file.
+    #[cfg(feature = "parquet")]
+    Parquet(Box<crate::parquet::Chunks>),
 }
 
 /// Numbers on straight lines, and how far reading has come.
@@ -212,6 +223,8 @@ impl Source {
             Self::Raw(raw) => raw.rows(),
             Self::Held(numbers, _) => numbers.len() as u64,
             Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(chunks) => chunks.rows(),
         }
     }
 
@@ -220,6 +233,8 @@ impl Source {
             Self::Raw(raw) => raw.rewind(),
             Self::Held(_, at) => *at = 0,
             Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(chunks) => chunks.rewind(),
         }
     }
 
@@ -228,6 +243,8 @@ impl Source {
         match self {
             Self::Raw(raw) => raw.stride(),
             Self::Held(..) | Self::Lines(_) => 1,
+            #[cfg(feature = "parquet")]
+            Self::Parquet(_) => 1,
         }
     }
 
@@ -241,6 +258,8 @@ impl Source {
     ) -> Result<()> {
         match self {
             Self::Raw(raw) => raw.read(window, file, most, to),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(chunks) => chunks.read(file, most, to),
             Self::Lines(lines) => {
                 lines.read(most, to);
                 Ok(())
