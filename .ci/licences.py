@@ -23,7 +23,7 @@ def allowed(expression):
 
 
 metadata = json.loads(
-    subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--locked"], text=True)
+    subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--locked", "--all-features"], text=True)
 )
 refused = [
     f"{p['name']} {p['version']}: {p['license']}"

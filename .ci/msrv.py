@@ -12,7 +12,7 @@ def version(text):
 
 
 metadata = json.loads(
-    subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--locked"], text=True)
+    subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--locked", "--all-features"], text=True)
 )
 members = set(metadata["workspace_members"])
 packages = metadata["packages"]

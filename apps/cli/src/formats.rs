@@ -18,6 +18,9 @@ struct Row {
     format: &'static str,
     name: &'static str,
     read: bool,
+    /// The cargo feature without which it is not read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    feature: Option<&'static str>,
     limits: &'static str,
 }
 
@@ -27,12 +30,14 @@ const UNMARKED: [Row; 2] = [
         format: "text",
         name: "delimited text (CSV and its kin)",
         read: true,
+        feature: None,
         limits: "one row for each sample; written by every command; gzip and zstd around any format are unpacked",
     },
     Row {
         format: "f32",
         name: "raw 32-bit floats",
         read: true,
+        feature: None,
         limits: "waveforms of a campaign that says `format = \"f32\"`",
     },
 ];
@@ -43,6 +48,7 @@ impl Formats {
             format: f.word,
             name: f.name,
             read: f.is_read(),
+            feature: f.feature(),
             limits: f.limits,
         });
         let mut rows: Vec<Row> = UNMARKED.into_iter().chain(known).collect();
@@ -58,7 +64,11 @@ impl Formats {
         for row in &rows {
             let read = if row.read { "read" } else { "not read" };
             let (format, name, limits) = (row.format, row.name, row.limits);
-            console::print(&format!("{format:width$}  {read:8}  {name}: {limits}\n"))?;
+            let feature = row.feature.map(|f| format!(" (feature {f})"));
+            let feature = feature.unwrap_or_default();
+            console::print(&format!(
+                "{format:width$}  {read:8}  {name}{feature}: {limits}\n"
+            ))?;
         }
         Ok(Outcome::Done)
     }

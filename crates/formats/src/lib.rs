@@ -39,6 +39,8 @@ mod lvm;
 mod mat;
 mod mcap;
 mod npy;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod raw;
 mod recognise;
 mod rows;
@@ -55,4 +57,6 @@ mod zip;
 pub use error::{Error, Result};
 pub use recognise::{FORMATS, Format, recognise};
 pub use rows::Rows;
-pub use stream::{Channel, Clock, Container, HEAD, Remark, RemarkKind, SeekRead, Stream};
+pub use stream::{
+    ABSENT, Channel, Clock, Container, HEAD, Remark, RemarkKind, SeekRead, Stream, is_absent,
+};

@@ -25,6 +25,11 @@ impl Format {
         self.reader.is_some()
     }
 
+    /// The cargo feature without which it is not read.
+    pub fn feature(&self) -> Option<&'static str> {
+        (self.word == "parquet").then_some("parquet")
+    }
+
     /// Why a file of it is not read, and what to do about it.
     pub fn refusal(&self) -> Error {
         Error::new(format!("is {}, which is not read here", self.name)).with_hint(format!(
@@ -41,6 +46,15 @@ pub(crate) enum Mark {
     /// As this says.
     Test(fn(&[u8]) -> bool),
 }
+
+#[cfg(feature = "parquet")]
+const PARQUET: Option<Reader> = Some(crate::parquet::read);
+#[cfg(feature = "parquet")]
+const PARQUET_LIMITS: &str = "numbers, bits, decimals and times, also in structures, plain or packed by snappy, zstd, gzip; nulls are absent samples, damaged pages too; texts, lists and dates are passed over";
+#[cfg(not(feature = "parquet"))]
+const PARQUET: Option<Reader> = None;
+#[cfg(not(feature = "parquet"))]
+const PARQUET_LIMITS: &str = "install with `cargo install --path apps/cli --features parquet`, or export it as delimited text (CSV): pyarrow does";
 
 /// Every format that is known, in the order in which it is looked for.
 pub const FORMATS: &[Format] = &[
@@ -131,9 +145,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "parquet",
         name: "a Parquet file",
-        limits: "export it as delimited text (CSV): pyarrow does",
+        limits: PARQUET_LIMITS,
         mark: Mark::Bytes(b"PAR1"),
-        reader: None,
+        reader: PARQUET,
     },
     Format {
         word: "ulog",
@@ -183,6 +197,17 @@ pub fn recognise(head: &[u8]) -> Option<&'static Format> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    #[cfg(not(feature = "parquet"))]
+    fn refuses_with_the_feature_that_is_missing() {
+        let parquet = recognise(b"PAR1\x15\x04").unwrap();
+        assert!(!parquet.is_read());
+        let refusal = parquet.refusal();
+        assert!(refusal.to_string().contains("a Parquet file"));
+        let hint = refusal.hint().unwrap();
+        assert!(hint.contains("--features parquet") && hint.contains("CSV"));
+    }
 
     #[test]
     fn known_formats_by_name_and_no_table() {

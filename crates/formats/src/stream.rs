@@ -24,6 +24,14 @@ pub struct Channel {
     pub scaling: Option<String>,
 }
 
+/// Stands where a channel has no number in a row: a NaN that is told from one that was recorded.
+pub const ABSENT: f64 = f64::from_bits(0x7FF8_0000_0000_4E41);
+
+/// Whether a number is [`ABSENT`].
+pub fn is_absent(value: f64) -> bool {
+    value.to_bits() == ABSENT.to_bits()
+}
+
 /// What tells the times of the samples of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clock {
@@ -167,6 +175,9 @@ pub(crate) enum Source {
     HeldRows(HeldRows),
     /// Straight lines one after the other.
     Lines(Lines),
+    /// Of a column of a Parquet file.
+    #[cfg(feature = "parquet")]
+    Parquet(Box<crate::parquet::Chunks>),
 }
 
 /// Numbers on straight lines, and how far reading has come.
@@ -219,6 +230,8 @@ impl Source {
             Self::Held(numbers, _) => numbers.len() as u64,
             Self::HeldRows(rows) => rows.rows(),
             Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(chunks) => chunks.rows(),
         }
     }
 
@@ -228,6 +241,8 @@ impl Source {
             Self::Held(_, at) => *at = 0,
             Self::HeldRows(rows) => rows.rewind(),
             Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
+            #[cfg(feature = "parquet")]
+            Self::Parquet(chunks) => chunks.rewind(),
         }
     }
 
@@ -236,6 +251,8 @@ impl Source {
         match self {
             Self::Raw(raw) => raw.stride(),
             Self::Held(..) | Self::HeldRows(_) | Self::Lines(_) => 1,
+            #[cfg(feature = "parquet")]
+            Self::Parquet(_) => 1,
         }
     }
 
@@ -253,6 +270,8 @@ impl Source {
                 rows.read(most, to);
                 Ok(())
             }
+            #[cfg(feature = "parquet")]
+            Self::Parquet(chunks) => chunks.read(file, most, to),
             Self::Lines(lines) => {
                 lines.read(most, to);
                 Ok(())

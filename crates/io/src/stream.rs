@@ -7,7 +7,7 @@ use crate::column_head::ColumnHead;
 use crate::rows::{BadField, BadFields, RowBlock};
 use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Layout, Result, Separator, Source, Unit, findings};
-use proofmass_formats::{Channel, Clock, Container, RemarkKind, Rows, Stream};
+use proofmass_formats::{Channel, Clock, Container, RemarkKind, Rows, Stream, is_absent};
 use proofmass_uncertainty::{DecimalMark, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -455,7 +455,10 @@ impl StreamRows {
                     block.bad.push(BadField {
                         line,
                         selected: slot,
-                        text: format!("{value}"),
+                        text: match is_absent(*value) {
+                            true => String::new(),
+                            false => format!("{value}"),
+                        },
                     });
                     *value = f64::NAN;
                 }
@@ -497,6 +500,10 @@ impl StreamRows {
                 if i > 0 {
                     block.text.push(b',');
                 }
+                // As the empty field that it would be in a text.
+                if is_absent(column[row]) {
+                    continue;
+                }
                 let text = number.format(column[row]);
                 let text = text.strip_suffix(".0").unwrap_or(text);
                 block.text.extend_from_slice(text.as_bytes());
@@ -507,6 +514,12 @@ impl StreamRows {
     }
 
     fn bad_sample(&self, index: usize, line: u64, value: f64) -> Error {
+        if is_absent(value) {
+            let what = format!("sample {line} is absent");
+            return Error::new(ErrorKind::Field, what)
+                .column(self.layout.name(index))
+                .with_hint("the file holds no number there (a null, or a damaged part): cut this part out with --between FROM TO");
+        }
         Error::new(
             ErrorKind::Field,
             format!("sample {line} is {value}, which is no reading"),

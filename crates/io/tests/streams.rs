@@ -1,8 +1,8 @@
 //! Recordings of other formats through the view that text has: the same numbers, rate, units and digest.
 
 use proofmass_io::{
-    Layout, LayoutOptions, Recording, RecordingOptions, Rewriter, RowReader, SaidBy, Source,
-    TimeSource, Unit, Waveform, WaveformFormat, WaveformOptions, f32_bytes, inspect_source,
+    Absent, Layout, LayoutOptions, Recording, RecordingOptions, Rewriter, RowReader, SaidBy,
+    Source, TimeSource, Unit, Waveform, WaveformFormat, WaveformOptions, f32_bytes, inspect_source,
 };
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -267,11 +267,114 @@ fn known_doubts_about_a_file() {
     assert_eq!(found[0].code(), "unit-word-unknown");
 }
 
+#[test]
+#[cfg(feature = "parquet")]
+fn known_nulls_are_absent_and_headings_keep_their_units() {
+    let source = || {
+        let file = include_bytes!("../../../fuzz/corpus/streams/nulls.parquet");
+        Source::from_bytes("nulls.parquet", file.to_vec()).unwrap()
+    };
+    let whole = Recording::from_source(source(), &options(&["acc_x", "counts"])).unwrap();
+    assert_eq!(whole.columns[0].unit, Some(Unit::MetrePerSecondSquared));
+    assert_eq!(whole.columns[1].unit, Some(Unit::Count));
+    assert!((whole.time.rate_hz() - 800.0).abs() < 0.1);
+    let error = Recording::from_source(source(), &options(&["acc_y"])).unwrap_err();
+    assert!(error.to_string().contains("sample 5 is absent"), "{error}");
+    let sparse = Recording::from_source_sparse(source(), &options(&["acc_y"]), &[Absent::Empty]);
+    let sparse = sparse.unwrap();
+    assert_eq!(sparse.columns[0].unit, Some(Unit::StandardGravity));
+    assert_eq!(sparse.missing(0), [4, 9]);
+    let seen = inspect_source(source(), &RecordingOptions::default(), 10).unwrap();
+    assert_eq!((seen.rows, seen.bad_count, seen.bad_row_count), (12, 6, 0));
+    assert_eq!(seen.findings[0].code(), "parts-passed-over");
+    // As text: an empty field.
+    let mut source = source();
+    let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+    let mut writer = Rewriter::in_memory(source.name(), &layout, &[(3, "n".into())]).unwrap();
+    let mut reader = RowReader::new(source, layout, &[3]).unwrap().keep_text();
+    while let Some(block) = reader.next_block().unwrap() {
+        writer.block(&block, &[&[0.0; 12]]).unwrap();
+    }
+    let text = String::from_utf8(writer.into_bytes().unwrap()).unwrap();
+    let line = text.lines().nth(5).unwrap();
+    assert!(line.starts_with("1,,4000,"), "{line}");
+}
+
 fn reference_data() -> PathBuf {
     let data = std::env::var_os("PROOFMASS_REFERENCE_DATA");
     PathBuf::from(
         data.expect("PROOFMASS_REFERENCE_DATA names the folder, see docs/reference-data.md"),
     )
+}
+
+/// The same of columns of Parquet files, as pyarrow gives them.
+#[test]
+#[cfg(feature = "parquet")]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn crosscheck_parquet_of_others() {
+    let folder = reference_data().join("doors/parquet");
+    for (name, column, n, first, last, sum) in [
+        ("alltypes_plain.snappy.parquet", "id", 2, 6.0, 7.0, 13.0),
+        (
+            "alltypes_plain.snappy.parquet",
+            "bool_col",
+            2,
+            1.0,
+            0.0,
+            1.0,
+        ),
+        (
+            "alltypes_plain.snappy.parquet",
+            "tinyint_col",
+            2,
+            0.0,
+            1.0,
+            1.0,
+        ),
+        ("datapage_v2.snappy.parquet", "b", 5, 1.0, 5.0, 15.0),
+        ("datapage_v2.snappy.parquet", "c", 5, 2.0, 2.0, 16.0),
+        ("datapage_v2.snappy.parquet", "d", 5, 1.0, 1.0, 4.0),
+        (
+            "byte_stream_split.zstd.parquet",
+            "f32",
+            300,
+            1.764_052_39,
+            0.370_055_884,
+            8.258_872_92,
+        ),
+        (
+            "byte_stream_split.zstd.parquet",
+            "f64",
+            300,
+            -1.306_526_85,
+            -0.178_589_092,
+            -41.229_190_2,
+        ),
+        // Its places in a dictionary of one take no bits, which old readers refuse and the format allows.
+        ("ARROW-GH-43605.parquet", "min_fl", 21_186, 0.0, 0.0, 0.0),
+    ] {
+        let options = RecordingOptions {
+            table: true,
+            ..options(&[column])
+        };
+        let read = Recording::read(&folder.join(name), &options);
+        let read = read.unwrap_or_else(|e| panic!("{name}: {e}, {:?}", e.hint()));
+        let data = &read.columns[0].data;
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-8 * b.abs().max(1e-12);
+        assert_eq!(data.len(), n, "{name}");
+        assert!(close(data[0], first) && close(data[n - 1], last), "{name}");
+        assert!(close(data.iter().sum(), sum), "{name}");
+    }
+    let absent = RecordingOptions {
+        table: true,
+        ..options(&["b_struct.b_c_int"])
+    };
+    let path = folder.join("nulls.snappy.parquet");
+    let error = Recording::read(&path, &absent).unwrap_err().to_string();
+    assert!(error.contains("sample 1 is absent"), "{error}");
+    let path = folder.join("ARROW-GH-41317.parquet");
+    let error = Recording::read(&path, &options(&["uint8"])).unwrap_err();
+    assert!(error.to_string().contains("index at the end is damaged"));
 }
 
 /// Numbers, first, last and sum of a channel as other readers give them (npTDMS, lvm_read, pyuff, scipy, mcap, pyulog).
