@@ -1,5 +1,6 @@
 //! A file as streams, each of them channels on one clock.
 
+use crate::hdf5::Chunked;
 use crate::raw::{Raw, Window};
 use crate::scaling::Scaling;
 use crate::{Error, Format, Result, Rows, recognise};
@@ -157,6 +158,8 @@ pub(crate) struct Column {
 pub(crate) enum Source {
     /// In the file.
     Raw(Raw),
+    /// In chunks of the file.
+    Chunked(Box<Chunked>),
     /// Read from text or unpacked, and how far reading has come.
     Held(Vec<f64>, usize),
     /// Straight lines one after the other.
@@ -210,6 +213,7 @@ impl Source {
     pub(crate) fn rows(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.rows(),
+            Self::Chunked(chunked) => chunked.rows(),
             Self::Held(numbers, _) => numbers.len() as u64,
             Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
         }
@@ -218,6 +222,7 @@ impl Source {
     pub(crate) fn rewind(&mut self) {
         match self {
             Self::Raw(raw) => raw.rewind(),
+            Self::Chunked(chunked) => chunked.rewind(),
             Self::Held(_, at) => *at = 0,
             Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
         }
@@ -227,6 +232,7 @@ impl Source {
     pub(crate) fn stride(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.stride(),
+            Self::Chunked(chunked) => chunked.stride(),
             Self::Held(..) | Self::Lines(_) => 1,
         }
     }
@@ -241,6 +247,7 @@ impl Source {
     ) -> Result<()> {
         match self {
             Self::Raw(raw) => raw.read(window, file, most, to),
+            Self::Chunked(chunked) => chunked.read(window, file, most, to),
             Self::Lines(lines) => {
                 lines.read(most, to);
                 Ok(())
