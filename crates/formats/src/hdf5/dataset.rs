@@ -2,7 +2,7 @@
 
 use super::chunked::{Chunk, Chunked, Table};
 use super::datatype::{Part, datatype};
-use super::file::{File, Found, Trouble, UNDEFINED, damaged};
+use super::file::{File, Found, Trouble, UNDEFINED};
 use super::filters::sound;
 use super::header::{Header, kind};
 use super::index::{Chunks, Entry};
@@ -70,72 +70,14 @@ impl File<'_> {
         turned: bool,
         arrays: &mut Arrays,
     ) -> Found<()> {
-        let wrong = |what: &str| Trouble::Damaged(format!("its {what} is damaged"));
         let space = self.message(header, kind::DATASPACE)?;
-        let space = space
-            .and_then(|s| self.space(&s))
-            .ok_or_else(|| wrong("list of sides"))?;
-        let form = self.message(header, kind::DATATYPE)?;
-        let form = form
-            .and_then(|f| datatype(&f))
-            .ok_or_else(|| wrong("datatype"))?;
-        let (parts, others) = form.0.parts();
-        if parts.is_empty() {
-            let what = others
-                .first()
-                .map_or("nothing", |o| o.trim_start_matches(", "));
-            return Err(Trouble::Foreign(what.to_owned()));
-        }
-        let sides = match space.sides[..] {
-            [] => [1, 1],
-            [n] => [n, 1],
-            [rows, columns] => [rows, columns],
-            _ => {
-                return Err(Trouble::Foreign(format!(
-                    "an array of {} dimensions",
-                    space.sides.len()
-                )));
-            }
-        };
-        let time = match turned {
-            true => usize::from(sides[1] >= sides[0] && space.sides.len() == 2),
-            false => usize::from(sides[1] > sides[0]),
-        };
-        let (length, signals) = (sides[time], sides[1 - time]);
-        // A single number is no signal.
-        if length < 2 || signals == 0 {
+        let space = space.and_then(|s| self.space(&s));
+        let space = space.ok_or_else(|| damaged_part("list of sides"))?;
+        let Some(dataset) = self.described(header, name, turned, &space, arrays)? else {
             return Ok(());
-        }
-        if signals.saturating_mul(parts.len() as u64) > MOST_COLUMNS as u64 {
-            return Err(Trouble::Foreign(format!(
-                "a matrix of {} times {} numbers",
-                sides[0], sides[1]
-            )));
-        }
-        if header.has(kind::EXTERNAL) {
-            return Err(Trouble::Foreign(
-                "whose numbers stand in another file".to_owned(),
-            ));
-        }
-        for other in others {
-            arrays
-                .remarks
-                .push(Remark::passed_over(format!("{name}{other}")));
-        }
-        let unit = self
-            .text_of(header, &["unit", "units"])?
-            .filter(|u| !u.is_empty());
-        let dataset = Dataset {
-            name,
-            unit,
-            sides,
-            time,
-            turned,
-            parts,
-            element: form.1,
         };
         let layout = self.message(header, kind::LAYOUT)?;
-        let layout = layout.ok_or_else(|| wrong("layout"))?;
+        let layout = layout.ok_or_else(|| damaged_part("layout"))?;
         match self.layout(&layout)? {
             Layout::Compact(bytes) => compact(&dataset, &bytes, arrays),
             Layout::Contiguous(UNDEFINED) => {
@@ -148,6 +90,62 @@ impl File<'_> {
                 self.chunked(&dataset, &space, &grid, filters, arrays)
             }
         }
+    }
+
+    /// What a dataset with signals of numbers is; nothing where there are none.
+    fn described<'n>(
+        &mut self,
+        header: &Header,
+        name: &'n str,
+        turned: bool,
+        space: &Space,
+        arrays: &mut Arrays,
+    ) -> Found<Option<Dataset<'n>>> {
+        let foreign = |what: String| Err(Trouble::Foreign(what));
+        let sides = match space.sides[..] {
+            [] => [1, 1],
+            [n] => [n, 1],
+            [rows, columns] => [rows, columns],
+            _ => return foreign(format!("an array of {} dimensions", space.sides.len())),
+        };
+        let time = match turned {
+            true => usize::from(sides[1] >= sides[0] && space.sides.len() == 2),
+            false => usize::from(sides[1] > sides[0]),
+        };
+        // A single number is no signal.
+        if sides[time] < 2 || sides[1 - time] == 0 {
+            return Ok(None);
+        }
+        let form = self.message(header, kind::DATATYPE)?;
+        let form = form.and_then(|f| datatype(&f));
+        let (form, element) = form.ok_or_else(|| damaged_part("datatype"))?;
+        let (parts, others) = form.parts();
+        let others = others.into_iter();
+        arrays
+            .remarks
+            .extend(others.map(|other| Remark::passed_over(format!("{name}{other}"))));
+        if parts.is_empty() {
+            return Ok(None);
+        }
+        if sides[1 - time].saturating_mul(parts.len() as u64) > MOST_COLUMNS as u64 {
+            return foreign(format!(
+                "a matrix of {} times {} numbers",
+                sides[0], sides[1]
+            ));
+        }
+        if header.has(kind::EXTERNAL) {
+            return foreign("whose numbers stand in another file".to_owned());
+        }
+        let unit = self.text_of(header, &["unit", "units"])?;
+        Ok(Some(Dataset {
+            name,
+            unit: unit.filter(|u| !u.is_empty()),
+            sides,
+            time,
+            turned,
+            parts,
+            element,
+        }))
     }
 
     fn contiguous(&mut self, dataset: &Dataset<'_>, at: u64, arrays: &mut Arrays) -> Found<()> {
@@ -332,6 +330,10 @@ impl File<'_> {
     }
 }
 
+fn damaged_part(what: &str) -> Trouble {
+    Trouble::Damaged(format!("its {what} is damaged"))
+}
+
 fn compact(dataset: &Dataset<'_>, bytes: &[u8], arrays: &mut Arrays) -> Found<()> {
     let [rows, columns] = dataset.sides;
     let element = dataset.element;
@@ -339,7 +341,7 @@ fn compact(dataset: &Dataset<'_>, bytes: &[u8], arrays: &mut Arrays) -> Found<()
         .checked_mul(columns)
         .and_then(|n| n.checked_mul(element));
     if all.is_none_or(|all| all > bytes.len() as u64) {
-        return Err(damaged("its piece in the header", 0));
+        return Err(damaged_part("piece in the header"));
     }
     let line = columns * element;
     let (signals, rows, stride, step) = match dataset.time {
