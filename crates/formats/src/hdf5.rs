@@ -22,7 +22,7 @@ use header::{Header, has_attribute, kind};
 use std::collections::HashSet;
 
 pub(crate) use chunked::{Chunked, Unpacked};
-pub(crate) use file::is_hdf5;
+pub(crate) use file::{is_hdf5, is_mat73};
 
 /// Groups within groups.
 const DEEPEST: usize = 64;

@@ -83,7 +83,7 @@ pub const FORMATS: &[Format] = &[
         word: "mat73",
         name: "a MATLAB file of version 7.3 (HDF5)",
         limits: "as HDF5; fields of structures, complex numbers; texts, cells, objects, sparse matrices and arrays of structures are passed over",
-        mark: Mark::Bytes(b"MATLAB 7.3"),
+        mark: Mark::Test(hdf5::is_mat73),
         reader: Some(hdf5::read_mat),
     },
     Format {
@@ -124,7 +124,7 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "hdf5",
         name: "an HDF5 file",
-        limits: "datasets of one or two dimensions of any number, and of records of numbers; the longer side is the time; no rate is in it; deflate, shuffle, fletcher32, other filters are named; damaged or missing chunks are gaps",
+        limits: "datasets of one or two dimensions of any number, and of records of numbers; the longer side is the time; no rate is in it; deflate, lzf, shuffle, fletcher32, other filters are named; damaged or missing chunks are gaps",
         mark: Mark::Test(hdf5::is_hdf5),
         reader: Some(hdf5::read),
     },

@@ -86,6 +86,12 @@ pub(crate) fn is_hdf5(head: &[u8]) -> bool {
     beginning(head).is_some()
 }
 
+/// Whether MATLAB says so before; older releases say 7.0 there.
+pub(crate) fn is_mat73(head: &[u8]) -> bool {
+    head.starts_with(b"MATLAB 7.3")
+        || (head.starts_with(b"MATLAB ") && beginning(head) == Some(512))
+}
+
 fn beginning(head: &[u8]) -> Option<usize> {
     let begins = |at: &usize| head.get(*at..).is_some_and(|b| b.starts_with(SIGNATURE));
     BEGINNINGS.into_iter().find(begins)

@@ -1,6 +1,7 @@
 //! Chunks unpacked: the filters in reverse order, with their check sums.
 
 use super::layout::Filter;
+use crate::bytes::{Bytes, Order};
 use flate2::{Decompress, FlushDecompress, Status};
 
 /// The bytes of a chunk as they were before the filters, of which those with their bit set were left off; nothing where a check
@@ -16,6 +17,7 @@ pub(super) fn unpacked(
         if applied(left_off, i) {
             bytes = match filter {
                 Filter::Deflate => inflated(&bytes, wanted.checked_add(4)?)?,
+                Filter::Lzf => unlzf(&bytes, wanted)?,
                 Filter::Shuffle(width) => unshuffled(bytes, *width),
                 Filter::Fletcher32 => summed(bytes)?,
             };
@@ -40,25 +42,62 @@ pub(super) fn sound(filters: &[Filter], left_off: u32, stored: Vec<u8>, wanted: 
     }
 }
 
-/// At most so many bytes; memory grows with what comes out.
+/// At most so many bytes; memory beyond a few MiB is asked for as they come out.
 fn inflated(packed: &[u8], most: usize) -> Option<Vec<u8>> {
-    let mut out = Vec::with_capacity(most.min(packed.len().saturating_mul(8)));
+    const AT_ONCE: usize = 4 << 20;
+    let usual = packed.len().saturating_mul(8).max(AT_ONCE);
+    let mut out = Vec::with_capacity(most.min(usual));
+    // With room for everything it comes out without a detour.
+    let flush = match most <= usual {
+        true => FlushDecompress::Finish,
+        false => FlushDecompress::None,
+    };
     let mut state = Decompress::new(true);
     loop {
-        let done = usize::try_from(state.total_in()).ok()?;
         let before = (state.total_in(), out.len());
-        let status = state.decompress_vec(packed.get(done..)?, &mut out, FlushDecompress::Finish);
-        match status.ok()? {
+        let rest = packed.get(usize::try_from(before.0).ok()?..)?;
+        let status = state.decompress_vec(rest, &mut out, flush).ok()?;
+        let stuck = before == (state.total_in(), out.len());
+        match status {
             Status::StreamEnd => return Some(out),
+            _ if out.len() < out.capacity() && stuck => return None,
             _ if out.len() == out.capacity() && out.len() < most => {
-                let more = out.len().max(4096).min(most - out.len());
+                let more = out.len().min(most - out.len());
                 out.reserve_exact(more);
             }
-            // The check sum may still have to be read.
-            _ if before == (state.total_in(), out.len()) => return None,
+            _ if stuck => return None,
             _ => {}
         }
     }
+}
+
+/// Bytes packed by liblzf: as they are, or once more from further before.
+///
+/// **Source** `[LZF]`.
+fn unlzf(packed: &[u8], most: usize) -> Option<Vec<u8>> {
+    let mut out: Vec<u8> = Vec::new();
+    let mut b = Bytes::new(packed, Order::Little);
+    while let Some(control) = b.u8() {
+        let (high, low) = (usize::from(control >> 5), usize::from(control & 31));
+        if high == 0 {
+            out.extend(b.take(low + 1)?);
+        } else {
+            let length = if high == 7 {
+                7 + usize::from(b.u8()?)
+            } else {
+                high
+            } + 2;
+            let back = (low << 8 | usize::from(b.u8()?)) + 1;
+            let from = out.len().checked_sub(back)?;
+            for i in from..from + length {
+                out.push(out[i]);
+            }
+        }
+        if out.len() > most {
+            return None;
+        }
+    }
+    Some(out)
 }
 
 fn unshuffled(bytes: Vec<u8>, width: usize) -> Vec<u8> {

@@ -43,6 +43,7 @@ pub(super) enum Index {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
     Deflate,
+    Lzf,
     /// Bytes of elements of so many bytes, sorted by their place in the element.
     Shuffle(usize),
     Fletcher32,
@@ -79,12 +80,12 @@ impl File<'_> {
         let version = b.u8();
         let found = match version {
             Some(1 | 2) => self.old_layout(&mut b),
-            Some(3 | 4) => self.new_layout(&mut b, version == Some(4)),
+            Some(3..=5) => self.new_layout(&mut b, version != Some(3)),
             _ => None,
         };
         let foreign = || {
             Trouble::Foreign(match (version, data.get(1)) {
-                (Some(4), Some(3)) => "which is put together from other datasets".to_owned(),
+                (Some(4 | 5), Some(3)) => "which is put together from other datasets".to_owned(),
                 _ => "whose layout is of a kind that is not known".to_owned(),
             })
         };
@@ -120,14 +121,14 @@ impl File<'_> {
         }
     }
 
-    fn new_layout(&self, b: &mut Bytes<'_>, version_4: bool) -> Option<Layout> {
+    fn new_layout(&self, b: &mut Bytes<'_>, indexed: bool) -> Option<Layout> {
         match b.u8()? {
             0 => {
                 let size = b.u16()?;
                 Some(Layout::Compact(b.take(size.into())?.to_vec()))
             }
             1 => Some(Layout::Contiguous(self.offset(b)?)),
-            2 if version_4 => self.indexed(b),
+            2 if indexed => self.indexed(b),
             2 => {
                 let rank = b.u8()?;
                 let at = self.offset(b)?;
@@ -207,12 +208,12 @@ pub(super) fn filters(data: &[u8]) -> Found<Vec<Filter>> {
             1 => Filter::Deflate,
             2 => Filter::Shuffle(first.unwrap_or(1) as usize),
             3 => Filter::Fletcher32,
+            32_000 => Filter::Lzf,
             id => {
                 let name = match (id, name.as_str()) {
                     (4, _) => "szip",
                     (5, _) => "nbit",
                     (6, _) => "scaleoffset",
-                    (32_000, _) => "lzf",
                     (32_001, _) => "blosc",
                     (32_004, _) => "lz4",
                     (32_008, _) => "bitshuffle",
