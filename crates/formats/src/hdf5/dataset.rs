@@ -1,9 +1,9 @@
 //! A dataset as channels.
 
 use super::chunked::{Chunk, Chunked, Table};
-use super::datatype::{Part, datatype};
+use super::datatype::{Element, Part, element};
 use super::file::{File, Found, Trouble, UNDEFINED};
-use super::filters::sound;
+use super::filters::unpacked;
 use super::header::{Header, kind};
 use super::index::{Chunks, Entry};
 use super::layout::{self, Filter, Grid, Layout, Space};
@@ -117,9 +117,12 @@ impl File<'_> {
             return Ok(None);
         }
         let form = self.message(header, kind::DATATYPE)?;
-        let form = form.and_then(|f| datatype(&f));
-        let (form, element) = form.ok_or_else(|| damaged_part("datatype"))?;
-        let (parts, others) = form.parts();
+        let form = form.and_then(|f| element(&f));
+        let Element {
+            bytes,
+            parts,
+            others,
+        } = form.ok_or_else(|| damaged_part("datatype"))?;
         let others = others.into_iter();
         arrays
             .remarks
@@ -144,7 +147,7 @@ impl File<'_> {
             time,
             turned,
             parts,
-            element,
+            element: bytes,
         }))
     }
 
@@ -259,9 +262,13 @@ impl File<'_> {
             ));
         }
         if filtered {
+            // The check sums are checked here, so that a gap is known before the first sample is read.
             let possible = wanted <= stored.saturating_mul(MOST_INFLATED);
-            let bytes = bytes_at(self.raw(), at, stored)?;
-            if !possible || !sound(&table.filters, entry.left_off, bytes, wanted as usize) {
+            let stored = bytes_at(self.raw(), at, stored)?;
+            let sound = |stored| {
+                unpacked(&table.filters, entry.left_off, stored, wanted as usize).is_some()
+            };
+            if !possible || !sound(stored) {
                 bad.damaged.put(at);
                 return Ok(());
             }

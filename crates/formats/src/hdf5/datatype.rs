@@ -10,14 +10,14 @@ const DEEPEST: usize = 8;
 const MOST_NUMBERS: usize = 4096;
 
 /// What an element is.
-pub(super) enum Form {
+enum Form {
     Number(Kind, Order),
     Members(Vec<Member>),
     Other(String),
 }
 
 /// A part of an element.
-pub(super) struct Member {
+struct Member {
     name: String,
     at: u64,
     form: Form,
@@ -32,9 +32,25 @@ pub(super) struct Part {
     pub(super) order: Order,
 }
 
-/// The form of an element and its bytes.
-pub(super) fn datatype(data: &[u8]) -> Option<(Form, u64)> {
-    form(&mut little(data), 0)
+/// An element of a dataset.
+pub(super) struct Element {
+    pub(super) bytes: u64,
+    /// The numbers in it.
+    pub(super) parts: Vec<Part>,
+    /// What else is in it.
+    pub(super) others: Vec<String>,
+}
+
+pub(super) fn element(data: &[u8]) -> Option<Element> {
+    let (form, bytes) = form(&mut little(data), 0)?;
+    let (mut parts, mut others) = (Vec::new(), Vec::new());
+    form.put(String::new(), 0, &mut parts, &mut others);
+    let inside = |part: &Part| part.at + part.kind.size() <= bytes;
+    parts.iter().all(inside).then_some(Element {
+        bytes,
+        parts,
+        others,
+    })
 }
 
 fn form(b: &mut Bytes<'_>, depth: usize) -> Option<(Form, u64)> {
@@ -211,13 +227,6 @@ fn repeated(form: Form, width: u64, count: u64) -> Form {
 }
 
 impl Form {
-    /// The numbers of an element, and what else is in it.
-    pub(super) fn parts(&self) -> (Vec<Part>, Vec<String>) {
-        let (mut parts, mut others) = (Vec::new(), Vec::new());
-        self.put(String::new(), 0, &mut parts, &mut others);
-        (parts, others)
-    }
-
     fn put(&self, outside: String, at: u64, parts: &mut Vec<Part>, others: &mut Vec<String>) {
         match self {
             Self::Number(kind, order) if parts.len() < MOST_NUMBERS => parts.push(Part {

@@ -32,16 +32,6 @@ fn applied(left_off: u32, i: usize) -> bool {
         .is_none_or(|bit| left_off & bit == 0)
 }
 
-/// Whether the bytes are sound, as far as a check sum tells.
-pub(super) fn sound(filters: &[Filter], left_off: u32, stored: Vec<u8>, wanted: usize) -> bool {
-    // The last filter's sum is of everything before.
-    let last = (0..filters.len()).rev().find(|i| applied(left_off, *i));
-    match last.map(|i| &filters[i]) {
-        Some(Filter::Fletcher32) => summed(stored).is_some(),
-        _ => unpacked(filters, left_off, stored, wanted).is_some(),
-    }
-}
-
 /// At most so many bytes; memory beyond a few MiB is asked for as they come out.
 fn inflated(packed: &[u8], most: usize) -> Option<Vec<u8>> {
     const AT_ONCE: usize = 4 << 20;

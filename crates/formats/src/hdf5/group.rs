@@ -1,6 +1,6 @@
 //! Groups: the links from names to objects, in tables or in messages.
 
-use super::file::{File, Found, UNDEFINED, damaged, little, number};
+use super::file::{File, Found, Trouble, UNDEFINED, damaged, little, number};
 use super::header::{Header, kind};
 use crate::bytes::text;
 
@@ -10,6 +10,8 @@ pub(super) struct Link {
     pub(super) at: Option<u64>,
     /// Whether it leads into another file.
     pub(super) outside: bool,
+    /// When it was made, where the group keeps account of that.
+    order: u64,
 }
 
 pub(super) fn is_group(header: &Header) -> bool {
@@ -24,36 +26,45 @@ pub(super) fn is_group(header: &Header) -> bool {
 }
 
 impl File<'_> {
-    /// Appends the links of a group, as many as can be read.
+    /// Appends the links of a group, as many as can be read: as they were made, else by their names.
     pub(super) fn links(&mut self, header: &Header, to: &mut Vec<Link>) -> Found<()> {
-        to.extend(header.all(kind::LINK).filter_map(|m| self.link(&m.data)));
+        let messages = header.all(kind::LINK);
+        to.extend(messages.filter_map(|m| self.link(&m.data)));
+        let found = self.tables_of_links(header, to);
+        to.sort_by(|a, b| (a.order, &a.name).cmp(&(b.order, &b.name)));
+        found
+    }
+
+    fn tables_of_links(&mut self, header: &Header, to: &mut Vec<Link>) -> Found<()> {
         if let Some(table) = header.all(kind::SYMBOL_TABLE).next() {
             let mut b = little(&table.data);
             let places = self.offset(&mut b).zip(self.offset(&mut b));
-            let (tree, heap) = places.ok_or_else(|| damaged("the table of a group", 0))?;
+            let wrong = || Trouble::Damaged("the table of a group is damaged".to_owned());
+            let (tree, heap) = places.ok_or_else(wrong)?;
             let names = self.local_heap(heap)?;
             self.symbols(tree, None, &names, to)?;
         }
-        if let Some(info) = header.all(kind::LINK_INFO).next() {
-            let mut b = little(&info.data);
-            b.u8();
-            let flags = b.u8().unwrap_or(0);
-            b.take(if flags & 1 != 0 { 8 } else { 0 });
-            let places = self.offset(&mut b).zip(self.offset(&mut b));
-            if let Some((heap, tree)) = places.filter(|p| p.0 != UNDEFINED && p.1 != UNDEFINED) {
-                let heap = self.fractal_heap(heap)?;
-                let mut ids = Vec::new();
-                let collected = self.records(tree, &mut |record| {
-                    ids.push(record.get(4..).unwrap_or_default().to_vec());
-                });
-                for id in ids {
-                    let object = self.object(&heap, &id)?;
-                    to.extend(self.link(&object));
-                }
-                collected?;
-            }
+        let Some(info) = header.all(kind::LINK_INFO).next() else {
+            return Ok(());
+        };
+        let mut b = little(&info.data);
+        b.u8();
+        let flags = b.u8().unwrap_or(0);
+        b.take(if flags & 1 != 0 { 8 } else { 0 });
+        let places = self.offset(&mut b).zip(self.offset(&mut b));
+        let Some((heap, tree)) = places.filter(|p| p.0 != UNDEFINED && p.1 != UNDEFINED) else {
+            return Ok(());
+        };
+        let heap = self.fractal_heap(heap)?;
+        let mut ids = Vec::new();
+        let found = self.records(tree, &mut |record| {
+            ids.push(record.get(4..).unwrap_or_default().to_vec());
+        });
+        for id in ids {
+            let object = self.object(&heap, &id)?;
+            to.extend(self.link(&object));
         }
-        Ok(())
+        found
     }
 
     /// The segment of names of a group.
@@ -99,6 +110,7 @@ impl File<'_> {
                     name: text(name.ok_or_else(wrong)?),
                     at: (!soft && object != UNDEFINED).then_some(object),
                     outside: false,
+                    order: 0,
                 });
             }
             return Ok(());
@@ -124,7 +136,7 @@ impl File<'_> {
         b.u8().filter(|version| *version == 1)?;
         let flags = b.u8()?;
         let form = if flags & 8 != 0 { b.u8()? } else { 0 };
-        b.take(if flags & 4 != 0 { 8 } else { 0 })?;
+        let order = if flags & 4 != 0 { b.u64()? } else { 0 };
         b.take(if flags & 16 != 0 { 1 } else { 0 })?;
         let length = number(&mut b, 1 << (flags & 3))?;
         let name = text(b.take(usize::try_from(length).ok()?)?);
@@ -136,6 +148,7 @@ impl File<'_> {
             name,
             at,
             outside: form == 64,
+            order,
         })
     }
 }
