@@ -205,6 +205,8 @@ impl File<'_> {
             filters,
             chunks: Vec::new(),
         };
+        let counts = [dataset.sides[0].div_ceil(sides[0]), table.across];
+        counts[0].checked_mul(counts[1]).ok_or_else(wrong)?;
         let bytes = table.bytes();
         let packed = !table.filters.is_empty();
         if packed && bytes > MOST_UNPACKED {
@@ -225,7 +227,6 @@ impl File<'_> {
         if let Err(trouble) = self.chunks(&chunks, &mut entries) {
             arrays.remarks.push(trouble.remark(name, self.size)?);
         }
-        let counts = [dataset.sides[0].div_ceil(sides[0]), table.across];
         entries.retain(|e| e.place[0] < counts[0] && e.place[1] < counts[1]);
         entries.sort_by_key(|e| e.place);
         entries.dedup_by_key(|e| e.place);

@@ -69,6 +69,9 @@ impl File<'_> {
         each: &mut dyn FnMut(&[u8]),
     ) -> Found<()> {
         let wrong = || damaged("an index of chunks or links", at);
+        if count as u64 > tree.node {
+            return Err(wrong());
+        }
         let pointer = match level {
             0 => 0,
             level => self.offsets + tree.count_width + tree.below_width[level - 1],
