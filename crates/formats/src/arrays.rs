@@ -6,7 +6,7 @@ use crate::stream::{Clock, Column, Contents, Remark, Source, Stream};
 use std::collections::HashMap;
 
 /// Columns that a matrix may have.
-const MOST_COLUMNS: usize = 1 << 16;
+pub(crate) const MOST_COLUMNS: usize = 1 << 16;
 
 /// An array of one or two dimensions.
 pub(crate) struct Array {
@@ -23,7 +23,7 @@ pub(crate) struct Array {
 #[derive(Default)]
 pub(crate) struct Arrays {
     streams: Vec<Stream>,
-    by_length: HashMap<usize, usize>,
+    by_length: HashMap<u64, usize>,
     pub(crate) remarks: Vec<Remark>,
 }
 
@@ -85,13 +85,24 @@ impl Arrays {
     }
 
     fn signal(&mut self, name: String, values: Vec<f64>) {
-        let length = values.len();
+        let length = values.len() as u64;
+        self.column(name, None, length, Column::of(Source::held(values)));
+    }
+
+    /// Takes in a channel of so many samples.
+    pub(crate) fn column(
+        &mut self,
+        name: String,
+        unit: Option<String>,
+        length: u64,
+        column: Column,
+    ) {
         let number = *self.by_length.entry(length).or_insert_with(|| {
-            let stream = Stream::new(format!("{length} samples"), Clock::Unsaid, length as u64);
+            let stream = Stream::new(format!("{length} samples"), Clock::Unsaid, length);
             self.streams.push(stream);
             self.streams.len() - 1
         });
-        self.streams[number].push(name, None, Column::of(Source::held(values)));
+        self.streams[number].push(name, unit, column);
     }
 
     pub(crate) fn contents(self) -> Contents {

@@ -33,6 +33,7 @@ mod bytes;
 mod cwa;
 mod error;
 mod gt3x;
+mod hdf5;
 mod held_rows;
 mod input;
 mod lvm;

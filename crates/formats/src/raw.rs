@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::bytes::Order;
+use crate::hdf5::Unpacked;
 use crate::stream::SeekRead;
 use std::io::{Read, SeekFrom};
 
@@ -17,6 +18,7 @@ pub(crate) enum Kind {
     I32,
     U64,
     I64,
+    F16,
     F32,
     F64,
     /// One bit of a byte.
@@ -29,7 +31,7 @@ impl Kind {
     pub(crate) fn size(self) -> u64 {
         match self {
             Self::U8 | Self::I8 | Self::Bit(_) => 1,
-            Self::U16 | Self::I16 => 2,
+            Self::U16 | Self::I16 | Self::F16 => 2,
             Self::I24 => 3,
             Self::U32 | Self::I32 | Self::F32 | Self::Packed(_) => 4,
             Self::U64 | Self::I64 | Self::F64 => 8,
@@ -198,6 +200,10 @@ pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to:
         Kind::I32 => of!(i32),
         Kind::U64 => of!(u64),
         Kind::I64 => of!(i64),
+        Kind::F16 => each(bytes, stride, to, |b: [u8; 2]| match order {
+            Order::Little => half(u16::from_le_bytes(b)),
+            Order::Big => half(u16::from_be_bytes(b)),
+        }),
         Kind::F32 => of!(f32),
         Kind::F64 => of!(f64),
         Kind::Bit(bit) => each(bytes, stride, to, |[b]: [u8; 1]| {
@@ -214,6 +220,17 @@ pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to:
     }
 }
 
+/// A float of 16 bits.
+fn half(bits: u16) -> f64 {
+    let (exponent, mantissa) = (u64::from(bits >> 10 & 31), u64::from(bits & 1023));
+    let size = match exponent {
+        0 => mantissa as f64 / f64::from(1 << 24),
+        31 => f64::from_bits(2047 << 52 | mantissa << 42),
+        exponent => f64::from_bits((exponent + 1008) << 52 | mantissa << 42),
+    };
+    size.copysign(if bits >> 15 == 1 { -1.0 } else { 1.0 })
+}
+
 fn three(b: [u8; 3], order: Order) -> u32 {
     match order {
         Order::Little => u32::from_le_bytes([b[0], b[1], b[2], 0]),
@@ -226,6 +243,8 @@ fn three(b: [u8; 3], order: Order) -> u32 {
 pub(crate) struct Window {
     start: u64,
     bytes: Vec<u8>,
+    /// Beside it the chunks that had to be unpacked.
+    pub(crate) unpacked: Unpacked,
 }
 
 impl Window {

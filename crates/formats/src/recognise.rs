@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, archive, cwa, lvm, mat, mcap, npy, tdms, uff, ulog, wav};
+use crate::{Error, Result, archive, cwa, hdf5, lvm, mat, mcap, npy, tdms, uff, ulog, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -96,9 +96,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "mat73",
         name: "a MATLAB file of version 7.3 (HDF5)",
-        limits: "save it with `save -v7`, or export it as delimited text (CSV)",
-        mark: Mark::Bytes(b"MATLAB 7.3"),
-        reader: None,
+        limits: "as HDF5; fields of structures, complex numbers; texts, cells, objects, sparse matrices and arrays of structures are passed over",
+        mark: Mark::Test(hdf5::is_mat73),
+        reader: Some(hdf5::read_mat),
     },
     Format {
         word: "mat",
@@ -138,9 +138,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "hdf5",
         name: "an HDF5 file",
-        limits: "export it as delimited text (CSV): h5py does",
-        mark: Mark::Bytes(b"\x89HDF"),
-        reader: None,
+        limits: "datasets of one or two dimensions of any number, and of records of numbers; the longer side is the time; no rate is in it; deflate, lzf, shuffle, fletcher32, other filters are named; damaged or missing chunks are gaps",
+        mark: Mark::Test(hdf5::is_hdf5),
+        reader: Some(hdf5::read),
     },
     Format {
         word: "parquet",

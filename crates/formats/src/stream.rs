@@ -1,5 +1,6 @@
 //! A file as streams, each of them channels on one clock.
 
+use crate::hdf5::Chunked;
 use crate::held_rows::HeldRows;
 use crate::raw::{Raw, Window};
 use crate::scaling::Scaling;
@@ -169,6 +170,8 @@ pub(crate) struct Column {
 pub(crate) enum Source {
     /// In the file.
     Raw(Raw),
+    /// In chunks of the file.
+    Chunked(Box<Chunked>),
     /// Read from text or unpacked, and how far reading has come.
     Held(Vec<f64>, usize),
     /// In rows that were unpacked.
@@ -227,6 +230,7 @@ impl Source {
     pub(crate) fn rows(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.rows(),
+            Self::Chunked(chunked) => chunked.rows(),
             Self::Held(numbers, _) => numbers.len() as u64,
             Self::HeldRows(rows) => rows.rows(),
             Self::Lines(lines) => lines.pieces.iter().map(|l| l.count).sum(),
@@ -238,6 +242,7 @@ impl Source {
     pub(crate) fn rewind(&mut self) {
         match self {
             Self::Raw(raw) => raw.rewind(),
+            Self::Chunked(chunked) => chunked.rewind(),
             Self::Held(_, at) => *at = 0,
             Self::HeldRows(rows) => rows.rewind(),
             Self::Lines(lines) => (lines.piece, lines.number) = (0, 0),
@@ -250,6 +255,7 @@ impl Source {
     pub(crate) fn stride(&self) -> u64 {
         match self {
             Self::Raw(raw) => raw.stride(),
+            Self::Chunked(chunked) => chunked.stride(),
             Self::Held(..) | Self::HeldRows(_) | Self::Lines(_) => 1,
             #[cfg(feature = "parquet")]
             Self::Parquet(_) => 1,
@@ -272,6 +278,7 @@ impl Source {
             }
             #[cfg(feature = "parquet")]
             Self::Parquet(chunks) => chunks.read(file, most, to),
+            Self::Chunked(chunked) => chunked.read(window, file, most, to),
             Self::Lines(lines) => {
                 lines.read(most, to);
                 Ok(())
