@@ -33,6 +33,7 @@ mod bytes;
 mod cwa;
 mod error;
 mod gt3x;
+mod ide;
 mod lvm;
 mod mat;
 mod npy;

@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, archive, cwa, lvm, mat, npy, tdms, uff, wav};
+use crate::{Error, Result, archive, cwa, ide, lvm, mat, npy, tdms, uff, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -145,9 +145,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "ide",
         name: "a file of an enDAQ recorder (IDE)",
-        limits: "export it as delimited text (CSV): idelib does",
-        mark: Mark::Bytes(b"\x1A\x45\xDF\xA3"),
-        reader: None,
+        limits: "channels with their calibration, a temperature-dependent one at the mean temperature; times of the blocks; cut files; no NMEA, no files of old firmware without a description",
+        mark: Mark::Test(ide::is_ide),
+        reader: Some(ide::read),
     },
     Format {
         word: "geneactiv",
