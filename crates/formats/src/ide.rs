@@ -175,7 +175,7 @@ fn streams(
             let name = about.and_then(|a| a.name.clone());
             let name = name.unwrap_or_else(|| format!("field {field}"));
             let found = scalings.remove(&(number, field)).unwrap_or_default();
-            let unit = about.and_then(|a| a.unit.clone()).filter(|_| found.whole);
+            let unit = about.and_then(|a| a.unit.clone());
             stream.push(name, unit, Column::scaled(Source::Raw(raw), found.scaling));
             if let (Some(at), Some(channel)) = (found.at, stream.channels.last_mut()) {
                 channel.scaling = channel.scaling.take().map(|words| words + &at);

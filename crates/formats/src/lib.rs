@@ -30,8 +30,10 @@
 mod archive;
 mod arrays;
 mod bytes;
+mod calendar;
 mod cwa;
 mod error;
+mod geneactiv;
 mod gt3x;
 mod ide;
 mod lvm;

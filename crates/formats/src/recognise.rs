@@ -1,7 +1,7 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, archive, cwa, ide, lvm, mat, npy, tdms, uff, wav};
+use crate::{Error, Result, archive, cwa, geneactiv, ide, lvm, mat, npy, tdms, uff, wav};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -152,9 +152,9 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "geneactiv",
         name: "a recording of a GENEActiv logger",
-        limits: "export it as delimited text (CSV): its own program or GGIRread do",
+        limits: "accelerations, light, button and temperature; missing and damaged pages are gaps; battery and notes are passed over",
         mark: Mark::Bytes(b"Device Identity"),
-        reader: None,
+        reader: Some(geneactiv::read),
     },
     Format {
         word: "mat4",

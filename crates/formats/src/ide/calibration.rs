@@ -12,8 +12,6 @@ use std::collections::BTreeMap;
 #[derive(Clone, Debug)]
 pub(super) struct Found {
     pub(super) scaling: Scaling,
-    /// Whether every polynomial that is named is there, so that the unit holds.
-    pub(super) whole: bool,
     /// Words for what it was taken at.
     pub(super) at: Option<String>,
 }
@@ -22,7 +20,6 @@ impl Default for Found {
     fn default() -> Self {
         Self {
             scaling: Scaling::none(),
-            whole: true,
             at: None,
         }
     }
@@ -62,11 +59,9 @@ impl<'a> Calibrations<'a> {
                 Err(number) => {
                     let name = self.name(channel, field);
                     self.remarks.push(Remark::passed_over(format!(
-                        "calibration {number} of {name} is not in the file, so that its numbers are as stored"
+                        "calibration {number} of {name} is not in the file, and not applied"
                     )));
-                    found.whole = false;
-                    found.scaling = Scaling::none();
-                    return Ok(found);
+                    continue;
                 }
             };
             let Some(other) = polynomial.other else {
@@ -181,11 +176,7 @@ impl Chain {
         };
         let (x0, y0) = (polynomial.reference, other.reference);
         // Multiplied out in the order in which the maker's reader does it, so that the same bits come out.
-        let (b, c, d) = (
-            b - a * y0,
-            c - a * x0,
-            d + a * x0 * y0 - b * x0 - c * y0,
-        );
+        let (b, c, d) = (b - a * y0, c - a * x0, d + a * x0 * y0 - b * x0 - c * y0);
         let (slope, intercept) = self.line.take().unwrap_or((1.0, 0.0));
         let xy = a * slope;
         let x = b * slope;

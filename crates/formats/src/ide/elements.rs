@@ -77,14 +77,20 @@ mod tests {
     #[test]
     fn known_heads() {
         let of = |id, size, length| Some(Head { id, size, length });
-        assert_eq!(
-            head(b"\x1A\x45\xDF\xA3\x9F"),
-            of(0x1A45_DFA3, Some(31), 5)
-        );
+        assert_eq!(head(b"\x1A\x45\xDF\xA3\x9F"), of(0x1A45_DFA3, Some(31), 5));
         assert_eq!(head(b"\x52\x70\x41\x2A"), of(0x5270, Some(298), 4));
         assert_eq!(head(b"\xA1\xFF"), of(0xA1, None, 2));
-        assert_eq!(head(b"\xA1\x01\xFF\xFF\xFF\xFF\xFF\xFF\xFF"), of(0xA1, None, 9));
-        for bad in [&b""[..], b"\x08\0\0\0\0\x81", b"\xA1", b"\xA1\x40", b"\xA1\0"] {
+        assert_eq!(
+            head(b"\xA1\x01\xFF\xFF\xFF\xFF\xFF\xFF\xFF"),
+            of(0xA1, None, 9)
+        );
+        for bad in [
+            &b""[..],
+            b"\x08\0\0\0\0\x81",
+            b"\xA1",
+            b"\xA1\x40",
+            b"\xA1\0",
+        ] {
             assert_eq!(head(bad), None);
         }
     }

@@ -20,6 +20,7 @@ mod id {
     pub(super) const SUBCHANNEL_ID: u32 = 0x52A1;
     pub(super) const SUBCHANNEL_NAME: u32 = 0x52A2;
     pub(super) const SUBCHANNEL_CALIBRATION: u32 = 0x52A3;
+    pub(super) const SUBCHANNEL_LABEL: u32 = 0x52A5;
     pub(super) const SUBCHANNEL_UNITS: u32 = 0x52A6;
     pub(super) const CALIBRATIONS: u32 = 0x4B00;
     pub(super) const UNIVARIATE: u32 = 0x4B01;
@@ -251,12 +252,13 @@ impl Properties {
 }
 
 fn subchannel(content: &[u8]) -> (u64, Subchannel) {
-    let mut number = 0;
+    let (mut number, mut label) = (0, None);
     let mut subchannel = Subchannel::default();
     for (element, content) in children(content) {
         match element {
             id::SUBCHANNEL_ID => number = unsigned(content).unwrap_or(u64::MAX),
             id::SUBCHANNEL_NAME => subchannel.name = Some(text(content)),
+            id::SUBCHANNEL_LABEL => label = Some(text(content)),
             id::SUBCHANNEL_CALIBRATION => subchannel.calibration = unsigned(content),
             // Some recorders write the sign of the degree as on a web page.
             id::SUBCHANNEL_UNITS => {
@@ -266,7 +268,8 @@ fn subchannel(content: &[u8]) -> (u64, Subchannel) {
         }
     }
     let said = |word: Option<String>| word.filter(|w| !w.is_empty());
-    (subchannel.name, subchannel.unit) = (said(subchannel.name), said(subchannel.unit));
+    subchannel.name = said(subchannel.name).or(said(label));
+    subchannel.unit = said(subchannel.unit);
     (number, subchannel)
 }
 

@@ -13,6 +13,9 @@ const CALIBRATIONS: u32 = 0x4B00;
 const SIMPLE_BLOCK: u32 = 0xA0;
 const BLOCK: u32 = 0xA1;
 const SYNC: u32 = 0xFA;
+/// Elements of a block.
+const CHANNEL: u32 = 0xB0;
+const PAYLOAD: u32 = 0xB2;
 /// What stands at a sync, so that reading can go on behind damage.
 const SYNC_WORD: &[u8] = b"\xFA\x84ZZZZ";
 /// Longest description that is read.
@@ -146,12 +149,7 @@ impl Scan {
         })
     }
 
-    fn head(
-        &self,
-        file: &mut dyn SeekRead,
-        window: &mut Window,
-        at: u64,
-    ) -> Result<Option<Head>> {
+    fn head(&self, file: &mut dyn SeekRead, window: &mut Window, at: u64) -> Result<Option<Head>> {
         let length = HEAD.min(self.size - at);
         Ok(head(window.get(file, at, length, 128)?))
     }
@@ -182,12 +180,13 @@ impl Scan {
             if at > end || matches!(head.id, BLOCK | SIMPLE_BLOCK | SYNC | PROPERTIES | SESSION) {
                 return Ok(Met::Damaged);
             }
-            if head.id == 0xB2 {
+            if head.id == PAYLOAD {
                 payload = Some((content, size));
             } else if size <= 8 && at <= self.size {
                 let number = unsigned(window.get(file, content, size, 128)?);
                 match head.id {
-                    0xB0 => channel = number,
+                    CHANNEL => channel = number,
+                    // Shortened by a modulus or not, the codes are the same in kind.
                     0xB8 | 0xBA => start = number,
                     0xB9 | 0xBB => last = number,
                     _ => {}
@@ -248,12 +247,14 @@ fn next_sound(file: &mut dyn SeekRead, from: u64, size: u64) -> Result<Option<u6
         let found = (0..bytes.len().min(AT_ONCE as usize)).find(|&i| {
             let here = &bytes[i..];
             here.starts_with(SYNC_WORD)
-                || (here[0] == BLOCK as u8
-                    && head(here).is_some_and(|h| {
-                        let inside = here.get(h.length as usize..).unwrap_or_default();
-                        let fits = h.size.is_some_and(|s| at + i as u64 + s < size);
-                        fits && (inside.starts_with(b"\xB0\x81") || inside.starts_with(b"\xB0\x82"))
-                    }))
+                || head(here).is_some_and(|block| {
+                    let inside = here.get(block.length as usize..).unwrap_or_default();
+                    block.id == BLOCK
+                        && block.size.is_some_and(|s| at + i as u64 + s < size)
+                        && head(inside).is_some_and(|channel| {
+                            channel.id == CHANNEL && channel.size.is_some_and(|s| s <= 8)
+                        })
+                })
         });
         if let Some(i) = found {
             return Ok(Some(at + i as u64));
