@@ -3,6 +3,7 @@
 //! **Source** `[CWA]`.
 
 use crate::bytes::{Bytes, Order};
+use crate::calendar::days;
 use crate::raw::{Kind, Raw, bytes_at};
 use crate::scaling::Scaling;
 use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
@@ -115,14 +116,7 @@ fn seconds(stamp: u32) -> Option<f64> {
     if !(1..=12).contains(&month) || day == 0 {
         return None;
     }
-    // Days since March of the year before, by Euclid's calendar of months from March on.
-    let (year, month) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
-    };
-    let leaps = year.div_euclid(4);
-    let days = 365 * year + leaps + (153 * month + 2) / 5 + day;
+    let days = days(2000 + year, month, day) - days(2000, 1, 1);
     Some(((days * 24 + part(12, 5)) * 3600 + part(6, 6) * 60 + part(0, 6)) as f64)
 }
 

@@ -30,11 +30,14 @@
 mod archive;
 mod arrays;
 mod bytes;
+mod calendar;
 mod cwa;
 mod error;
+mod geneactiv;
 mod gt3x;
 mod hdf5;
 mod held_rows;
+mod ide;
 mod input;
 mod lvm;
 mod mat;

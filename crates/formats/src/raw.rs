@@ -23,6 +23,10 @@ pub(crate) enum Kind {
     F64,
     /// One bit of a byte.
     Bit(u8),
+    /// Three hexadecimal digits: 12 bits with a sign.
+    Hex,
+    /// Of three hexadecimal digits so many bits from one on, without a sign.
+    HexBits(u8, u8),
     /// One of three numbers of 10 bits that are shifted left by the two bits above them.
     Packed(u8),
 }
@@ -32,7 +36,7 @@ impl Kind {
         match self {
             Self::U8 | Self::I8 | Self::Bit(_) => 1,
             Self::U16 | Self::I16 | Self::F16 => 2,
-            Self::I24 => 3,
+            Self::I24 | Self::Hex | Self::HexBits(..) => 3,
             Self::U32 | Self::I32 | Self::F32 | Self::Packed(_) => 4,
             Self::U64 | Self::I64 | Self::F64 => 8,
         }
@@ -214,6 +218,12 @@ pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to:
             let ten = (word >> (10 * u32::from(axis.min(2)))) << 22;
             f64::from((ten as i32 >> 22) << (word >> 30))
         }),
+        Kind::Hex => each(bytes, stride, to, |b: [u8; 3]| {
+            f64::from((i32::from(digits(b)) << 20) >> 20)
+        }),
+        Kind::HexBits(from, count) => each(bytes, stride, to, |b: [u8; 3]| {
+            f64::from(digits(b) >> from & ((1 << count) - 1))
+        }),
         Kind::I24 => each(bytes, stride, to, |b: [u8; 3]| {
             f64::from((three(b, order) << 8) as i32 >> 8)
         }),
@@ -229,6 +239,12 @@ fn half(bits: u16) -> f64 {
         exponent => f64::from_bits((exponent + 1008) << 52 | mantissa << 42),
     };
     size.copysign(if bits >> 15 == 1 { -1.0 } else { 1.0 })
+}
+
+/// The number of hexadecimal digits; the reader has looked that they are some.
+fn digits(b: [u8; 3]) -> u16 {
+    let digit = |b: u8| char::from(b).to_digit(16).unwrap_or(0) as u16;
+    digit(b[0]) << 8 | digit(b[1]) << 4 | digit(b[2])
 }
 
 fn three(b: [u8; 3], order: Order) -> u32 {

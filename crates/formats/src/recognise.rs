@@ -1,7 +1,9 @@
 //! Which format a file is of, by how it begins: one table.
 
 use crate::stream::{Contents, SeekRead};
-use crate::{Error, Result, archive, cwa, hdf5, lvm, mat, mcap, npy, tdms, uff, ulog, wav};
+use crate::{
+    Error, Result, archive, cwa, geneactiv, hdf5, ide, lvm, mat, mcap, npy, tdms, uff, ulog, wav,
+};
 
 /// What makes the streams of a file of known size.
 pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
@@ -159,16 +161,16 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "ide",
         name: "a file of an enDAQ recorder (IDE)",
-        limits: "export it as delimited text (CSV): idelib does",
-        mark: Mark::Bytes(b"\x1A\x45\xDF\xA3"),
-        reader: None,
+        limits: "channels with their calibration, a temperature-dependent one at the mean temperature; times of the blocks; cut files; no NMEA, no files of old firmware without a description",
+        mark: Mark::Test(ide::is_ide),
+        reader: Some(ide::read),
     },
     Format {
         word: "geneactiv",
         name: "a recording of a GENEActiv logger",
-        limits: "export it as delimited text (CSV): its own program or GGIRread do",
+        limits: "accelerations, light, button and temperature; missing and damaged pages are gaps; battery and notes are passed over",
         mark: Mark::Bytes(b"Device Identity"),
-        reader: None,
+        reader: Some(geneactiv::read),
     },
     Format {
         word: "mat4",
