@@ -212,6 +212,43 @@ fn known_messages_of_ros_1_and_2_in_both_orders_and_no_summary() {
 }
 
 #[test]
+fn known_places_of_an_odometry_behind_two_texts() {
+    let text = |t: &str, at: usize| {
+        let mut all = vec![0; (4 - at % 4) % 4];
+        all.extend((t.len() as u32 + 1).to_le_bytes());
+        all.extend([t.as_bytes(), &[0]].concat());
+        all
+    };
+    let mut log = file(&[
+        schema(1, "nav_msgs/msg/Odometry"),
+        channel(1, 1, "/odom", "cdr"),
+    ]);
+    // Position, orientation, 36 covariances; velocity, rotation, 36 covariances: by number.
+    let numbers: Vec<u8> = (0..85_u8)
+        .flat_map(|i| f64::from(i).to_le_bytes())
+        .collect();
+    for (frame, child) in [("odom", "base_link"), ("", "b"), ("a map", "")] {
+        let mut content = [5_u32, 6].map(u32::to_le_bytes).concat();
+        content.extend(text(frame, content.len()));
+        content.extend(text(child, content.len()));
+        content.resize(content.len().next_multiple_of(8), 0);
+        log.extend(message(
+            1,
+            5,
+            &[&[0, 1, 0, 0], &content[..], &numbers].concat(),
+        ));
+    }
+    end(&mut log, &[]);
+    let container = open(&log).unwrap();
+    let channels = &container.streams()[0].channels;
+    assert_eq!(channels[7].name, "twist.twist.linear.x");
+    let all = columns(container, 0);
+    for (column, number) in [(0, 0.0), (6, 6.0), (7, 43.0), (12, 48.0), (13, 0.0)] {
+        assert_eq!(all[column], [number; 3]);
+    }
+}
+
+#[test]
 fn known_orientation_of_some_messages() {
     let at = |s: u32, oriented| message(1, s, &imu_cdr(LITTLE, (s, 0), "imu", 1.0, oriented));
     let mut log = file(&[definitions(), at(1, true), at(2, false)]);
