@@ -1,8 +1,8 @@
 //! Recordings of other formats through the view that text has: the same numbers, rate, units and digest.
 
 use proofmass_io::{
-    Absent, Layout, LayoutOptions, Recording, RecordingOptions, Rewriter, RowReader, SaidBy,
-    Source, TimeSource, Unit, Waveform, WaveformFormat, WaveformOptions, f32_bytes, inspect_source,
+    Layout, LayoutOptions, Recording, RecordingOptions, Rewriter, RowReader, SaidBy, Source,
+    TimeSource, Unit, Waveform, WaveformFormat, WaveformOptions, f32_bytes, inspect_source,
 };
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -280,7 +280,11 @@ fn known_nulls_are_absent_and_headings_keep_their_units() {
     assert!((whole.time.rate_hz() - 800.0).abs() < 0.1);
     let error = Recording::from_source(source(), &options(&["acc_y"])).unwrap_err();
     assert!(error.to_string().contains("sample 5 is absent"), "{error}");
-    let sparse = Recording::from_source_sparse(source(), &options(&["acc_y"]), &[Absent::Empty]);
+    let sparse = Recording::from_source_sparse(
+        source(),
+        &options(&["acc_y"]),
+        &[proofmass_io::Absent::Empty],
+    );
     let sparse = sparse.unwrap();
     assert_eq!(sparse.columns[0].unit, Some(Unit::StandardGravity));
     assert_eq!(sparse.missing(0), [4, 9]);

@@ -84,7 +84,7 @@
 //!
 //! # Features
 //! Each room is a feature, `full` (the default) is all of them; [`core`](mod@core) is always there. With
-//! `default-features = false` nothing but the crate for firmware is built.
+//! `default-features = false` nothing but the crate for firmware is built. `parquet` reads Parquet files as recordings; it is not a default.
 
 pub use proofmass_core as core;
 #[cfg(feature = "dynamic")]

@@ -158,3 +158,38 @@ fn refuses_a_page_that_does_not_hold_its_numbers() {
     }
     assert!(count == 5 && told > 20, "{told}");
 }
+
+/// Heads have no check sum: whatever they say wrongly must show in another way.
+#[test]
+fn law_no_bit_among_pages_with_check_sums_gives_another_number() {
+    let whole = columns(open(NULLS).unwrap(), 0);
+    let length = u32::from_le_bytes(*NULLS.last_chunk::<8>().unwrap().first_chunk().unwrap());
+    let index = NULLS.len() - 8 - length as usize;
+    let (mut read, mut refused) = (0, 0);
+    for bit in 32..8 * index {
+        let mut file = NULLS.to_vec();
+        file[bit / 8] ^= 1 << (bit % 8);
+        let Ok(container) = open(&file) else {
+            refused += 1;
+            continue;
+        };
+        let all: Vec<usize> = (0..whole.len()).collect();
+        let mut rows = container.rows(0, &all).unwrap();
+        let mut block = vec![Vec::new(); all.len()];
+        if rows.next_block(&mut block).is_err() {
+            refused += 1;
+            continue;
+        }
+        read += 1;
+        for (column, whole) in block.iter().zip(&whole) {
+            for (v, wanted) in column.iter().zip(whole) {
+                let same = v.to_bits() == wanted.to_bits();
+                assert!(same || is_absent(*v), "byte {}: {v} for {wanted}", bit / 8);
+            }
+        }
+    }
+    assert!(
+        read > 1000 && refused > 100,
+        "{read} read, {refused} refused"
+    );
+}
