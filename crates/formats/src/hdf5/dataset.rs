@@ -1,23 +1,14 @@
 //! A dataset as channels.
 
-use super::chunked::{Chunk, Chunked, Table};
+mod in_chunks;
+
 use super::datatype::{Element, Part, element};
 use super::file::{File, Found, Trouble, UNDEFINED};
-use super::filters::unpacked;
 use super::header::{Header, kind};
-use super::index::{Chunks, Entry};
-use super::layout::{self, Filter, Grid, Layout, Space};
+use super::layout::{self, Layout, Space};
 use crate::arrays::{Arrays, MOST_COLUMNS};
-use crate::raw::{Raw, bytes_at, numbers};
+use crate::raw::{Raw, numbers};
 use crate::stream::{Column, Remark, Source};
-use std::sync::Arc;
-
-/// Bytes that a packed chunk may unpack to.
-const MOST_UNPACKED: u64 = 1 << 28;
-/// Bytes that deflate makes of one at most.
-const MOST_INFLATED: u64 = 1032;
-/// Sides that a dataset without bounds states.
-const UNBOUNDED: u64 = u64::MAX;
 
 /// What is known of a dataset before its data are looked for.
 struct Dataset<'a> {
@@ -181,161 +172,6 @@ impl File<'_> {
         });
         Ok(())
     }
-
-    fn chunked(
-        &mut self,
-        dataset: &Dataset<'_>,
-        space: &Space,
-        grid: &Grid,
-        filters: Vec<Filter>,
-        arrays: &mut Arrays,
-    ) -> Found<()> {
-        let wrong = || Trouble::Damaged("its chunks are not of its form".to_owned());
-        let (rank, name) = (space.sides.len(), dataset.name);
-        let (element, across) = grid.sides.split_last().ok_or_else(wrong)?;
-        if across.len() != rank || across.contains(&0) || *element != dataset.element {
-            return Err(wrong());
-        }
-        let sides = [across[0], across.get(1).copied().unwrap_or(1)];
-        let mut table = Table {
-            name: name.to_owned(),
-            sides,
-            across: dataset.sides[1].div_ceil(sides[1]),
-            element: *element,
-            filters,
-            chunks: Vec::new(),
-        };
-        let counts = [dataset.sides[0].div_ceil(sides[0]), table.across];
-        counts[0].checked_mul(counts[1]).ok_or_else(wrong)?;
-        let bytes = table.bytes();
-        let packed = !table.filters.is_empty();
-        if packed && bytes > MOST_UNPACKED {
-            return Err(Trouble::Foreign(format!(
-                "packed in chunks of {bytes} bytes, more than are unpacked here"
-            )));
-        }
-        let most: Vec<Option<u64>> = (space.most.iter().zip(across))
-            .map(|(most, side)| (*most != UNBOUNDED).then(|| most.div_ceil(*side)))
-            .collect();
-        let chunks = Chunks {
-            grid,
-            most: &most,
-            bytes,
-            filtered: packed,
-        };
-        let mut entries = Vec::new();
-        if let Err(trouble) = self.chunks(&chunks, &mut entries) {
-            arrays.remarks.push(trouble.remark(name, self.size)?);
-        }
-        entries.retain(|e| e.place[0] < counts[0] && e.place[1] < counts[1]);
-        entries.sort_by_key(|e| e.place);
-        entries.dedup_by_key(|e| e.place);
-        let whole = |place: [u64; 2]| {
-            (0..2).all(|i| (place[i] + 1).saturating_mul(sides[i]) <= dataset.sides[i])
-        };
-        let mut bad = Bad::default();
-        for entry in &entries {
-            let filtered = packed && !(grid.plain_edges && !whole(entry.place));
-            self.take_chunk(entry, filtered, &mut table, &mut bad)?;
-        }
-        bad.remark(name, self.size, &mut arrays.remarks);
-        self.whole_rows(dataset, table, counts, entries.len() as u64, arrays)
-    }
-
-    /// Puts a chunk into the table where it is there and sound.
-    fn take_chunk(
-        &mut self,
-        entry: &Entry,
-        filtered: bool,
-        table: &mut Table,
-        bad: &mut Bad,
-    ) -> Found<()> {
-        let (at, wanted) = (self.place(entry.at), table.bytes());
-        let behind = |stored: u64| at.checked_add(stored).is_none_or(|end| end > self.size);
-        let stored = if filtered { entry.stored } else { wanted };
-        if behind(stored) {
-            bad.cut.put(at);
-            return Ok(());
-        }
-        if !self.claim(stored) {
-            return Err(Trouble::Damaged(
-                "its chunks lie where others do".to_owned(),
-            ));
-        }
-        if filtered {
-            // The check sums are checked here, so that a gap is known before the first sample is read.
-            let possible = wanted <= stored.saturating_mul(MOST_INFLATED);
-            let stored = bytes_at(self.raw(), at, stored)?;
-            let sound = |stored| {
-                unpacked(&table.filters, entry.left_off, stored, wanted as usize).is_some()
-            };
-            if !possible || !sound(stored) {
-                bad.damaged.put(at);
-                return Ok(());
-            }
-        }
-        table.chunks.push(Chunk {
-            number: entry.place[0] * table.across + entry.place[1],
-            at,
-            stored,
-            left_off: filtered.then_some(entry.left_off),
-        });
-        Ok(())
-    }
-
-    /// Makes channels as far as there are chunks; what is missing between them is a gap.
-    fn whole_rows(
-        &mut self,
-        dataset: &Dataset<'_>,
-        table: Table,
-        counts: [u64; 2],
-        named: u64,
-        arrays: &mut Arrays,
-    ) -> Found<()> {
-        let time = dataset.time;
-        let along = |c: &Chunk| [c.number / table.across, c.number % table.across][time];
-        let Some(last) = table.chunks.iter().map(along).max() else {
-            return match named {
-                0 => Err(Trouble::Foreign("which was never written".to_owned())),
-                _ => Ok(()),
-            };
-        };
-        let rows = dataset.sides[time].min((last + 1).saturating_mul(table.sides[time]));
-        let there = table.chunks.len() as u64;
-        let due = (last + 1).saturating_mul(counts[1 - time]);
-        if due - there > there {
-            return Err(Trouble::Foreign(format!(
-                "of which {there} of {due} chunks are there"
-            )));
-        }
-        if rows < dataset.sides[time] {
-            arrays.remarks.push(Remark::cut(format!(
-                "{rows} of {} samples of {} were written",
-                dataset.sides[time], dataset.name
-            )));
-        }
-        if due > there {
-            arrays.remarks.push(Remark::damaged(format!(
-                "{} of {due} chunks of {} are missing, and their samples are no numbers",
-                due - there,
-                dataset.name
-            )));
-        }
-        let table = Arc::new(table);
-        dataset.channels(dataset.sides[1 - time], rows, arrays, |which, part| {
-            Source::Chunked(Box::new(Chunked {
-                table: Arc::clone(&table),
-                kind: part.kind,
-                order: part.order,
-                offset: part.at,
-                time,
-                which,
-                rows,
-                done: 0,
-            }))
-        });
-        Ok(())
-    }
 }
 
 fn damaged_part(what: &str) -> Trouble {
@@ -370,45 +206,4 @@ fn compact(dataset: &Dataset<'_>, bytes: &[u8], arrays: &mut Arrays) -> Found<()
         Source::held(values)
     });
     Ok(())
-}
-
-/// Chunks that are not read: how many, and the byte of the first.
-#[derive(Default)]
-struct Places {
-    count: u64,
-    first: u64,
-}
-
-impl Places {
-    fn put(&mut self, at: u64) {
-        self.first = if self.count == 0 {
-            at
-        } else {
-            self.first.min(at)
-        };
-        self.count += 1;
-    }
-}
-
-#[derive(Default)]
-struct Bad {
-    cut: Places,
-    damaged: Places,
-}
-
-impl Bad {
-    fn remark(&self, name: &str, size: u64, to: &mut Vec<Remark>) {
-        if self.cut.count > 0 {
-            to.push(Remark::cut(format!(
-                "{} chunks of {name} lie behind the end of the file at byte {size}, the first at byte {}",
-                self.cut.count, self.cut.first
-            )));
-        }
-        if self.damaged.count > 0 {
-            to.push(Remark::damaged(format!(
-                "{} chunks of {name} whose check sum does not hold or that cannot be unpacked, the first at byte {}",
-                self.damaged.count, self.damaged.first
-            )));
-        }
-    }
 }

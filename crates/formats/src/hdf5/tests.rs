@@ -179,7 +179,7 @@ fn known_chunk_with_a_wrong_check_sum_is_a_gap() {
     let container = open(&file).unwrap();
     let said = remarks(&container);
     let damaged = format!(
-        "1 chunks of packed whose check sum does not hold or that cannot be unpacked, the first at byte {second}"
+        "1 of the chunks of packed: the check sum does not hold or it cannot be unpacked, the first at byte {second}"
     );
     assert!(
         said.contains(&(RemarkKind::Damaged, damaged.as_str())),
