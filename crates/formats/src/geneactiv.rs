@@ -9,6 +9,7 @@ use crate::scaling::{From as Taken, Scaling, Step};
 use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
 use crate::{Error, Result};
 use std::io::{BufRead, BufReader, Read, SeekFrom};
+use std::sync::Arc;
 
 /// Digits of a sample: x, y and z of three, and three of light and button.
 const SAMPLE: u64 = 12;
@@ -308,16 +309,9 @@ impl Found {
             step: 1.0 / rate,
         });
         let times = Source::lines(times.collect());
-        let source = |kind, place: u64| {
-            let mut raw = Raw::new(kind, Order::Big);
-            for extent in &self.extents {
-                raw.push(Extent {
-                    at: extent.at + 3 * place,
-                    ..*extent
-                });
-            }
-            Source::Raw(raw)
-        };
+        let extents = Arc::new(self.extents);
+        let source =
+            |kind, place: u64| Source::Raw(Raw::behind(&extents, kind, Order::Big, 3 * place));
         let mut stream = Stream::new("samples", clock, rows);
         for (place, axis) in (0..).zip(["acc_x", "acc_y", "acc_z"]) {
             let index = place as usize;

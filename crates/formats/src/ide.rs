@@ -14,6 +14,7 @@ use calibration::Calibrations;
 use properties::{Described, Properties, Sample};
 use scan::{Block, Scan};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The element that describes the recording.
 const PROPERTIES: u32 = 0x1852_6570;
@@ -77,11 +78,7 @@ struct Signal {
 
 impl Signal {
     fn of(channel: &Described, sample: &Sample, blocks: &[Block]) -> Self {
-        let new = |field: &(crate::raw::Kind, u64)| Raw::new(field.0, sample.order);
-        let mut signal = Self {
-            raws: sample.fields.iter().map(new).collect(),
-            times: Vec::new(),
-        };
+        let (mut extents, mut times) = (Vec::new(), Vec::new());
         let mut clock = Unwrapped::default();
         let mut step = 0.0;
         for (i, block) in blocks.iter().enumerate() {
@@ -104,22 +101,26 @@ impl Signal {
                 }
                 _ => {}
             }
-            signal.times.push(Line {
+            times.push(Line {
                 count,
                 first: ticks(start),
                 step,
             });
-            for (raw, (_, place)) in signal.raws.iter_mut().zip(&sample.fields) {
-                raw.push(Extent {
-                    at: block.at + place,
-                    stride: sample.size,
-                    count,
-                    chunks: 1,
-                    step: 0,
-                });
-            }
+            extents.push(Extent {
+                at: block.at,
+                stride: sample.size,
+                count,
+                chunks: 1,
+                step: 0,
+            });
         }
-        signal
+        let extents = Arc::new(extents);
+        let fields = sample.fields.iter();
+        let raws = fields.map(|(kind, place)| Raw::behind(&extents, *kind, sample.order, *place));
+        Self {
+            raws: raws.collect(),
+            times,
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::bytes::Order;
 use crate::hdf5::Unpacked;
 use crate::stream::SeekRead;
 use std::io::{Read, SeekFrom};
+use std::sync::Arc;
 
 /// Form of one stored number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +64,10 @@ pub(crate) struct Extent {
 pub(crate) struct Raw {
     pub(crate) kind: Kind,
     pub(crate) order: Order,
-    pub(crate) extents: Vec<Extent>,
+    /// Shared by channels that stand side by side.
+    pub(crate) extents: Arc<Vec<Extent>>,
+    /// Bytes from there on.
+    shift: u64,
     place: Place,
 }
 
@@ -80,7 +84,8 @@ impl Raw {
         Self {
             kind,
             order,
-            extents: Vec::new(),
+            extents: Arc::default(),
+            shift: 0,
             place: Place::default(),
         }
     }
@@ -98,15 +103,24 @@ impl Raw {
         raw
     }
 
+    /// Numbers so many bytes behind these places, which are shared.
+    pub(crate) fn behind(extents: &Arc<Vec<Extent>>, kind: Kind, order: Order, shift: u64) -> Self {
+        Self {
+            extents: extents.clone(),
+            shift,
+            ..Self::new(kind, order)
+        }
+    }
+
     pub(crate) fn push(&mut self, extent: Extent) {
         if extent.count > 0 && extent.chunks > 0 {
-            self.extents.push(extent);
+            Arc::make_mut(&mut self.extents).push(extent);
         }
     }
 
     /// As many numbers in a block of so many bytes, at the same place as in the block before where there is one.
     pub(crate) fn push_block(&mut self, at: u64, stride: u64, count: u64, step: u64) {
-        if let Some(last) = self.extents.last_mut()
+        if let Some(last) = Arc::make_mut(&mut self.extents).last_mut()
             && (last.count, last.stride, last.step) == (count, stride, step)
             && last.at + last.chunks * step == at
         {
@@ -153,7 +167,10 @@ impl Raw {
                 break;
             };
             let n = wanted.min(extent.count - self.place.number);
-            let at = extent.at + self.place.chunk * extent.step + self.place.number * extent.stride;
+            let at = self.shift
+                + extent.at
+                + self.place.chunk * extent.step
+                + self.place.number * extent.stride;
             let length = (n - 1) * extent.stride + self.kind.size();
             let bytes = window.get(file, at, length, extent.stride)?;
             numbers(self.kind, self.order, bytes, extent.stride as usize, to);

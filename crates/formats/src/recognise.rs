@@ -180,6 +180,13 @@ pub const FORMATS: &[Format] = &[
         reader: Some(mat::read_level4),
     },
     Format {
+        word: "unisens",
+        name: "the description of a Unisens recording (unisens.xml)",
+        limits: "the samples are in the files beside it: name one of .csv, with --rate and --unit as `sampleRate` and `unit` say here; one of .bin becomes such a file with the program of the recorder",
+        mark: Mark::Test(is_unisens),
+        reader: None,
+    },
+    Format {
         word: "xml",
         name: "an XML document",
         limits: "a certificate (DCC) is no recording",
@@ -187,6 +194,13 @@ pub const FORMATS: &[Format] = &[
         reader: None,
     },
 ];
+
+/// An XML document of which Unisens is the outermost element, whatever its prefix is.
+fn is_unisens(head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head);
+    let begins = text.starts_with(b"<?xml") || text.starts_with(b"<unisens");
+    begins && text.windows(24).any(|w| w == b"http://www.unisens.org/u")
+}
 
 /// The format of a file by its first bytes, of which [`HEAD`](crate::HEAD) suffice; `None` where it may be a text.
 pub fn recognise(head: &[u8]) -> Option<&'static Format> {
@@ -216,6 +230,11 @@ mod tests {
         let said = |head: &[u8]| recognise(head).map(|f| f.word);
         assert_eq!(said(b"    -1\r\n    58\r\nrecord 1\r\n"), Some("uff"));
         assert_eq!(said(b"TDSm\x0e\0\0\0"), Some("tdms"));
+        let space = "<unisens xmlns=\"http://www.unisens.org/unisens2.0\">";
+        assert_eq!(said(space.as_bytes()), Some("unisens"));
+        let declared = format!("<?xml version=\"1.0\"?>\n{space}");
+        assert_eq!(said(declared.as_bytes()), Some("unisens"));
+        assert_eq!(said(b"<?xml version=\"1.0\"?>\n<dcc>"), Some("xml"));
         for table in [
             &b"    -1    2    3\n    58    1    2\n"[..],
             b"-1\n58\n",

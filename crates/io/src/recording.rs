@@ -497,8 +497,11 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     if let Some(own) = layout.own_times() {
         return Some(own);
     }
-    let mut read = (0..layout.columns).filter(|&i| layout.numeric[i] || layout.dated[i]);
-    read.find(|&i| is_called_time(layout, i))
+    let read = (0..layout.columns).filter(|&i| layout.numeric[i] || layout.dated[i]);
+    // `rostopic echo -p` calls `time` when a message was logged; when it was measured stands beside it.
+    let measured = |&i: &usize| layout.name(i) == "field.header.stamp";
+    let stamp = read.clone().find(measured);
+    stamp.or_else(|| read.clone().find(|&i| is_called_time(layout, i)))
 }
 
 /// Whether the heading of a column says that it is the time.

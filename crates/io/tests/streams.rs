@@ -311,6 +311,74 @@ fn reference_data() -> PathBuf {
     )
 }
 
+/// The last page of a GENEActiv file ends behind 231 samples; sums of the 16 whole ones are those of GGIRread.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn crosscheck_pages_before_a_cut() {
+    let file = reference_data().join("wearable/ggirread/GENEActiv_testfile.bin");
+    let table = RecordingOptions {
+        table: true,
+        ..options(&["acc_x", "acc_y", "acc_z"])
+    };
+    let read = Recording::read(&file, &table).unwrap();
+    assert_eq!(read.samples(), 5031);
+    assert!(read.findings().iter().any(|f| f.code() == "file-cut"));
+    let wanted = [
+        (-0.956_097, -2_409.708_213),
+        (0.173_389, 1_415.920_572),
+        (-0.232_751, -2_210.803_508),
+    ];
+    for (column, (last, sum)) in read.columns.iter().zip(wanted) {
+        let whole = &column.data[..4800];
+        assert!((whole[4799] - last).abs() < 1e-6);
+        assert!((whole.iter().sum::<f64>() - sum).abs() < 1e-6);
+    }
+}
+
+/// Times of IDE blocks as idelib gives them, which are whole microseconds, and the rate that follows from all samples.
+#[test]
+#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
+fn crosscheck_times_of_blocks() {
+    for (name, stream, channel, first, last, rate) in [
+        (
+            "wearable/idelib/SSX70065.IDE",
+            "Acceleration",
+            "X",
+            0.006_439,
+            12.168_518,
+            3071.843,
+        ),
+        (
+            "wearable/idelib/XS5E25D40.IDE",
+            "40g DC Acceleration",
+            "X (40g)",
+            0.010_894,
+            1.514_526,
+            4022.926,
+        ),
+    ] {
+        let table = RecordingOptions {
+            stream: Some(stream.to_owned()),
+            table: true,
+            ..options(&["time"])
+        };
+        let read = Recording::read(&reference_data().join(name), &table).unwrap();
+        let times = &read.columns[0].data;
+        assert!((times[0] - first).abs() < 1e-6, "{name}");
+        assert!((times[times.len() - 1] - last).abs() < 1e-6, "{name}");
+        let clocked = RecordingOptions {
+            stream: Some(stream.to_owned()),
+            ..options(&[channel])
+        };
+        let read = Recording::read(&reference_data().join(name), &clocked).unwrap();
+        assert!(
+            (read.time.rate_hz() / rate - 1.0).abs() < 1e-3,
+            "{name} {}",
+            read.time.rate_hz()
+        );
+    }
+}
+
 /// The same of columns of Parquet files, as pyarrow gives them.
 #[test]
 #[cfg(feature = "parquet")]
@@ -381,7 +449,7 @@ fn crosscheck_parquet_of_others() {
     assert!(error.to_string().contains("index at the end is damaged"));
 }
 
-/// Numbers, first, last and sum of a channel as other readers give them (npTDMS, lvm_read, pyuff, scipy, mcap, pyulog, h5py, idelib).
+/// Numbers, first, last and sum of a channel as other readers give them (npTDMS, lvm_read, pyuff, scipy, mcap, pyulog, h5py, idelib, GGIRread).
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
 fn crosscheck_streams_of_others() {
@@ -583,6 +651,51 @@ fn crosscheck_streams_of_others() {
             -9.912_714_004_5,
             -9.909_867_286_7,
             -59.439_145_088_2,
+        ),
+        (
+            "wearable/idelib/SSX70065.IDE",
+            Some("Acceleration"),
+            "X",
+            37_361,
+            -0.046_875,
+            -0.351_562_5,
+            -0.068_177_293_835_8 * 37_361.0,
+        ),
+        (
+            "wearable/idelib/XS5E25D40.IDE",
+            Some("40g DC Acceleration"),
+            "Y (40g)",
+            6050,
+            0.055_237_379_469,
+            0.048_833_217_840,
+            0.042_046_923_592 * 6050.0,
+        ),
+        (
+            "wearable/idelib/XS5E25D40.IDE",
+            Some("25g PE Acceleration"),
+            "Z (25g)",
+            7420,
+            -11.171_408_940,
+            -11.169_366_713,
+            -11.170_081_355 * 7420.0,
+        ),
+        (
+            "doors/ide/test5.IDE",
+            Some("100g PE Acceleration"),
+            "Mic",
+            46_317,
+            -1.429_770_351_72,
+            -2.006_561_379_42,
+            -1.416_667_563_999 * 46_317.0,
+        ),
+        (
+            "wearable/wristpy/example_geneactiv.bin",
+            None,
+            "acc_y",
+            27_300,
+            (-24_600.0 + 474.0) / 25_100.0,
+            -0.726_135_458,
+            -25_627.888_447,
         ),
         (
             "doors/mat/shaker_excitation.mat",
