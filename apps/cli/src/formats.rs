@@ -1,10 +1,10 @@
-//! `proofmass formats`: which formats of recordings are read.
+//! `proofmass formats`: which formats of recordings are read and written.
 
 use crate::{Failure, Outcome, console};
 use proofmass::io::formats::FORMATS;
 use serde::Serialize;
 
-/// List the formats of recordings that are known by their content: which are read, how far, and what to do with the others.
+/// List the formats of recordings that are known by their content: which are read, how far, which `convert` writes, and what to do with the others.
 #[derive(clap::Args)]
 pub(crate) struct Formats {
     /// Print JSON instead of text
@@ -18,6 +18,7 @@ struct Row {
     format: &'static str,
     name: &'static str,
     read: bool,
+    written: bool,
     limits: &'static str,
 }
 
@@ -27,12 +28,14 @@ const UNMARKED: [Row; 2] = [
         format: "text",
         name: "delimited text (CSV and its kin)",
         read: true,
+        written: true,
         limits: "one row for each sample; written by every command; gzip and zstd around any format are unpacked",
     },
     Row {
         format: "f32",
         name: "raw 32-bit floats",
         read: true,
+        written: false,
         limits: "waveforms of a campaign that says `format = \"f32\"`",
     },
 ];
@@ -43,6 +46,7 @@ impl Formats {
             format: f.word,
             name: f.name,
             read: f.is_read(),
+            written: f.is_written(),
             limits: f.limits,
         });
         let mut rows: Vec<Row> = UNMARKED.into_iter().chain(known).collect();
@@ -56,9 +60,13 @@ impl Formats {
         }
         let width = rows.iter().map(|row| row.format.len()).max().unwrap_or(0);
         for row in &rows {
-            let read = if row.read { "read" } else { "not read" };
+            let read = match (row.read, row.written) {
+                (true, true) => "read, written",
+                (true, false) => "read",
+                _ => "not read",
+            };
             let (format, name, limits) = (row.format, row.name, row.limits);
-            console::print(&format!("{format:width$}  {read:8}  {name}: {limits}\n"))?;
+            console::print(&format!("{format:width$}  {read:13}  {name}: {limits}\n"))?;
         }
         Ok(Outcome::Done)
     }
