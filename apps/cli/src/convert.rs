@@ -37,12 +37,8 @@ impl Convert {
             let read = recordings.to_vec();
             self.file.write_beside(&replacement, &inputs, read, sha256)
         };
-        let open = |path: &'_ PathBuf| -> Opening<'_> {
-            let path = path.clone();
-            Box::new(move || Source::open(&path))
-        };
         let data = ConvertData::new(
-            self.recordings.iter().map(open).collect(),
+            self.recordings.iter().map(opening).collect(),
             Destination::File {
                 path: &self.file.output,
                 inputs: &inputs,
@@ -62,6 +58,11 @@ impl Convert {
         }
         Ok(Outcome::Done)
     }
+}
+
+fn opening(path: impl Into<PathBuf>) -> Opening<'static> {
+    let path: PathBuf = path.into();
+    Box::new(move || Source::open(&path))
 }
 
 /// Refuses what is gone once it was read.

@@ -204,9 +204,11 @@ impl Job for ConvertJob {
             Destination::Bytes(_) => Written::Bytes(Vec::new()),
         };
         let mut conversion = Conversion::begin(written, &plan.writing, &surveyed)?;
-        for part in plan.writing.parts() {
+        let parts = plan.writing.parts();
+        for (pass, part) in parts.iter().enumerate() {
             conversion.begin_pass(part)?;
-            passes.write(&mut conversion, part, plan.writing.is_timed(), &seen)?;
+            let pass = (pass, parts.len());
+            passes.write(&mut conversion, part, plan.writing.is_timed(), &seen, pass)?;
             conversion.end_pass()?;
         }
         let mut written = conversion.into_written();
@@ -238,6 +240,9 @@ struct Seen {
     format: Option<String>,
 }
 
+/// Parts of a file that its progress is told in.
+const PARTS: u64 = 1000;
+
 /// What goes over the recordings.
 struct Passes<'a> {
     recordings: &'a [Opening<'a>],
@@ -246,10 +251,23 @@ struct Passes<'a> {
 }
 
 impl Passes<'_> {
+    /// Tells how far a stage is: so many files of all are behind, and of the next one so many bytes of all.
+    fn tell(
+        &self,
+        stage: &'static str,
+        files: usize,
+        of: usize,
+        (done, size): (u64, u64),
+    ) -> Result<()> {
+        let part = (PARTS * done).checked_div(size).unwrap_or(0).min(PARTS);
+        let done = PARTS * files as u64 + part;
+        Ok(self.watch.step(stage, done, PARTS * of as u64)?)
+    }
+
     fn survey(&self, survey: &mut Survey) -> Result<Vec<Seen>> {
         let mut seen = Vec::new();
         let (mut window, mut rows) = (None, 0);
-        for open in self.recordings {
+        for (number, open) in self.recordings.iter().enumerate() {
             let mut reader = TimedRows::open(open()?, &self.options, None, true, window)?;
             let file: PathBuf = reader.name().to_path_buf();
             let layout = reader.layout().clone();
@@ -257,9 +275,9 @@ impl Passes<'_> {
             while let Some(block) = reader.next_block()? {
                 survey.block(&file, &block)?;
                 rows += block.rows();
-                let (done, of) = reader.progress();
-                self.watch.step("survey", done, of)?;
+                self.tell("survey", number, self.recordings.len(), reader.progress())?;
             }
+            self.tell("survey", number + 1, self.recordings.len(), (0, 0))?;
             let (input, findings, next) = reader.finish()?;
             window = next;
             seen.push(Seen {
@@ -282,16 +300,18 @@ impl Passes<'_> {
         part: &Range<usize>,
         timed: bool,
         seen: &[Seen],
+        (pass, passes): (usize, usize),
     ) -> Result<()> {
         let mut window = None;
-        for (open, seen) in self.recordings.iter().zip(seen) {
+        let (before, of) = (pass * seen.len(), passes * seen.len());
+        for (number, (open, seen)) in self.recordings.iter().zip(seen).enumerate() {
             let part = Some(part.clone());
             let mut reader = TimedRows::open(open()?, &self.options, part, timed, window)?;
             while let Some(block) = reader.next_block()? {
                 conversion.block(&block)?;
-                let (done, of) = reader.progress();
-                self.watch.step("conversion", done, of)?;
+                self.tell("conversion", before + number, of, reader.progress())?;
             }
+            self.tell("conversion", before + number + 1, of, (0, 0))?;
             let (input, _, next) = reader.finish()?;
             window = next;
             if input.sha256 != seen.input.sha256 {

@@ -98,11 +98,7 @@ fn law_numbers_come_back_bit_for_bit() {
     assert!(first.iter().copied().eq(times));
 
     let (uff, outcome) = convert(&job(ConvertFormat::Uff), &[csv.as_bytes()]).unwrap();
-    assert!(
-        outcome.lost()[0].starts_with("the time stamps"),
-        "{:?}",
-        outcome.lost()
-    );
+    assert!(outcome.lost().is_empty(), "{:?}", outcome.lost());
     for (file, places) in [(&array, [2, 3]), (&uff, [1, 2])] {
         let mut back = job(ConvertFormat::Csv);
         if places == [2, 3] {

@@ -9,6 +9,9 @@ use proofmass_io::{ConversionPlan, Filling, RowClock, Surveyed, TargetForm, Unit
 /// Missing samples for each that is there, beyond which times are rather damaged than a recording with gaps.
 const MOST_MISSING: u64 = 100;
 
+/// Scatter of time stamps that is no more than rounding, intervals.
+const UNTOLD: f64 = 1e-6;
+
 /// How recordings are written.
 pub(super) struct Plan {
     pub(super) writing: ConversionPlan,
@@ -174,7 +177,8 @@ impl Check<'_> {
                 .with_hint("say it with --rate HZ"));
         };
         let (start, far) = surveyed.start_s();
-        if let Some(scatter) = surveyed.scatter_s() {
+        let scatters = |s: &f64| s * rate > UNTOLD;
+        if let Some(scatter) = surveyed.scatter_s().filter(scatters) {
             lost.push(format!(
                 "the time stamps: they scatter by {:.1e} s about even steps of {:e} s",
                 scatter,
