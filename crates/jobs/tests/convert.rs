@@ -355,7 +355,7 @@ fn refuses_what_is_no_recording() {
         (b"time_s,a_g\n0,1\n0.01,inf\n0.02,3\n", "inf"),
         (b"time_s,a_g\n0,1\n0.01,2\n0.005,3\n0.02,4\n", "backwards"),
         (b"time_s,a_g\n0,1\n,2\n0.02,4\n", "empty"),
-        (b"time_s,a_g\n0,1\n0,2\n0,4\n0,4\n", "stand"),
+        (b"time_s,a_g\n0,1\n0,2\n0,4\n0,4\n", "repeats"),
     ] {
         let told = refused(&csv, &[bytes]);
         assert!(told.contains(said), "{}: {told}", bytes.escape_ascii());
