@@ -37,8 +37,10 @@ impl Convert {
             let read = recordings.to_vec();
             self.file.write_beside(&replacement, &inputs, read, sha256)
         };
+        let open = |path| move || Source::open(path);
+        let recordings: Vec<_> = inputs.iter().copied().map(open).collect();
         let data = ConvertData::new(
-            self.recordings.iter().map(opening).collect(),
+            recordings.iter().map(|open| open as &Opening<'_>).collect(),
             Destination::File {
                 path: &self.file.output,
                 inputs: &inputs,
@@ -58,11 +60,6 @@ impl Convert {
         }
         Ok(Outcome::Done)
     }
-}
-
-fn opening(path: impl Into<PathBuf>) -> Opening<'static> {
-    let path: PathBuf = path.into();
-    Box::new(move || Source::open(&path))
 }
 
 /// Refuses what is gone once it was read.

@@ -155,7 +155,10 @@ fn refuses_and_leaves_nothing() {
             ],
             "cannot be held in the form of the WAV file",
         ),
-        (vec![raw, "-o", &at("no/folder/x.csv")], "no such file or folder"),
+        (
+            vec![raw, "-o", &at("no/folder/x.csv")],
+            "no such file or folder",
+        ),
         (vec![&at("absent.csv"), "-o", &at("x.csv")], "no such file"),
     ] {
         let told = refuse(&[&["convert"], &arguments[..]].concat());

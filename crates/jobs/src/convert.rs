@@ -82,7 +82,7 @@ pub enum GapTreatment {
 /// let mut written = Vec::new();
 /// let text = "t (ms);a (g);label\n0;1,5;still\n10;-2;moved\n";
 /// let recording = || Source::from_bytes("raw.csv", text);
-/// let data = ConvertData::new(vec![Box::new(recording)], Destination::Bytes(&mut written));
+/// let data = ConvertData::new(vec![&recording], Destination::Bytes(&mut written));
 /// let outcome = job.evaluate(&data, &Unwatched)?;
 /// assert_eq!(outcome.lost(), ["columns without numbers: label"]);
 /// drop(data);
@@ -117,17 +117,17 @@ pub struct ConvertJob {
 }
 
 /// Opens a recording, each time from its beginning.
-pub type Opening<'a> = Box<dyn Fn() -> proofmass_io::Result<Source> + Send + Sync + 'a>;
+pub type Opening<'a> = dyn Fn() -> proofmass_io::Result<Source> + Send + Sync + 'a;
 
 /// Recordings, which are read more than once, and where they go.
 pub struct ConvertData<'a> {
-    recordings: Vec<Opening<'a>>,
+    recordings: Vec<&'a Opening<'a>>,
     to: Mutex<Option<Destination<'a>>>,
 }
 
 impl<'a> ConvertData<'a> {
     /// What is written is written once: the data serve one evaluation.
-    pub fn new(recordings: Vec<Opening<'a>>, to: Destination<'a>) -> Self {
+    pub fn new(recordings: Vec<&'a Opening<'a>>, to: Destination<'a>) -> Self {
         Self {
             recordings,
             to: Mutex::new(Some(to)),
@@ -245,7 +245,7 @@ const PARTS: u64 = 1000;
 
 /// What goes over the recordings.
 struct Passes<'a> {
-    recordings: &'a [Opening<'a>],
+    recordings: &'a [&'a Opening<'a>],
     options: RecordingOptions,
     watch: &'a dyn Watch,
 }

@@ -17,11 +17,12 @@ fn job(to: ConvertFormat) -> ConvertJob {
 /// Converts files in memory.
 fn convert(job: &ConvertJob, files: &[&[u8]]) -> Result<(Vec<u8>, ConvertOutcome), Trouble> {
     let names = ["a.bin", "b.bin", "c.bin"];
-    let open = |(bytes, name): (&&[u8], &'static str)| -> Opening<'static> {
+    let open = |(bytes, name): (&&[u8], &'static str)| {
         let bytes = bytes.to_vec();
-        Box::new(move || Source::from_bytes(name, bytes.clone()))
+        move || Source::from_bytes(name, bytes.clone())
     };
-    let recordings = files.iter().zip(names).map(open).collect();
+    let recordings: Vec<_> = files.iter().zip(names).map(open).collect();
+    let recordings = recordings.iter().map(|open| open as &Opening<'_>).collect();
     let mut written = b"untouched".to_vec();
     let data = ConvertData::new(recordings, Destination::Bytes(&mut written));
     let outcome = job.evaluate(&data, &Unwatched);

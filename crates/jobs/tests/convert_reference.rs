@@ -52,7 +52,7 @@ fn crosscheck_sums_after_conversion() {
             job.reading.columns = Some(columns.iter().map(|c| (*c).into()).collect());
             let mut written = Vec::new();
             let open = || Source::open(&path);
-            let given = ConvertData::new(vec![Box::new(open)], Destination::Bytes(&mut written));
+            let given = ConvertData::new(vec![&open], Destination::Bytes(&mut written));
             let outcome = job
                 .evaluate(&given, &Unwatched)
                 .unwrap_or_else(|e| panic!("{name}: {e}, {:?}", e.hint()));

@@ -159,7 +159,7 @@ pub fn convert(kind: &str) {
         let mut written = Vec::new();
         let text = "t (s);acc (m/s²)\n0;9,81\n0,01;9,82\n0,02;9,80\n";
         let open = || Source::from_bytes("raw.csv", text);
-        let data = ConvertData::new(vec![Box::new(open)], Destination::Bytes(&mut written));
+        let data = ConvertData::new(vec![&open], Destination::Bytes(&mut written));
         let answer = ask(job, &AnyData::Convert(data), watch);
         // What was stopped left nothing.
         let expected: &[u8] = match answer.is_ok() {
