@@ -1,10 +1,11 @@
 //! `proofmass apply`: compensated recording, streamed.
 
 use crate::console::Progress;
+use crate::written_file::{Replacement, WrittenFile, read};
 use crate::{Failure, Outcome, console};
 use proofmass::dynamic::frequency_response::{Beyond, FilterDesign};
 use proofmass::dynamic::model::ModelStructure;
-use proofmass::io::{AtomicFile, ColumnRef, Input, Provenance, SigningKey, Source};
+use proofmass::io::{AtomicFile, ColumnRef, Input, Source};
 use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
@@ -12,7 +13,7 @@ use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
 use proofmass::jobs::{
     Job, Outcome as _, Record, RecordingReading, StoredResult, frequency_response,
 };
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Compensate a recording with a calibration.
 ///
@@ -25,9 +26,8 @@ pub(crate) struct Apply {
     calibration: PathBuf,
     /// Recording with uncompensated outputs; `-` is standard input
     recording: PathBuf,
-    /// File for the compensated recording (CSV), replaced if it is there; `-` is standard output
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[command(flatten)]
+    file: WrittenFile,
     /// Calibration over frequency: the constant real matrix of this band in hertz
     #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
     band: Option<Band>,
@@ -62,22 +62,8 @@ pub(crate) struct Apply {
     dynamic: bool,
     #[command(flatten)]
     turning: Turning,
-    /// Replace a file that `proofmass apply` did not write or that was changed since
-    #[arg(long)]
-    force: bool,
-    /// Sign where the file came from with a private key (PEM, Ed25519), as `proofmass keygen` makes it
-    #[arg(long, value_name = "KEY")]
-    sign: Option<PathBuf>,
     #[command(flatten)]
     reading: RecordingReading,
-}
-
-/// Says how a recording was read.
-fn read(input: &Input) {
-    console::doubt(input);
-    if let Some(reading) = &input.reading {
-        console::note(format!("read: {}", reading.line(&input.path)));
-    }
 }
 
 /// How --dynamic works.
@@ -108,18 +94,9 @@ fn band(text: &str) -> Result<Band, String> {
 
 impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let replaced = self.may_replace()?;
-        let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
-        let replaced_key = Provenance::of(&self.output)
-            .ok()
-            .flatten()
-            .and_then(|p| Some(p.signature?.key));
-        let key = signer.as_ref().map(|s| s.public().to_string());
-        if let Some(old) = replaced_key.filter(|old| key.as_ref() != Some(old)) {
-            console::unsigned(&self.output.display().to_string(), &old, key.is_some());
-        }
+        let replacement = self.file.begin()?;
         if self.dynamic {
-            return self.turn_back(replaced, signer.as_ref());
+            return self.turn_back(&replacement);
         }
         let source = Source::open(&self.calibration)?;
         let (calibration, calibration_input, findings) =
@@ -127,18 +104,16 @@ impl Apply {
         console::doubt(&calibration_input);
         findings.iter().for_each(console::finding);
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
-        // Before the recording itself: a run that is killed in between leaves a recording that the next may replace.
-        let beside = |recording: &Input, sha256: &str| {
-            let read = vec![recording.clone(), calibration_input.clone()];
-            let mut provenance = Provenance::new(sha256.to_owned(), read);
-            provenance.replaces = replaced.clone();
-            self.write_beside(provenance, signer.as_ref())
+        let beside = |recordings: &[Input], sha256: &str| {
+            let mut read = recordings.to_vec();
+            read.push(calibration_input.clone());
+            self.file.write_beside(&replacement, &inputs, read, sha256)
         };
         let data = ApplyData::new(
             &calibration,
             Source::open(&self.recording)?,
             Destination::File {
-                path: &self.output,
+                path: &self.file.output,
                 inputs: &inputs,
                 beside: &beside,
             },
@@ -149,11 +124,7 @@ impl Apply {
     }
 
     /// The acceleration behind one channel, as a recording with the uncertainty of every sample.
-    fn turn_back(
-        &self,
-        replaced: Option<String>,
-        signer: Option<&SigningKey>,
-    ) -> Result<Outcome, Failure> {
+    fn turn_back(&self, replacement: &Replacement) -> Result<Outcome, Failure> {
         let inputs = [self.recording.as_path(), self.calibration.as_path()];
         let model = FittedModel::read(
             Source::open(&self.calibration)?,
@@ -170,13 +141,12 @@ impl Apply {
         console::doubt(&model.input);
         outcome.findings().iter().for_each(console::finding);
         let result = StoredResult::new(Record::default(), &outcome)?;
-        let mut file = AtomicFile::create(&self.output, &inputs)?;
+        let mut file = AtomicFile::create(&self.file.output, &inputs)?;
         file.write_all(&result.table("input.csv")?)?;
         if file.is_kept() {
             let read = vec![recording.input.clone(), model.input.clone()];
-            let mut provenance = Provenance::new(file.sha256(), read);
-            provenance.replaces = replaced;
-            self.write_beside(provenance, signer)?;
+            self.file
+                .write_beside(replacement, &inputs, read, &file.sha256())?;
         }
         file.commit()?;
         for q in outcome.quantities() {
@@ -187,26 +157,10 @@ impl Apply {
         }
         console::note(format!(
             "written: {} ({} samples)",
-            self.output.display(),
+            self.file.output.display(),
             outcome.plain().len()
         ));
         Ok(Outcome::Done)
-    }
-
-    /// The list beside the recording, signed where there is a key.
-    fn write_beside(
-        &self,
-        provenance: Provenance,
-        signer: Option<&SigningKey>,
-    ) -> proofmass::io::Result<()> {
-        let inputs = [self.recording.as_path(), self.calibration.as_path()];
-        let provenance = match signer {
-            Some(key) => provenance.signed(key),
-            None => provenance,
-        };
-        let mut beside = AtomicFile::create(Provenance::place(&self.output), &inputs)?;
-        beside.write_all(&provenance.to_json()?)?;
-        beside.commit()
     }
 
     fn job(&self) -> ApplyJob {
@@ -240,30 +194,9 @@ impl Apply {
         }
         console::note(format!(
             "written: {} ({} samples, columns {})",
-            self.output.display(),
+            self.file.output.display(),
             outcome.rows(),
             outcome.columns().join(", ")
         ));
-    }
-
-    /// Whether what stands at the place may go: what an earlier run wrote there and nobody changed, or what the user says.
-    /// Its digest, where something stands there.
-    fn may_replace(&self) -> Result<Option<String>, Failure> {
-        if !console::stands(&self.output) || self.output == Path::new("-") {
-            return Ok(None);
-        }
-        let there = Input::of(&self.output)?.sha256;
-        let own = match Provenance::of(&self.output) {
-            Ok(Some(provenance)) => provenance.wrote(&there),
-            _ => false,
-        };
-        if console::may_replace(&self.output, self.force || own) {
-            return Ok(Some(there));
-        }
-        Err(Failure::new(format!(
-            "{} is there, and was not written by `proofmass apply` or was changed since",
-            self.output.display()
-        ))
-        .hint("name another file, or replace it with --force"))
     }
 }

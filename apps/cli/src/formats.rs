@@ -1,10 +1,10 @@
-//! `proofmass formats`: which formats of recordings are read.
+//! `proofmass formats`: which formats of recordings are read and written.
 
 use crate::{Failure, Outcome, console};
 use proofmass::io::formats::FORMATS;
 use serde::Serialize;
 
-/// List the formats of recordings that are known by their content: which are read, how far, and what to do with the others.
+/// List the formats of recordings that are known by their content: which are read, how far, which `convert` writes, and what to do with the others.
 #[derive(clap::Args)]
 pub(crate) struct Formats {
     /// Print JSON instead of text
@@ -21,6 +21,7 @@ struct Row {
     /// The cargo feature without which it is not read.
     #[serde(skip_serializing_if = "Option::is_none")]
     feature: Option<&'static str>,
+    written: bool,
     limits: &'static str,
 }
 
@@ -31,6 +32,7 @@ const UNMARKED: [Row; 2] = [
         name: "delimited text (CSV and its kin)",
         read: true,
         feature: None,
+        written: true,
         limits: "one row for each sample; written by every command; gzip and zstd around any format are unpacked",
     },
     Row {
@@ -38,6 +40,7 @@ const UNMARKED: [Row; 2] = [
         name: "raw 32-bit floats",
         read: true,
         feature: None,
+        written: false,
         limits: "waveforms of a campaign that says `format = \"f32\"`",
     },
 ];
@@ -49,6 +52,7 @@ impl Formats {
             name: f.name,
             read: f.is_read(),
             feature: f.feature(),
+            written: f.is_written(),
             limits: f.limits,
         });
         let mut rows: Vec<Row> = UNMARKED.into_iter().chain(known).collect();
@@ -62,12 +66,16 @@ impl Formats {
         }
         let width = rows.iter().map(|row| row.format.len()).max().unwrap_or(0);
         for row in &rows {
-            let read = if row.read { "read" } else { "not read" };
+            let read = match (row.read, row.written) {
+                (true, true) => "read, written",
+                (true, false) => "read",
+                _ => "not read",
+            };
             let (format, name, limits) = (row.format, row.name, row.limits);
             let feature = row.feature.map(|f| format!(" (feature {f})"));
             let feature = feature.unwrap_or_default();
             console::print(&format!(
-                "{format:width$}  {read:8}  {name}{feature}: {limits}\n"
+                "{format:width$}  {read:13}  {name}{feature}: {limits}\n"
             ))?;
         }
         Ok(Outcome::Done)

@@ -36,7 +36,7 @@ const COMMANDS: &[Group] = &[
     (
         "Files and results",
         &[
-            "inspect", "formats", "render", "explain", "verify", "keygen", "simulate",
+            "inspect", "formats", "convert", "render", "explain", "verify", "keygen", "simulate",
         ],
     ),
 ];

@@ -7,6 +7,7 @@ mod calibrate;
 mod clock;
 mod compare;
 mod console;
+mod convert;
 mod delivery;
 mod draft_arguments;
 mod explain;
@@ -31,6 +32,7 @@ mod uncertainty;
 mod validate;
 mod velocity;
 mod verify;
+mod written_file;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{FromArgMatches, Parser, Subcommand};
@@ -70,6 +72,7 @@ enum Command {
     Test(test::Test),
     Inspect(inspect::Inspect),
     Formats(formats::Formats),
+    Convert(Box<convert::Convert>),
     Simulate(simulate::Simulate),
     Render(render::Render),
     Explain(explain::Explain),
@@ -134,6 +137,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Test(command) => command.run(),
         Command::Inspect(command) => command.run(),
         Command::Formats(command) => command.run(),
+        Command::Convert(command) => command.run(),
         Command::Simulate(command) => command.run(),
         Command::Render(command) => command.run(),
         Command::Explain(command) => command.run(),
@@ -279,6 +283,7 @@ mod tests {
         ("validate", &["columns", "unit"]),
         ("bias", &["columns", "unit"]),
         ("inspect", &["columns", "unit"]),
+        ("convert", &["columns", "unit"]),
         ("noise", &["columns", "unit"]),
         ("test zero-g", &["columns", "unit"]),
         ("test temperature", &["columns", "unit"]),
@@ -378,8 +383,8 @@ mod tests {
         let calls = calls("docs/tasks.md");
         assert_eq!(
             calls.len(),
-            23,
-            "twenty-one tasks and two calls with a file"
+            24,
+            "twenty-two tasks and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))

@@ -32,6 +32,11 @@ impl Format {
         (self.word == "parquet").then_some("parquet")
     }
 
+    /// Whether recordings are written in it.
+    pub fn is_written(&self) -> bool {
+        WRITTEN.contains(&self.word)
+    }
+
     /// Why a file of it is not read, and what to do about it.
     pub fn refusal(&self) -> Error {
         Error::new(format!("is {}, which is not read here", self.name)).with_hint(format!(
@@ -40,6 +45,9 @@ impl Format {
         ))
     }
 }
+
+/// Words of the formats whose heads and numbers [`write`](crate::write) makes.
+const WRITTEN: [&str; 3] = ["wav", "npy", "uff"];
 
 /// How a file begins.
 pub(crate) enum Mark {

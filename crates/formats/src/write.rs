@@ -5,7 +5,7 @@ mod uff;
 mod wav;
 
 pub use npy::npy_head;
-pub use uff::{UFF_END, UffSignal, uff_head};
+pub use uff::{UFF_END, UffSignal, uff_head, uff_name, uff_stored};
 pub use wav::{WavForm, wav_head};
 
 /// Appends numbers as little-endian doubles.

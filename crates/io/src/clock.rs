@@ -95,6 +95,8 @@ pub(crate) struct ClockEstimator {
     open: VecDeque<(usize, u64, f64)>,
     pub(crate) gaps: Vec<Gap>,
     all_gaps: bool,
+    /// Rows before which samples are missing, and how many, where they are kept.
+    pub(crate) missing: Option<Vec<(u64, u64)>>,
     /// Stamps that repeat, which may be the nature of the clock.
     repeated: Vec<(u64, Backward)>,
     pub(crate) backward: Vec<(u64, Backward)>,
@@ -120,6 +122,7 @@ impl ClockEstimator {
             open: VecDeque::new(),
             gaps: Vec::new(),
             all_gaps: false,
+            missing: None,
             repeated: Vec::new(),
             backward: Vec::new(),
             late_stamps: false,
@@ -138,6 +141,12 @@ impl ClockEstimator {
     /// Keeps every gap, for a recording that is in memory anyway.
     pub(crate) fn keep_all_gaps(mut self) -> Self {
         self.all_gaps = true;
+        self
+    }
+
+    /// Keeps where every missing sample belongs, sixteen bytes for each gap.
+    pub(crate) fn keep_missing(mut self) -> Self {
+        self.missing = Some(Vec::new());
         self
     }
 
@@ -217,6 +226,11 @@ impl ClockEstimator {
         // Row of the first that is open.
         let first = self.rows - self.open.len();
         for slip in self.estimator.take_slips() {
+            if let (Some(missing), Ok(samples @ 1..)) =
+                (&mut self.missing, u64::try_from(slip.samples))
+            {
+                missing.push((slip.row as u64, samples));
+            }
             let rows = (slip.row.wrapping_sub(first + 1), slip.row - first);
             let (Some(before), Some(after)) = (self.open.get(rows.0), self.open.get(rows.1)) else {
                 continue;

@@ -179,27 +179,7 @@ fn inspect_inner(
         None if rate.is_some() => None,
         None => time_column(&layout),
     };
-    let mut selected: Vec<usize> = match options.columns.is_empty() {
-        true => (0..layout.columns)
-            .filter(|&i| layout.numeric[i] && Some(i) != time_column)
-            .collect(),
-        false => options
-            .columns
-            .iter()
-            .map(|c| layout.find(c))
-            .collect::<Result<_>>()?,
-    };
-    let units: Vec<Option<Unit>> = match options.columns.is_empty() {
-        // Of all columns a stated unit is that of those which have none.
-        true => selected
-            .iter()
-            .map(|&i| layout.unit(i).or(options.unit))
-            .collect(),
-        false => selected
-            .iter()
-            .map(|&i| signal_unit(&layout, i, options.unit))
-            .collect::<Result<_>>()?,
-    };
+    let (mut selected, units) = chosen(&layout, options, time_column)?;
     let signals = selected.len();
     let clock = time_column
         .map(|index| ClockUnit::likely(&layout, index, options.time_unit, rate))
@@ -310,6 +290,31 @@ fn inspect_inner(
         streams,
         findings,
     })
+}
+
+/// The columns that are looked at, with their units: those that are named, else every column of numbers but the times.
+pub(crate) fn chosen(
+    layout: &Layout,
+    options: &RecordingOptions,
+    time: Option<usize>,
+) -> Result<(Vec<usize>, Vec<Option<Unit>>)> {
+    let selected: Vec<usize> = match options.columns.is_empty() {
+        true => (0..layout.columns)
+            .filter(|&i| layout.numeric[i] && Some(i) != time)
+            .collect(),
+        false => options
+            .columns
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<_>>()?,
+    };
+    let unit = |&i: &usize| match options.columns.is_empty() {
+        // Of all columns a stated unit is that of those which have none.
+        true => Ok(layout.unit(i).or(options.unit)),
+        false => signal_unit(layout, i, options.unit),
+    };
+    let units = selected.iter().map(unit).collect::<Result<_>>()?;
+    Ok((selected, units))
 }
 
 /// Running sums, block by block about the mean of each, so that a large mean does not swallow the scatter.

@@ -33,6 +33,7 @@ mod calibration_file;
 mod clock;
 mod clock_findings;
 mod column_head;
+mod conversion;
 mod device;
 mod error;
 mod export;
@@ -71,11 +72,16 @@ mod verification;
 mod vtu;
 mod waiting_rows;
 mod waveform;
+mod written;
 
 pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
 pub use calibration_file::{CalibrationFile, CurvatureBlock, TRIAXIAL, ThermalBlock};
 pub use clock::{Clock, Gap};
+pub use conversion::{
+    Conversion, ConversionPlan, Filling, RowClock, Survey, Surveyed, TargetForm, TimedLayout,
+    TimedRows,
+};
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};
 pub use export::{
@@ -127,3 +133,4 @@ pub use verification::{
 pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};
 pub use waveform::{SampleTimes, Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};
+pub use written::Written;

@@ -200,22 +200,10 @@ impl Recording {
         let signals = selected.len();
         // The rows of a table follow one another as if one came every second.
         let rate = options.sampling_rate_hz.or(options.table.then_some(1.0));
-        let time = match (&options.time, rate) {
-            (Some(column), _) => Some(layout.find(column)?),
-            (None, None) => time_column(&layout).filter(|i| !selected.contains(i)),
-            (None, Some(_)) => None,
-        };
+        let When { time, rate, stated } = When::of(&layout, options, rate, &selected)?;
         if time.is_none() && rate.is_none() {
             return Err(layout.ask_clock());
         }
-        // Times that follow from a rate are not estimated from.
-        let stated = time
-            .filter(|_| rate.is_none())
-            .and_then(|index| layout.stated_rate(index));
-        let (time, rate) = match stated {
-            Some(rate) => (None, Some(rate)),
-            None => (time, rate),
-        };
         let clock = time
             .map(|index| clock_unit(&layout, index, options))
             .transpose()?;
@@ -492,6 +480,41 @@ impl Recording {
     }
 }
 
+/// What tells when the rows of a recording were taken; neither where nobody says it.
+pub(crate) struct When {
+    /// The column of the times.
+    pub(crate) time: Option<usize>,
+    /// Samples per second, as stated.
+    pub(crate) rate: Option<f64>,
+    /// The same where the file states it.
+    pub(crate) stated: Option<f64>,
+}
+
+impl When {
+    /// By what a person says, else by the column that is named as a time and is none of those selected.
+    pub(crate) fn of(
+        layout: &Layout,
+        options: &RecordingOptions,
+        rate: Option<f64>,
+        selected: &[usize],
+    ) -> Result<Self> {
+        let time = match (&options.time, rate) {
+            (Some(column), _) => Some(layout.find(column)?),
+            (None, None) => time_column(layout).filter(|i| !selected.contains(i)),
+            (None, Some(_)) => None,
+        };
+        // Times that follow from a rate are not estimated from.
+        let stated = time
+            .filter(|_| rate.is_none())
+            .and_then(|index| layout.stated_rate(index));
+        Ok(Self {
+            time: time.filter(|_| stated.is_none()),
+            rate: stated.or(rate),
+            stated,
+        })
+    }
+}
+
 /// The first column whose heading says that it is the time.
 pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     if let Some(own) = layout.own_times() {
@@ -527,7 +550,11 @@ fn is_called_time(layout: &Layout, i: usize) -> bool {
 }
 
 /// A time column beside a stated rate is not read, which is said.
-fn unused_time(layout: &Layout, options: &RecordingOptions, selected: &[usize]) -> Option<Finding> {
+pub(crate) fn unused_time(
+    layout: &Layout,
+    options: &RecordingOptions,
+    selected: &[usize],
+) -> Option<Finding> {
     let rate = options.sampling_rate_hz?;
     let index = time_column(layout).filter(|i| !selected.contains(i))?;
     if options.time.is_some() {
@@ -565,7 +592,11 @@ impl Layout {
 }
 
 /// What the time column counts.
-fn clock_unit(layout: &Layout, index: usize, options: &RecordingOptions) -> Result<ClockUnit> {
+pub(crate) fn clock_unit(
+    layout: &Layout,
+    index: usize,
+    options: &RecordingOptions,
+) -> Result<ClockUnit> {
     let rate = options.sampling_rate_hz;
     let clock = ClockUnit::of(layout, index, options.time_unit, rate, options.events)?;
     if clock.unit != TimeUnit::Index && rate.is_some() {

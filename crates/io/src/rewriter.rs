@@ -3,15 +3,15 @@
 use crate::field::{Fields, parse_number};
 use crate::layout::{Layout, Separator, sniff};
 use crate::output::AtomicFile;
+use crate::written::Written;
 use crate::{Error, ErrorKind, Result, RowBlock, Unit, split_heading};
 use proofmass_uncertainty::DecimalMark;
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Rows that one thread formats at once; a constant, so that nothing depends on the number of threads.
-const PIECE: usize = 2048;
+pub(crate) const PIECE: usize = 2048;
 
 /// Writes a recording again, block by block, with new numbers in some of its columns.
 ///
@@ -44,34 +44,9 @@ const PIECE: usize = 2048;
 /// ```
 #[derive(Debug)]
 pub struct Rewriter {
-    sink: Sink,
+    to: Written,
     source: Option<PathBuf>,
     plan: Plan,
-}
-
-#[derive(Debug)]
-enum Sink {
-    File(Box<AtomicFile>),
-    Bytes(Vec<u8>),
-}
-
-impl Sink {
-    fn write_all(&mut self, bytes: &[u8]) -> Result<()> {
-        match self {
-            Self::File(file) => file.write_all(bytes),
-            Self::Bytes(all) => {
-                all.extend_from_slice(bytes);
-                Ok(())
-            }
-        }
-    }
-
-    fn target(&self) -> &Path {
-        match self {
-            Self::File(file) => file.target(),
-            Self::Bytes(_) => Path::new("the output"),
-        }
-    }
 }
 
 /// What the threads that format need to know.
@@ -102,10 +77,10 @@ impl Rewriter {
         inputs: &[&Path],
     ) -> Result<Self> {
         let (plan, header) = Plan::new(path, layout, replaced)?;
-        let mut file = AtomicFile::create(path, inputs)?;
-        file.write_all(&header)?;
+        let mut to = Written::create(path, inputs)?;
+        to.write_all(&header)?;
         Ok(Self {
-            sink: Sink::File(Box::new(file)),
+            to,
             source: inputs.first().map(|p| p.to_path_buf()),
             plan,
         })
@@ -118,7 +93,7 @@ impl Rewriter {
     pub fn in_memory(source: &Path, layout: &Layout, replaced: &[(usize, String)]) -> Result<Self> {
         let (plan, header) = Plan::new(source, layout, replaced)?;
         Ok(Self {
-            sink: Sink::Bytes(header),
+            to: Written::Bytes(header),
             source: Some(source.to_path_buf()),
             plan,
         })
@@ -148,14 +123,10 @@ impl Rewriter {
             && (count == 0 || !block.text(rows.start).is_empty());
         if !fits {
             let lengths: Vec<usize> = values.iter().map(|v| v.len()).collect();
-            return Err(Error::new(
-                ErrorKind::Output,
-                format!(
-                    "{} columns of {count} rows, read with their text, are to be replaced; values came for {lengths:?} rows",
-                    self.plan.headings.len(),
-                ),
-            )
-            .at(self.sink.target()));
+            return Err(self.to.refusal(format!(
+                "{} columns of {count} rows, read with their text, are to be replaced; values came for {lengths:?} rows",
+                self.plan.headings.len(),
+            )));
         }
         let pieces: Vec<Result<Vec<u8>>> = (0..count.div_ceil(PIECE))
             .into_par_iter()
@@ -172,23 +143,20 @@ impl Rewriter {
                 Some(source) => e.at(source),
                 None => e,
             })?;
-        pieces.iter().try_for_each(|p| self.sink.write_all(p))
+        pieces.iter().try_for_each(|p| self.to.write_all(p))
     }
 
     /// The file that is written, for its digest; none in memory.
     pub fn file(&self) -> Option<&AtomicFile> {
-        match &self.sink {
-            Sink::File(file) => Some(file),
-            Sink::Bytes(_) => None,
+        match &self.to {
+            Written::File(file) => Some(file),
+            Written::Bytes(_) => None,
         }
     }
 
     /// SHA-256 of what was written so far, in hexadecimal digits.
     pub fn sha256(&self) -> String {
-        match &self.sink {
-            Sink::File(file) => file.sha256(),
-            Sink::Bytes(bytes) => crate::rows::hexadecimal(&Sha256::digest(bytes)),
-        }
+        self.to.sha256()
     }
 
     /// Waits until all that was written is on the disk; the place is not touched yet.
@@ -196,10 +164,7 @@ impl Rewriter {
     /// # Errors
     /// The disk refuses.
     pub fn settle(&mut self) -> Result<()> {
-        match &mut self.sink {
-            Sink::File(file) => file.settle(),
-            Sink::Bytes(_) => Ok(()),
-        }
+        self.to.settle()
     }
 
     /// Puts the file in its place; what was written in memory is lost.
@@ -207,18 +172,12 @@ impl Rewriter {
     /// # Errors
     /// The disk refuses; what stood there before is then still there.
     pub fn commit(self) -> Result<()> {
-        match self.sink {
-            Sink::File(file) => file.commit(),
-            Sink::Bytes(_) => Ok(()),
-        }
+        self.to.commit()
     }
 
     /// What was written in memory; `None` for a file.
     pub fn into_bytes(self) -> Option<Vec<u8>> {
-        match self.sink {
-            Sink::File(_) => None,
-            Sink::Bytes(bytes) => Some(bytes),
-        }
+        self.to.into_bytes()
     }
 }
 
@@ -362,7 +321,7 @@ impl Plan {
 }
 
 /// Text as a field, quoted where it must be.
-fn push_text(out: &mut Vec<u8>, field: &[u8], first: bool) {
+pub(crate) fn push_text(out: &mut Vec<u8>, field: &[u8], first: bool) {
     // A row that begins like a comment would be passed over by readers, this crate's among them.
     let like_comment = first
         && ["#", "%", "//"]

@@ -354,7 +354,7 @@ pub fn backwards(from_s: f64, to_s: f64) -> String {
 }
 
 /// Why a stamp is refused.
-fn backward(what: Backward) -> Error {
+pub(crate) fn backward(what: Backward) -> Error {
     let (what, hint) = match what {
         Backward::Repeats { at_s } => (
             format!("the time {at_s} s repeats the one before"),

@@ -302,6 +302,12 @@ fn plain(text: &str) -> String {
 }
 
 impl Unit {
+    /// Every unit.
+    #[cfg(test)]
+    pub(crate) fn all() -> impl Iterator<Item = Self> {
+        SPELLINGS.iter().map(|(unit, ..)| *unit)
+    }
+
     /// Reads a usual spelling; `None` when it is not one.
     pub fn recognise(text: &str) -> Option<Self> {
         let text = plain(text);

@@ -3,6 +3,7 @@
 use crate::apply::{ApplyData, ApplyJob};
 use crate::bias::{BiasData, BiasJob};
 use crate::comparison::{ComparisonData, ComparisonJob};
+use crate::convert::{ConvertData, ConvertJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
 use crate::inspect::{InspectData, InspectJob};
@@ -91,6 +92,8 @@ macro_rules! jobs {
             Validation(ValidationData<'a>),
             /// A calibration and a recording to be compensated.
             Apply(ApplyData<'a>),
+            /// Recordings to be written in another format.
+            Convert(ConvertData<'a>),
             /// A recording to be looked at.
             Inspect(InspectData),
             /// A sensor at rest over a sweep of temperature.
@@ -216,6 +219,8 @@ jobs! {
     Validation(ValidationJob, ValidationData, "validation", |d| only!(d, Validation)),
     /// A recording compensated with a calibration.
     Apply(ApplyJob, ApplyData, "apply", |d| only!(d, Apply)),
+    /// Recordings written in another format.
+    Convert(ConvertJob, ConvertData, "convert", |d| only!(d, Convert)),
     /// What is in a recording.
     Inspect(InspectJob, InspectData, "inspect", |d| only!(d, Inspect)),
     /// Noise of sensors at rest.

@@ -4,6 +4,7 @@ mod compensation;
 mod outcome;
 mod page;
 
+pub use crate::destination::Destination;
 pub use compensation::{CompensationMethod, CompensationStream};
 pub use outcome::{ApplyOutcome, FilterFigures};
 
@@ -13,12 +14,11 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_io::{
-    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, LayoutOptions, Reading, Rewriter,
-    RowBlock, RowReader, Source, Thermometer, WaitingRows, split_heading,
+    AnyCalibration, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading, Rewriter, RowBlock,
+    RowReader, Source, Thermometer, WaitingRows, split_heading,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::path::Path;
 use std::rc::Rc;
 use std::sync::Mutex;
 
@@ -71,22 +71,6 @@ pub struct ApplyJob {
     /// Column of the temperature in °C, for a calibration that follows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ColumnRef>,
-}
-
-/// Where the compensated recording goes.
-#[non_exhaustive]
-pub enum Destination<'a> {
-    /// A file, which appears whole or not at all; the inputs are never overwritten.
-    File {
-        /// Its place.
-        path: &'a Path,
-        /// Files that may not be overwritten, the recording first.
-        inputs: &'a [&'a Path],
-        /// Told the recording and the digest of the whole file before that stands in its place.
-        beside: &'a dyn Fn(&Input, &str) -> proofmass_io::Result<()>,
-    },
-    /// Memory.
-    Bytes(&'a mut Vec<u8>),
 }
 
 /// A calibration, a recording that is seen once, and where the compensated one goes.
@@ -209,7 +193,7 @@ impl Job for ApplyJob {
             Destination::File { beside, .. } => {
                 writer.settle()?;
                 if let Some(sha256) = &sha256 {
-                    beside(&recording, sha256)?;
+                    beside(std::slice::from_ref(&recording), sha256)?;
                 }
                 writer.commit()?;
             }

@@ -5,6 +5,9 @@
 /// Stands behind the numbers of a data set.
 pub const UFF_END: &[u8] = b"\n    -1\n";
 
+/// Characters of a name that are read again.
+const NAME: usize = 10;
+
 /// A signal of a universal file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UffSignal {
@@ -26,7 +29,7 @@ pub struct UffSignal {
 pub fn uff_head(signal: &UffSignal) -> Vec<u8> {
     let bytes = 8 * signal.rows;
     let name = plain(&signal.name, 80);
-    let entity = plain(&signal.name, 10);
+    let entity = uff_name(&signal.name);
     let unit = plain(signal.unit.as_deref().unwrap_or("NONE"), 20);
     let kind = if signal.acceleration { 12 } else { 0 };
     let label = if signal.acceleration {
@@ -60,6 +63,16 @@ pub fn uff_head(signal: &UffSignal) -> Vec<u8> {
     let mut head = lines.join("\n").into_bytes();
     head.push(b'\n');
     head
+}
+
+/// A time of a head as it is read again.
+pub fn uff_stored(seconds: f64) -> f64 {
+    thirteen(seconds).parse().unwrap_or(seconds)
+}
+
+/// A name as it is read again, without the word for its quantity.
+pub fn uff_name(name: &str) -> String {
+    plain(name, NAME)
 }
 
 /// Printable ASCII, so many characters at most.

@@ -48,6 +48,7 @@ walk! {
     bias: "bias" => "bias" in calibrations;
     plan: "plan" => "plan" in models;
     inspect: "inspect" => "inspect" in models;
+    convert: "convert" => "convert" in models;
     noise: "noise" => "noise" in models;
     noise_comparison: "noise-comparison" => "noise-comparison" in models;
     simulate: "simulate" => "simulate" in models;

@@ -4,6 +4,7 @@ use crate::agreement::{check, figure, states_everywhere};
 use crate::ask;
 use proofmass_io::Source;
 use proofmass_jobs::campaign::CampaignFile;
+use proofmass_jobs::convert::{ConvertData, ConvertFormat, ConvertJob};
 use proofmass_jobs::inspect::{InspectData, InspectJob};
 use proofmass_jobs::modes::ModesFile;
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
@@ -14,7 +15,7 @@ use proofmass_jobs::simulate::{
     SimulatedSpuriousMotion, SimulatedTransducer,
 };
 use proofmass_jobs::uncertainty::UncertaintyJob;
-use proofmass_jobs::{AnyData, Gathered, Job, Memory, Sink, Store, Unwatched};
+use proofmass_jobs::{AnyData, Destination, Gathered, Job, Memory, Sink, Store, Unwatched};
 use proofmass_noise::{
     NoiseChannel, NoiseLimit, NoiseModel, Sensor, Term, simulate as simulated_noise,
 };
@@ -149,6 +150,27 @@ pub fn inspect(kind: &str) {
     let mean = &inspection["columns"][1]["statistics"]["mean"];
     assert_eq!(mean.as_f64(), Some(9.81));
     states_everywhere(&result, 9.81);
+}
+
+pub fn convert(kind: &str) {
+    let result = check(kind, &|watch| {
+        let mut job = ConvertJob::default();
+        job.to = Some(ConvertFormat::Csv);
+        let mut written = Vec::new();
+        let text = "t (s);acc (m/s²)\n0;9,81\n0,01;9,82\n0,02;9,80\n";
+        let open = || Source::from_bytes("raw.csv", text);
+        let data = ConvertData::new(vec![&open], Destination::Bytes(&mut written));
+        let answer = ask(job, &AnyData::Convert(data), watch);
+        // What was stopped left nothing.
+        let expected: &[u8] = match answer.is_ok() {
+            true => b"time_s,acc_m/s2\n0,9.81\n0.01,9.82\n0.02,9.8\n",
+            false => b"",
+        };
+        assert_eq!(written, expected);
+        answer
+    });
+    let page = result.html().expect("a page");
+    assert!(page.contains("3 rows of 2 columns"));
 }
 
 /// A wedge of a few elements; the lowest mode is the principal result.
