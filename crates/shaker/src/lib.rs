@@ -18,6 +18,7 @@ pub mod budget;
 pub mod campaign;
 pub mod check;
 pub mod check_standard;
+pub mod datasheet;
 pub mod derived;
 pub mod diagnosis;
 mod excitation;
@@ -50,7 +51,6 @@ pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
     AngleResult, Contested, FrequencyResult, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,
-    not_that_of_the_datasheet,
 };
 pub use check::{adopt, check};
 pub use diagnosis::{SuspectRun, Suspicion, diagnose};
