@@ -25,6 +25,8 @@ use std::f64::consts::PI;
 ///
 /// **Uncertainty** of the parameters from the residuals, their autocorrelation included: J⁺ Ω J⁺ᵀ with Ω by Bartlett's window.
 ///
+/// **Assumes** a rise, and filters behind the device, that are short beside the period; at ζ ≥ 1 a low-pass is hardly told from the device.
+///
 /// **Errors** [`Error::TooFew`] below 40 samples, [`Error::NotFinite`], [`Error::Constant`], [`Error::NotConverged`].
 ///
 /// **Accuracy** the table of docs/dynamic-tests.md, by the example `step_map` of proofmass-jobs.
@@ -153,6 +155,17 @@ impl StepFit {
                 )
                 .at(Severity::Warning),
             );
+        }
+        for (name, words) in [
+            ("frequency", "the natural frequency"),
+            ("damping", "the damping ratio"),
+        ] {
+            let relative = estimate
+                .get(name)
+                .map_or(0.0, |q| q.standard_uncertainty / q.value.abs());
+            if relative > 0.2 {
+                findings.push(findings::parameter_ill_determined(words, 100.0 * relative));
+            }
         }
         let reach = |level: f64| {
             // Monotonic up to its first passage: on a grid of a thousandth of a period.

@@ -187,8 +187,8 @@ pub(super) fn sandwich(equations: &Equations) -> Option<(Vec<f64>, f64)> {
     let n = equations.residual.len();
     let mut factor = normal(equations);
     cholesky(&mut factor, P)?;
-    // As many lags as an autocorrelation of some samples needs; far below the length.
-    let lags = ((n as f64).powf(1.0 / 3.0) as usize).min(n / 4);
+    // As many lags as leave little of the correlation of neighbours out; what their number costs is in the degrees of freedom.
+    let lags = ((n as f64).sqrt() as usize).min(100).min(n / 4);
     let window = |l: usize| 1.0 - l as f64 / (lags + 1) as f64;
     let r = &equations.residual;
     let rows: Vec<&[f64]> = equations.jacobian.chunks_exact(P).collect();

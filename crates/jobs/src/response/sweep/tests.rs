@@ -81,8 +81,10 @@ fn healthy_sweeps_that_decay_have_no_such_finding() {
         let (linear, down) = (seed % 2 == 1, seed % 4 > 1);
         let outcome = swept(linear, down, 8.0, 0.8, seed);
         let codes = ["record-ends-early", "record-starts-late", "low-coherence"];
-        let warns = |c: &&str| severity(&outcome, c).is_some_and(|s| s != Severity::Note);
-        fired += codes.iter().filter(warns).count();
+        fired += codes
+            .into_iter()
+            .filter(|c| severity(&outcome, c).is_some_and(|s| s != Severity::Note))
+            .count();
         fired += usize::from(severity(&outcome, "record-ends-early").is_some());
         let highest = lines(&outcome).last().map_or(0.0, |l| l.0);
         assert!(highest > 2700.0, "{seed} {linear} {down} {highest}");
