@@ -9,7 +9,7 @@ mod tests;
 pub use response::{risen_response, step_response};
 
 use crate::findings;
-use fit::{P, Samples, Unit, cost, sandwich, settled};
+use fit::{P, Samples, Unit, cost, left_out, sandwich, settled};
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::Equations;
 use proofmass_uncertainty::{
@@ -21,11 +21,12 @@ use std::f64::consts::PI;
 /// A step response as fitted and as read.
 ///
 /// The step may take some time: the variance of its rise is fitted too ([`risen_response`]), and what is not known of it is in the uncertainty
-/// of the others. A rise of a fortieth of a period that is taken for none moves the frequency by a ten-thousandth.
+/// of the others. Samples from a twentieth of a period before the instant to a sixth after it are left
+/// out of the last fit.
 ///
 /// **Uncertainty** of the parameters from the residuals, their autocorrelation included: J⁺ Ω J⁺ᵀ with Ω by Bartlett's window.
 ///
-/// **Assumes** a rise, and filters behind the device, that are short beside the period; at ζ ≥ 1 a low-pass is hardly told from the device.
+/// **Assumes** a rise, and filters behind the device, that are short beside the period.
 ///
 /// **Errors** [`Error::TooFew`] below 40 samples, [`Error::NotFinite`], [`Error::Constant`], [`Error::NotConverged`].
 ///
@@ -74,7 +75,14 @@ impl StepFit {
                 best = Some((cost(&equations), time, p, equations, done));
             }
         }
-        let Some((_, time, p, equations, true)) = best else {
+        // While it rises the record is that of the rise and the filter; after it any of them is absorbed by instant and variance.
+        let best = best.and_then(|(_, time, p, ..)| {
+            let rising = time.rising(&samples, &p);
+            let without = |p: &[f64]| time.equations(&samples, p).map(|e| left_out(e, &rising));
+            let (p, equations, done) = settled(&p, 300, without)?;
+            Some((time, p, equations, done))
+        });
+        let Some((time, p, equations, true)) = best else {
             return Err(Error::NotConverged {
                 name: "step fit",
                 iterations: 60,
@@ -126,10 +134,9 @@ impl StepFit {
                 },
             }],
         )?;
-        let fitted: Vec<f64> = record
-            .iter()
-            .zip(&equations.residual)
-            .map(|(y, r)| y + r * height)
+        let fitted: Vec<f64> = time
+            .response(&samples, &p)
+            .map(|share| height * (p[0] + p[1] * share))
             .collect();
         let instant = time.instant(&p);
         let length = n as f64 / rate;

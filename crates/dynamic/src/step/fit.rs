@@ -51,6 +51,16 @@ impl Unit {
             .map(move |t| oscillator.risen(t, variance))
     }
 
+    /// The samples in which the acceleration still rises, or a filter behind the device has not settled.
+    pub(super) fn rising(&self, samples: &Samples, p: &[f64]) -> std::ops::Range<usize> {
+        let period = self.frequency(p).recip();
+        let sample = |t: f64| {
+            let k = ((self.instant(p) + t - samples.begin) * samples.rate).ceil();
+            (k.max(0.0) as usize).min(samples.values.len())
+        };
+        sample(-period / 20.0)..sample(period / 6.0)
+    }
+
     /// Whether a fit may go there: below a second of zero damping nothing swings up, and a rise of two periods hides the swing.
     fn allows(&self, p: &[f64]) -> bool {
         p.iter().all(|v| v.is_finite())
@@ -95,6 +105,13 @@ impl Unit {
         }
         Ok(equations)
     }
+}
+
+/// Equations without those of some samples.
+pub(super) fn left_out(mut equations: Equations, samples: &std::ops::Range<usize>) -> Equations {
+    equations.residual[samples.clone()].fill(0.0);
+    equations.jacobian[P * samples.start..P * samples.end].fill(0.0);
+    equations
 }
 
 /// Baseline and height by least squares, with the squares that they leave, where the response to a unit step is known.
