@@ -253,10 +253,17 @@ pub fn driven_band(input: &[f64], rate: f64) -> [f64; 2] {
     }
 }
 
-/// Passages of the frequency of a sweep from its first to its last cycles, Hz, whichever way it goes: the median of so many periods
-/// between rising passages, those that noise would make left out by a band of a quarter of the largest values. `None` with less than
-/// eight periods.
+/// Lowest and highest frequency of a sweep from its first to its last cycles, Hz, whichever way it goes; `None` with less than eight
+/// periods.
 pub fn swept_band(input: &[f64], rate: f64) -> Option<[f64; 2]> {
+    let passed = passed(input, rate)?;
+    let low = passed.iter().copied().fold(f64::INFINITY, f64::min);
+    Some([low, passed.iter().copied().fold(0.0, f64::max)])
+}
+
+/// Frequencies of a sweep in their order, Hz: the median of so many periods between rising passages, those that noise would make left out
+/// by a band of a quarter of the largest values. `None` with less than eight periods.
+fn passed(input: &[f64], rate: f64) -> Option<Vec<f64>> {
     let mean = input.iter().sum::<f64>() / input.len().max(1) as f64;
     let mut sizes: Vec<f64> = input.iter().map(|v| (v - mean).abs()).collect();
     let largest = sizes.len().checked_sub(1 + sizes.len() / 20)?;
@@ -279,14 +286,46 @@ pub fn swept_band(input: &[f64], rate: f64) -> Option<[f64; 2]> {
         return None;
     }
     let wide = (periods.len() / 100).clamp(3, 51);
-    let (mut low, mut high) = (f64::INFINITY, 0.0f64);
-    for some in periods.windows(wide) {
+    let medians = periods.windows(wide).map(|some| {
         let mut some = some.to_vec();
         let (_, middle, _) = some.select_nth_unstable_by(wide / 2, f64::total_cmp);
-        low = low.min(rate / *middle);
-        high = high.max(rate / *middle);
+        rate / *middle
+    });
+    Some(medians.collect())
+}
+
+/// The end of the record of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SweepEnd {
+    /// Frequency of the first and of the last cycles, Hz.
+    pub frequency: [f64; 2],
+    /// Root mean square of input and output over the last two periods, over that of the whole record.
+    pub level: [f64; 2],
+}
+
+impl SweepEnd {
+    /// Of a record; `None` with less than eight periods.
+    pub fn of(input: &[f64], output: &[f64], rate: f64) -> Option<Self> {
+        let passed = passed(input, rate)?;
+        let frequency = [*passed.first()?, *passed.last()?];
+        let two = (2.0 * rate / frequency[1]).ceil().max(16.0) as usize;
+        let rms = |values: &[f64]| {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let squares = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+            (squares / values.len() as f64).sqrt()
+        };
+        let level = [input, output].map(|values| {
+            let last = &values[values.len().saturating_sub(two)..];
+            rms(last) / rms(values).max(f64::MIN_POSITIVE)
+        });
+        Some(Self { frequency, level })
     }
-    Some([low, high])
+
+    /// Whether the input still drives, or the response still swings, when the record ends: by a tenth and a fifth of their levels.
+    pub fn is_cut(&self) -> bool {
+        self.level[0] > 0.1 || self.level[1] > 0.2
+    }
 }
 
 /// A phase that rises with frequency, as if the output came before the input.

@@ -471,6 +471,12 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
                 .match_indices(open)
                 .find_map(|(at, _)| Some((at, Unit::recognise(&inner[at + open.len_utf8()..])?)))
         {
+            // `s_V/(m/s2)`: of the quotient of two units none is known.
+            if let Some(over) = inner[..at].strip_suffix('/') {
+                let apart = over.rfind(['_', ' ', ',']);
+                let name = apart.filter(|k| *k > 0 && Unit::recognise(&over[k + 1..]).is_some());
+                return (name.map_or(heading, |k| &over[..k]), None);
+            }
             return (inner[..at].trim_end_matches([' ', '_']), Some(unit));
         }
     }
@@ -587,6 +593,9 @@ mod tests {
             ("noise (µV/√Hz)", "noise", Some(MicrovoltPerRootHertz)),
             ("noise (uV/sqrt(Hz))", "noise", Some(MicrovoltPerRootHertz)),
             ("acc_x_LSB", "acc_x", Some(Count)),
+            ("s_V/(m/s2)", "s", None),
+            ("s V/(m/s²)", "s", None),
+            ("a/(m/s2)", "a/(m/s2)", None),
         ] {
             assert_eq!(split_heading(heading), (name, unit), "{heading}");
         }

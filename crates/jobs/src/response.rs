@@ -8,6 +8,7 @@ mod page;
 mod points;
 mod recordings;
 mod steps;
+mod sweep;
 #[cfg(test)]
 mod tests;
 
@@ -263,6 +264,7 @@ impl ResponseJob {
                 let response = method
                     .estimate(x.data, y.data, rate, watch)
                     .map_err(named)?;
+                sweep::ends([x.data, y.data], rate, method.band, &response, findings);
                 Ok((response, None))
             }
         }

@@ -18,16 +18,16 @@ use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_io::{AnyCalibration, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_shaker::check_standard::{CheckPoint, against_known};
+use proofmass_shaker::datasheet::{OffDatasheet, off_datasheet};
 use proofmass_shaker::derived::{Expanded, PROBABILITY};
 use proofmass_shaker::findings::{excluded_run, reference_out_of_range};
-use proofmass_shaker::not_that_of_the_datasheet;
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
 use proofmass_shaker::swapped_cables;
-use proofmass_uncertainty::{Estimate, Finding, Quantity};
+use proofmass_uncertainty::{Estimate, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
 
 /// What is to be compared, and how well a reading is known.
@@ -423,7 +423,8 @@ fn quantities(
     })
 }
 
-/// A sensitivity off its datasheet by more than tolerance and uncertainty together.
+/// A sensitivity off its datasheet by more than tolerance and uncertainty together. At the frequency nearest to 160 Hz, where datasheets are
+/// made, it may be a decision; it stands for frequencies that are off by the same factor.
 pub(crate) fn against_datasheet(
     datasheet: Option<(f64, f64)>,
     results: &[SingleAxis],
@@ -431,24 +432,34 @@ pub(crate) fn against_datasheet(
     let Some((nominal, tolerance)) = datasheet else {
         return Vec::new();
     };
-    results
-        .iter()
-        .filter_map(|result| {
-            let q = result.estimate.get("modulus")?;
-            let off = q.value - nominal;
-            (off.abs() > tolerance.hypot(q.expanded(PROBABILITY))).then(|| {
-                not_that_of_the_datasheet(
-                    result.frequency,
-                    &format!(
-                        "{:+.1} %, tolerance {:.1} %, U = {:.2} %",
-                        100.0 * off / nominal,
-                        100.0 * tolerance / nominal,
-                        100.0 * q.expanded(PROBABILITY) / q.value
-                    ),
-                )
-            })
-        })
-        .collect()
+    let of = |result: &SingleAxis| {
+        let q = result.estimate.get("modulus")?;
+        let off = OffDatasheet {
+            name: None,
+            relative: q.value / nominal - 1.0,
+            allowed: tolerance.hypot(q.expanded(PROBABILITY)) / nominal,
+        };
+        Some((result.frequency, off))
+    };
+    let mut all: Vec<(f64, OffDatasheet)> = results.iter().filter_map(of).collect();
+    let away = |f: f64| (f / 160.0).ln().abs();
+    all.sort_by(|a, b| away(a.0).total_cmp(&away(b.0)));
+    let Some(((frequency, first), others)) = all.split_first() else {
+        return Vec::new();
+    };
+    let mut findings: Vec<Finding> = off_datasheet(*frequency, std::slice::from_ref(first))
+        .into_iter()
+        .collect();
+    for (frequency, other) in others {
+        let same = ((1.0 + other.relative) / (1.0 + first.relative) - 1.0).abs() < 0.05;
+        if first.is_far() && same {
+            continue;
+        }
+        // Near a resonance the datasheet does not hold.
+        let found = off_datasheet(*frequency, std::slice::from_ref(other));
+        findings.extend(found.map(|f| f.at(Severity::Warning)));
+    }
+    findings
 }
 
 /// Names of the channels that the quality of a run is about.

@@ -107,7 +107,7 @@ fn no_pulse(role: &str, why: NoPulse, name: &str) -> Trouble {
     Trouble::data(format!("there is no pulse in the {role}"))
         .detail(name)
         .detail(format!(
-            "largest excursion {:.4e}, noise {:.4e}: a pulse stands {} times above it",
+            "the largest excursion is {:.4e}, the noise {:.4e}: a pulse has to be {} times the noise",
             why.largest, why.noise, why.least_ratio
         ))
         .with_hint("check trigger and columns; the recording must begin with a quiet interval before the pulse")

@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 /// let channel = Channel { name: "u", unit: "V", data: &record };
 /// let data = StepData { channel, rate: 5000.0, findings: &[], name: "step" };
 /// let outcome = StepJob::default().evaluate(&data, &Unwatched)?;
-/// let [_, overshoot, _] = outcome.figures();
+/// let [_, overshoot] = outcome.figures();
 /// assert!((overshoot - (-0.2 * std::f64::consts::PI / 0.96f64.sqrt()).exp()).abs() < 0.01);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -87,7 +87,8 @@ impl Job for StepJob {
         let traces = [record, &fit.fitted, &residual].map(|y| Trace::new(&time, y, Trace::RUNS));
         Ok(StepOutcome {
             channel: (data.channel.name.to_owned(), data.channel.unit.to_owned()),
-            figures: [fit.rise_time, fit.overshoot, fit.settling_time],
+            figures: [fit.rise_time, fit.overshoot],
+            settling_time: fit.settling_time,
             residual_ratio: fit.residual_ratio,
             estimate: fit.estimate,
             traces,
@@ -100,7 +101,8 @@ impl Job for StepJob {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepOutcome {
     channel: (String, String),
-    figures: [f64; 3],
+    figures: [f64; 2],
+    settling_time: Option<f64>,
     residual_ratio: f64,
     estimate: Estimate,
     traces: [Trace; 3],
@@ -108,9 +110,14 @@ pub struct StepOutcome {
 }
 
 impl StepOutcome {
-    /// Rise time (s), overshoot as a share of the height, settling time to 2 % (s).
-    pub fn figures(&self) -> [f64; 3] {
+    /// Rise time (s), overshoot as a share of the height.
+    pub fn figures(&self) -> [f64; 2] {
         self.figures
+    }
+
+    /// Settling time to 2 %, s; of a swing that is not seen to decay none.
+    pub fn settling_time(&self) -> Option<f64> {
+        self.settling_time
     }
 }
 
@@ -134,13 +141,13 @@ impl Outcome for StepOutcome {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        let [rise, overshoot, settling] = self.figures;
+        let [rise, overshoot] = self.figures;
         Ok(vec![section(
             "step",
             &serde_json::json!({
                 "rise_time_s": rise,
                 "overshoot": overshoot,
-                "settling_time_s": settling,
+                "settling_time_s": self.settling_time,
                 "residual_ratio": self.residual_ratio,
             }),
         )?])

@@ -5,7 +5,6 @@ mod request;
 mod statement;
 mod undecided;
 
-pub use doubts::not_that_of_the_datasheet;
 pub use request::{ShakerCampaign, ShakerMethod};
 pub use undecided::Contested;
 
@@ -235,7 +234,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         findings.push(undecided::finding(&set_aside, &contested));
     }
     findings.extend(doubts::high_frequencies(&results));
-    findings.extend(doubts::off_datasheet(&results));
+    findings.extend(doubts::against_datasheet(&results));
     Ok(ShakerCalibration {
         differences: differences(&results),
         results,

@@ -365,6 +365,16 @@ pub struct DatasheetDeviation {
     pub e_n: f64,
 }
 
+impl DatasheetDeviation {
+    /// √(U² + U_p²) as a share of the datasheet value: E_n is the departure over it.
+    pub fn allowed(&self) -> f64 {
+        match self.e_n {
+            0.0 => f64::INFINITY,
+            e_n => (self.relative / e_n).abs(),
+        }
+    }
+}
+
 /// |S_jj| against a datasheet value with its expanded uncertainty, both in V/(m/s²).
 pub fn against_datasheet(
     fit: &FrequencyFit,

@@ -20,6 +20,14 @@ findings! {
         evidence "{rise:.1} % above its median at {frequency} Hz; an undamped resonance near {resonance:.0} Hz would do that",
         advice "do not use the sensitivity of lower frequencies there";
 
+    /// A sensitivity is not that of the datasheet. A decision where it is off by more than a fifth and by twice what tolerance and U allow,
+    /// which no device is.
+    off_datasheet(frequency: f64, off: &str, allowed: f64, remedy: &str) =
+        "off-datasheet", [Decision, Warning],
+        what "the sensitivity at {frequency} Hz is off its datasheet value: {off}",
+        evidence "tolerance and U together {allowed:.2} %",
+        advice "{remedy}";
+
     /// The highest frequency is beyond 1 kHz.
     adhesive_mounting(highest: f64) =
         "adhesive-mounting", [Warning],

@@ -19,6 +19,7 @@ pub mod campaign;
 pub mod check;
 pub mod check_standard;
 mod copied_readings;
+pub mod datasheet;
 pub mod derived;
 pub mod diagnosis;
 mod excitation;
@@ -51,7 +52,6 @@ pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
     AngleResult, Contested, FrequencyResult, MethodResult, PublishedResult, RunResult,
     ShakerCalibration, ShakerCampaign, ShakerMethod, TermDifference, calibrate,
-    not_that_of_the_datasheet,
 };
 pub use check::{adopt, check};
 pub use diagnosis::{SuspectRun, Suspicion, diagnose};

@@ -195,10 +195,17 @@ impl Common {
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         data.findings = &findings;
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let title = format!(
-            "Frequency response, {}",
-            named(Path::new(recordings.name()))
-        );
+        let title = match paths {
+            [first, _, ..] => format!(
+                "Frequency response, {} and {} more",
+                named(first),
+                paths.len() - 1
+            ),
+            _ => format!(
+                "Frequency response, {}",
+                named(Path::new(recordings.name()))
+            ),
+        };
         let mut files = recordings.inputs();
         files.extend(certificate.map(|c| c.input));
         let record = record(title, files);

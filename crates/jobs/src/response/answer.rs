@@ -25,7 +25,7 @@ fn needed(averages: f64) -> f64 {
 }
 
 /// Points of single sines have no coherence: each was measured by itself.
-fn explained(coherence: Option<f64>, averages: f64) -> bool {
+pub(super) fn explained(coherence: Option<f64>, averages: f64) -> bool {
     coherence.is_none_or(|c| c >= needed(averages))
 }
 

@@ -2,6 +2,7 @@
 
 use super::ResponseData;
 use crate::findings;
+use crate::plural::count;
 use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::blows::{BlowFault, Blows};
 use proofmass_uncertainty::{Finding, Severity};
@@ -62,8 +63,8 @@ pub(super) fn find<'a>(
     }
     if pieces.len() < 2 {
         return Err(Trouble::data(format!(
-            "{} usable impacts: two or more are needed",
-            pieces.len()
+            "{}: two or more are needed",
+            count(pieces.len(), "usable impact")
         ))
         .detail(data.name)
         .detail(dropped.join("; "))

@@ -172,7 +172,14 @@ impl ResponseOutcome {
             .iter()
             .map(|k| r.value[*k].arg().to_degrees())
             .collect();
-        let phase = continuous(&phase, |k| expanded[k].1);
+        // What the input does not explain turns no further.
+        let phase = continuous(&phase, |k| {
+            let coherence = r.coherence.get(kept[k]).copied();
+            match super::answer::explained(coherence, self.independent) {
+                true => expanded[k].1,
+                false => f64::INFINITY,
+            }
+        });
         let band = |y: &[f64], pick: fn(&(f64, f64)) -> f64, sign: f64| -> Vec<f64> {
             y.iter()
                 .zip(&expanded)

@@ -6,9 +6,9 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-const RATE: f64 = 10_000.0;
+pub(super) const RATE: f64 = 10_000.0;
 
-fn device() -> TransducerModel {
+pub(super) fn device() -> TransducerModel {
     TransducerModel {
         modes: vec![Mode {
             frequency: 900.0,
@@ -24,7 +24,7 @@ fn driven_by(x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
     output_of(&device(), x, noise, seed)
 }
 
-fn output_of(device: &TransducerModel, x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
+pub(super) fn output_of(device: &TransducerModel, x: &[f64], noise: f64, seed: u64) -> Vec<f64> {
     let n = x.len();
     let spectrum = fourier::forward(x)
         .iter()
@@ -42,7 +42,10 @@ fn output_of(device: &TransducerModel, x: &[f64], noise: f64, seed: u64) -> Vec<
         .collect()
 }
 
-fn evaluate(job: &ResponseJob, pairs: &[(Vec<f64>, Vec<f64>)]) -> Result<ResponseOutcome> {
+pub(super) fn evaluate(
+    job: &ResponseJob,
+    pairs: &[(Vec<f64>, Vec<f64>)],
+) -> Result<ResponseOutcome> {
     let recordings = pairs
         .iter()
         .map(|(x, y)| {

@@ -6,12 +6,16 @@ use proofmass_report::number::{scientific, two_digits};
 use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot};
 
 pub(super) fn add(page: Report, step: &StepOutcome) -> Report {
-    let [rise, overshoot, settling] = step.figures;
-    let figures = [
+    let [rise, overshoot] = step.figures;
+    let settling = step.settling_time.map(|t| 1e3 * t);
+    let mut figures = vec![
         KeyFigure::new("rise time", scientific(1e3 * rise, 4), "ms").note("10 % to 90 %"),
         KeyFigure::new("overshoot", format!("{:.2}", 100.0 * overshoot), "%"),
-        KeyFigure::new("settling time", scientific(1e3 * settling, 4), "ms").note("to 2 %"),
     ];
+    if let Some(settling) = settling {
+        let figure = KeyFigure::new("settling time", scientific(settling, 4), "ms");
+        figures.push(figure.note("to 2 %"));
+    }
     let table = parameters("Fitted oscillator", &step.estimate.quantities());
     let [record, fit, residual] = &step.traces;
     let (name, unit) = &step.channel;
@@ -22,11 +26,14 @@ pub(super) fn add(page: Report, step: &StepOutcome) -> Report {
         .series(Series::line("", &residual.x, &residual.y));
     let caption = "The step, the fitted oscillator, and what is left";
     let result = Section::new("Result").key_figures(figures).table(table);
-    page.verdict(format!(
-        "The step settles to 2 % within {} ms with an overshoot of {} %.",
-        two_digits(1e3 * settling),
-        two_digits(100.0 * overshoot)
-    ))
+    let overshoot = two_digits(100.0 * overshoot);
+    page.verdict(match settling {
+        Some(settling) => format!(
+            "The step settles to 2 % within {} ms with an overshoot of {overshoot} %.",
+            two_digits(settling)
+        ),
+        None => format!("The swing is not seen to decay; the overshoot is {overshoot} %."),
+    })
     .section(result.summarised())
     .section(Section::new("Time history").figure(caption, plot))
 }

@@ -1,9 +1,10 @@
 //! Doubts about a campaign as a whole.
 
 use super::MethodResult;
+use crate::datasheet::{OffDatasheet, off_datasheet};
 use crate::findings;
 use crate::observation::{Correction, PhasorRow};
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::Finding;
 
 /// Places of the campaign that a correction says nothing about.
 pub(super) fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Finding> {
@@ -63,28 +64,21 @@ pub(super) fn high_frequencies(results: &[MethodResult]) -> Vec<Finding> {
 }
 
 /// Main sensitivities that the datasheet does not know, at the frequency nearest to 160 Hz, where datasheets are made.
-pub(super) fn off_datasheet(results: &[MethodResult]) -> Option<Finding> {
+pub(super) fn against_datasheet(results: &[MethodResult]) -> Option<Finding> {
     let of_reference = |f: f64| (f / 160.0).ln().abs();
     let result = results
         .first()?
         .frequencies
         .iter()
         .min_by(|a, b| of_reference(a.frequency).total_cmp(&of_reference(b.frequency)))?;
-    let off: Vec<String> = result
+    let all: Vec<OffDatasheet> = result
         .datasheet
         .iter()
-        .filter(|d| d.e_n.abs() > 1.0)
-        .map(|d| format!("{} {:+.1} %", d.axis, 100.0 * d.relative))
+        .map(|d| OffDatasheet {
+            name: Some(d.axis.clone()),
+            relative: d.relative,
+            allowed: d.allowed(),
+        })
         .collect();
-    (!off.is_empty()).then(|| not_that_of_the_datasheet(result.frequency, &off.join(", ")))
-}
-
-/// A sensitivity beyond the tolerance of its datasheet and U together.
-pub fn not_that_of_the_datasheet(frequency: f64, off: &str) -> Finding {
-    proofmass_uncertainty::findings::beyond_limit(
-        &format!("the sensitivity at {frequency} Hz is, by the datasheet,"),
-        off,
-        "check gains, cables and the unit of the datasheet; near a resonance it does not hold",
-    )
-    .at(Severity::Warning)
+    off_datasheet(result.frequency, &all)
 }

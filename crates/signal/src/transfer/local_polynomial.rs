@@ -13,6 +13,10 @@ use serde::{Deserialize, Serialize};
 /// No window, no leakage bias of the first kind, and the noise is seen in the residuals: 2n + 1 − 6 complex degrees of freedom
 /// per line. Lines are given at every (2n + 1)th of the record's own, so that they are independent.
 ///
+/// What a sweep drives in the first or last (2n + 1)th of the record looks as smooth as the transient of that end: G and T are hardly told
+/// apart there. Lines at which less than a hundredth of the input's power tells them apart, and of which nothing better than half of their
+/// modulus is known, are not given. The coherence is the share of the output's power beyond the transient that the input explains.
+///
 /// **Assumes** noise on the output; an input with some energy in every line of the band.
 ///
 /// **Source** `[Pintelon2010]`.
@@ -102,19 +106,26 @@ impl LocalPolynomial {
             }
             centres = kept;
         }
-        let results: Vec<Option<(Complex64, f64, f64)>> = centres
+        let results: Vec<Option<Line>> = centres
             .par_iter()
             .map(|c| regress(&x[c - half..=c + half], &y[c - half..=c + half]))
             .collect();
         watch.step("transform", 2, 2)?;
+        let driven = results.iter().any(Option::is_some);
         let mut estimate = ResponseEstimate {
             independent_every: 1,
             ..ResponseEstimate::default()
         };
         for (c, result) in centres.iter().zip(results) {
-            let Some((value, variance, coherence)) = result else {
+            let Some(result) = result.filter(Line::is_known) else {
                 continue;
             };
+            let Line {
+                value,
+                variance,
+                coherence,
+                ..
+            } = result;
             estimate.frequency.push(*c as f64 * line);
             estimate.value.push(value);
             estimate
@@ -123,6 +134,12 @@ impl LocalPolynomial {
             estimate.dof.push(2.0 * (2 * half + 1 - 2 * ORDER) as f64);
             estimate.coherence.push(coherence);
             estimate.leakage.push(Complex64::new(0.0, 0.0));
+        }
+        if estimate.frequency.is_empty() && driven {
+            return Err(Error::Unobservable {
+                parameter: "response beside the transients of the record's ends",
+                condition: f64::INFINITY,
+            });
         }
         if estimate.frequency.is_empty() {
             return Err(Error::Constant {
@@ -134,8 +151,26 @@ impl LocalPolynomial {
     }
 }
 
-/// G(0), its variance E|δ|², and the share of the output's power that the regression explains.
-fn regress(x: &[Complex64], y: &[Complex64]) -> Option<(Complex64, f64, f64)> {
+/// What the regression gives for one line.
+struct Line {
+    /// G(0).
+    value: Complex64,
+    /// E|δ|² of it.
+    variance: f64,
+    /// Share of the output's power beyond the transient that the input explains.
+    coherence: f64,
+    /// Share of the input's power that is neither in the transient nor in the slope and curvature of G.
+    told_apart: f64,
+}
+
+impl Line {
+    fn is_known(&self) -> bool {
+        // Student's t at 95 % with the sixteen degrees of freedom and more of a line: 2.1.
+        self.told_apart >= 0.01 || 2.1 * (0.5 * self.variance).sqrt() <= 0.5 * self.value.norm()
+    }
+}
+
+fn regress(x: &[Complex64], y: &[Complex64]) -> Option<Line> {
     let n = x.len();
     let half = (n - 1) as f64 / 2.0;
     let r = |k: usize| (k as f64 - half) / half;
@@ -156,7 +191,8 @@ fn regress(x: &[Complex64], y: &[Complex64]) -> Option<(Complex64, f64, f64)> {
         columns.push((0..n).map(|k| x[k] / scale * r(k).powi(d as i32)).collect());
     }
     let mut right = y.to_vec();
-    let total: f64 = right.iter().map(|v| v.norm_sqr()).sum();
+    // Of the output, what is no transient.
+    let mut beyond = 0.0;
     let dot = |a: &[Complex64], b: &[Complex64]| -> Complex64 {
         a.iter().zip(b).map(|(p, q)| p.conj() * q).sum()
     };
@@ -183,17 +219,21 @@ fn regress(x: &[Complex64], y: &[Complex64]) -> Option<(Complex64, f64, f64)> {
             *v -= c * q;
         }
         last = (c / norm, norm);
+        if j + 1 == ORDER {
+            beyond = right.iter().map(|v| v.norm_sqr()).sum::<f64>();
+        }
     }
     let residual: f64 = right.iter().map(|v| v.norm_sqr()).sum();
     let noise = residual / (n - count) as f64;
     let (value, norm) = last;
-    Some((
-        value / scale,
-        noise / (norm * norm * scale * scale),
-        if total > 0.0 {
-            1.0 - residual / total
+    Some(Line {
+        value: value / scale,
+        variance: noise / (norm * norm * scale * scale),
+        coherence: if beyond > 0.0 {
+            1.0 - residual / beyond
         } else {
             0.0
         },
-    ))
+        told_apart: norm * norm / n as f64,
+    })
 }
