@@ -45,7 +45,7 @@ struct Object {
 
 fn walk(file: &mut dyn SeekRead, size: u64, matlab: bool) -> Result<Contents> {
     let (mut file, root, end) =
-        File::open(file, size).map_err(|t| t.error("the head of the file", size))?;
+        File::of(file, size).map_err(|t| t.error("the head of the file", size))?;
     let header = file
         .header(root)
         .map_err(|t| t.error("the list of datasets", size))?;

@@ -438,7 +438,7 @@ mod tests {
         assert!((q.standard_uncertainty / q.value / u - 1.0).abs() < 1e-9);
         // A run that is turned by 2° is named.
         let rows = [
-            row("a", 1.0, 0.0),
+            row("a", 0.9999, 0.0),
             row("b", 1.0, 0.0),
             row("turned", 1.0, 0.035),
         ];

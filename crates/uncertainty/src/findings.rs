@@ -264,9 +264,9 @@ crate::findings! {
         evidence "{evidence}",
         advice "{remedy}; the stated uncertainty is then a lower bound";
 
-    /// A quantity exceeds its limit with its whole interval. A warning where the limit is a datasheet's.
+    /// A quantity exceeds its limit with its whole interval.
     beyond_limit(subject: &str, evidence: &str, remedy: &str) =
-        "beyond-limit", [Decision, Warning],
+        "beyond-limit", [Decision],
         what "{subject} beyond the limit with the whole interval",
         evidence "{evidence}",
         advice "{remedy}";

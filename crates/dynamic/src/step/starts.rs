@@ -25,16 +25,10 @@ pub(super) fn starts(whole: &Samples, onset: usize) -> Vec<Start> {
     let (n, rate) = (whole.values.len(), whole.rate);
     let length = n as f64 / rate;
     let mut frequencies = Vec::new();
-    let mut part = 16;
-    while onset < n {
-        let to = (onset + part).min(n);
-        if let Ok(f) = dominant_frequency(rate, &whole.values[onset..to]) {
-            frequencies.push(f);
-        }
-        if to == n {
-            break;
-        }
-        part *= 2;
+    let parts = std::iter::successors(Some(16), |part| (onset + part < n).then_some(2 * part));
+    for part in parts {
+        let seen = &whole.values[onset.min(n)..(onset + part).min(n)];
+        frequencies.extend(dominant_frequency(rate, seen).ok());
     }
     let rings = frequencies.len();
     let mut f = 0.3 / length;

@@ -110,7 +110,7 @@ pub(super) fn little(bytes: &[u8]) -> Bytes<'_> {
 
 impl<'a> File<'a> {
     /// Reads the superblock: the file, the address of the root group, and the size that it states.
-    pub(super) fn open(file: &'a mut dyn SeekRead, size: u64) -> Found<(Self, u64, u64)> {
+    pub(super) fn of(file: &'a mut dyn SeekRead, size: u64) -> Found<(Self, u64, u64)> {
         let head = bytes_at(file, 0, BEGINNINGS[3] as u64 + 128)?;
         let base = beginning(&head)
             .ok_or_else(|| Trouble::Damaged("the signature of HDF5 is missing".to_owned()))?;
