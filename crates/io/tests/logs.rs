@@ -80,6 +80,6 @@ fn known_klipper_log() {
     }
     let log = read(text, &["accel_x", "accel_z"]);
     assert!((log.time.rate_hz() - 3200.0).abs() < 1e-3);
-    assert_eq!(log.columns[1].data[0], 9790.959_36);
+    assert_eq!(log.columns[1].data[0], 9_790.959_36);
     assert_eq!(log.columns[0].unit, None);
 }

@@ -748,7 +748,7 @@ fn crosscheck_streams_of_others() {
             "testdouble",
             9,
             0.0,
-            6.283_185_307_179_586,
+            std::f64::consts::TAU,
             28.274_333_882_308_14,
         ),
         (

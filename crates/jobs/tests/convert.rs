@@ -37,7 +37,9 @@ fn convert(job: &ConvertJob, files: &[&[u8]]) -> Result<(Vec<u8>, ConvertOutcome
 }
 
 fn refused(job: &ConvertJob, files: &[&[u8]]) -> String {
-    let trouble = convert(job, files).err().expect("a refusal");
+    let Err(trouble) = convert(job, files) else {
+        panic!("no refusal");
+    };
     format!("{trouble}; {}", trouble.hint().unwrap_or_default())
 }
 

@@ -244,7 +244,7 @@ impl<'a> Conversion<'a> {
         match self.plan.form {
             TargetForm::Csv => {
                 let pieces = csv::rows(times, columns);
-                return pieces.iter().try_for_each(|p| self.to.write_all(p));
+                pieces.iter().try_for_each(|p| self.to.write_all(p))
             }
             TargetForm::Npy => {
                 let mut bytes = Vec::with_capacity(8 * rows * (columns.len() + 1));
