@@ -23,7 +23,10 @@ fn main() -> std::io::Result<ExitCode> {
             heap.1,
             worst.panics.len()
         );
-        worst.panics.iter().for_each(|what| println!("\tpanic: {what}"));
+        worst
+            .panics
+            .iter()
+            .for_each(|what| println!("\tpanic: {what}"));
         sound &= worst.panics.is_empty() && seconds.0 < 2.0 && heap.0 < 64_000_000;
     }
     Ok(match sound {

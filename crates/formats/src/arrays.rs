@@ -1,9 +1,12 @@
 //! Named arrays as streams: those that are as long as each other are together, the longer side of a matrix being the time.
 
 use crate::bytes::Order;
-use crate::raw::{Kind, numbers};
+use crate::held_rows::HeldRows;
+use crate::names::shown;
+use crate::raw::Kind;
 use crate::stream::{Clock, Column, Contents, Remark, Source, Stream};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Columns that a matrix may have.
 pub(crate) const MOST_COLUMNS: usize = 1 << 16;
@@ -13,10 +16,23 @@ pub(crate) struct Array {
     pub(crate) name: String,
     pub(crate) rows: usize,
     pub(crate) columns: usize,
-    /// Column after column, as far as they are there.
-    pub(crate) real: Vec<f64>,
+    /// Row after row in place of column after column.
+    pub(crate) by_rows: bool,
+    pub(crate) real: Part,
     /// The imaginary parts of complex numbers.
-    pub(crate) imaginary: Option<Vec<f64>>,
+    pub(crate) imaginary: Option<Part>,
+}
+
+/// Stored numbers one after the other; they are not unfolded before they are asked for.
+#[derive(Clone)]
+pub(crate) struct Part {
+    pub(crate) bytes: Arc<Vec<u8>>,
+    /// First byte of the first number.
+    pub(crate) at: usize,
+    /// Bytes from one number to the next.
+    pub(crate) width: usize,
+    pub(crate) kind: Kind,
+    pub(crate) order: Order,
 }
 
 /// Collects arrays.
@@ -27,66 +43,79 @@ pub(crate) struct Arrays {
     pub(crate) remarks: Vec<Remark>,
 }
 
-/// Stored numbers of a kind side by side.
-pub(crate) fn values(kind: Kind, order: Order, bytes: &[u8]) -> Vec<f64> {
-    let mut values = Vec::new();
-    numbers(kind, order, bytes, kind.size() as usize, &mut values);
-    values
+impl Part {
+    /// Numbers side by side.
+    pub(crate) fn of(bytes: Vec<u8>, kind: Kind, order: Order) -> Self {
+        Self {
+            bytes: Arc::new(bytes),
+            at: 0,
+            width: kind.size() as usize,
+            kind,
+            order,
+        }
+    }
+
+    /// The same from so many bytes further on.
+    pub(crate) fn behind(&self, bytes: usize) -> Self {
+        Self {
+            at: self.at + bytes,
+            ..self.clone()
+        }
+    }
+
+    /// So many numbers from one on, every so many; nothing where they are not all there.
+    fn signal(&self, first: usize, step: usize, count: usize) -> Option<HeldRows> {
+        let at = first.checked_mul(self.width)?.checked_add(self.at)?;
+        let width = step.checked_mul(self.width)?;
+        HeldRows::apart(&self.bytes, at, width, count, (self.kind, self.order))
+    }
 }
 
 impl Arrays {
     /// Takes in an array; a single number is no signal.
     pub(crate) fn put(&mut self, array: &Array) {
-        let Array {
-            name,
-            rows,
-            columns,
-            real,
-            imaginary,
-        } = array;
-        let (rows, columns) = (*rows, *columns);
+        let (rows, columns) = (array.rows, array.columns);
+        let name = shown(&array.name);
         let length = rows.max(columns);
         let signals = rows.min(columns);
         if length < 2 || signals == 0 {
             return;
         }
-        if signals > MOST_COLUMNS || rows.checked_mul(columns).is_none_or(|n| real.len() < n) {
+        let whole = || {
+            let last = rows.checked_mul(columns)?.checked_sub(1)?;
+            array.real.signal(last, 1, 1)
+        };
+        if signals > MOST_COLUMNS || whole().is_none() {
             self.remarks.push(Remark::passed_over(format!(
                 "{name}, a matrix of {rows} times {columns} numbers"
             )));
             return;
         }
         let across = columns > rows;
-        let parts = [(Some(real), " real"), (imaginary.as_ref(), " imaginary")];
+        // Numbers of a signal lie side by side, or one of every signal after the other.
+        let beside = across == array.by_rows;
+        let parts = [
+            (Some(&array.real), " real"),
+            (array.imaginary.as_ref(), " imaginary"),
+        ];
         for signal in 0..signals {
-            for (values, part) in &parts {
-                let Some(values) = values.filter(|v| v.len() >= length * signals) else {
-                    continue;
-                };
-                let taken = match across {
-                    true => values
-                        .iter()
-                        .skip(signal)
-                        .step_by(rows)
-                        .take(length)
-                        .copied()
-                        .collect(),
-                    false => values[signal * rows..(signal + 1) * rows].to_vec(),
-                };
+            for (part, word) in &parts {
+                let numbers = part.and_then(|part| match beside {
+                    true => part.signal(signal * length, 1, length),
+                    false => part.signal(signal, signals, length),
+                });
+                let Some(numbers) = numbers else { continue };
                 let place = match (signals, across) {
                     (1, _) => String::new(),
                     (_, true) => format!("({},:)", signal + 1),
                     (_, false) => format!("(:,{})", signal + 1),
                 };
-                let part = if imaginary.is_some() { part } else { "" };
-                self.signal(format!("{name}{place}{part}"), taken);
+                let word = if array.imaginary.is_some() { word } else { "" };
+                let column = Column::of(Source::HeldRows(numbers));
+                let name = format!("{name}{place}{word}");
+                self.column(name, None, length as u64, column);
             }
         }
-    }
-
-    fn signal(&mut self, name: String, values: Vec<f64>) {
-        let length = values.len() as u64;
-        self.column(name, None, length, Column::of(Source::held(values)));
     }
 
     /// Takes in a channel of so many samples.

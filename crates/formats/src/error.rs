@@ -5,6 +5,9 @@ use std::fmt;
 /// Result with [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
+/// Letters of a message.
+const LONGEST: usize = 1000;
+
 /// What is wrong with a file, where in it, and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
@@ -17,7 +20,7 @@ impl Error {
     /// What is wrong, in one line.
     pub(crate) fn new(what: impl Into<String>) -> Self {
         Self {
-            what: what.into(),
+            what: crate::names::shortened(&what.into(), LONGEST),
             hint: None,
             refused: None,
         }

@@ -3,18 +3,28 @@
 //! **Source** `[GT3X]`.
 
 use crate::bytes::{Bytes, Order, text};
+use crate::held_rows::HeldRows;
+use crate::raw::Kind;
 use crate::scaling::Scaling;
 use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
 use crate::zip::Member;
 use crate::{Error, Result};
+use std::sync::Arc;
 
 /// Begins a record.
 const MARK: u8 = 0x1E;
+/// Bytes of a sample as it is held.
+const ROW: usize = 6;
 
-pub(crate) fn read(file: &mut dyn SeekRead, info: &Member, data: &Member) -> Result<Contents> {
-    let (info, _) = info.content(file)?;
+pub(crate) fn read(
+    file: &mut dyn SeekRead,
+    info: &Member,
+    data: &Member,
+    left: &mut u64,
+) -> Result<Contents> {
+    let (info, _) = info.content(file, left)?;
     let info = text(&info);
-    let (content, whole) = data.content(file)?;
+    let (content, whole) = data.content(file, left)?;
     let mut remarks = Vec::new();
     if !whole {
         remarks.push(Remark::cut(format!(
@@ -60,10 +70,11 @@ pub(crate) fn read(file: &mut dyn SeekRead, info: &Member, data: &Member) -> Res
             axes.clock(rate)
         }
     };
-    let rows = axes.values[0].len() as u64;
-    let mut stream = Stream::new("activity", clock, rows);
-    for (name, values) in ["acc_x", "acc_y", "acc_z"].into_iter().zip(axes.values) {
-        let column = Column::scaled(Source::held(values), Scaling::linear(1.0 / per_g, 0.0));
+    let rows = Arc::new(axes.rows);
+    let mut stream = Stream::new("activity", clock, (rows.len() / ROW) as u64);
+    for (i, name) in ["acc_x", "acc_y", "acc_z"].into_iter().enumerate() {
+        let values = Source::HeldRows(HeldRows::new(&rows, ROW, 2 * i, Kind::I16));
+        let column = Column::scaled(values, Scaling::linear(1.0 / per_g, 0.0));
         stream.push(name, Some("g".to_owned()), column);
     }
     if clock == Clock::Times {
@@ -85,24 +96,22 @@ fn value<'a>(info: &'a str, key: &str) -> Option<&'a str> {
 
 #[derive(Default)]
 struct Axes {
-    values: [Vec<f64>; 3],
+    /// x, y and z of each sample, two bytes each.
+    rows: Vec<u8>,
     times: Vec<Line>,
 }
 
 impl Axes {
     fn push(&mut self, xyz: [i16; 3]) {
-        for (axis, v) in self.values.iter_mut().zip(xyz) {
-            axis.push(f64::from(v));
-        }
+        self.rows.extend(xyz.iter().flat_map(|v| v.to_le_bytes()));
     }
 
     /// Cuts off rows of zeros at the end, which no sensor gives on three axes; how many.
     fn without_zeros(&mut self) -> usize {
-        let rows = self.values[0].len();
-        let kept = (0..rows)
-            .rposition(|row| self.values.iter().any(|axis| axis[row] != 0.0))
-            .map_or(0, |last| last + 1);
-        self.values.iter_mut().for_each(|axis| axis.truncate(kept));
+        let last = self.rows.iter().rposition(|b| *b != 0);
+        let kept = last.map_or(0, |last| last / ROW + 1);
+        let rows = self.rows.len() / ROW;
+        self.rows.truncate(kept * ROW);
         rows - kept
     }
 
@@ -134,6 +143,7 @@ impl Axes {
 
     /// Takes in records; how many are damaged.
     fn records(&mut self, bytes: &[u8], rate: f64) -> u64 {
+        let sums = sums(bytes);
         let mut damaged = 0;
         let mut last: Option<u32> = None;
         let mut begin = None;
@@ -143,7 +153,7 @@ impl Axes {
                 at += 1;
                 continue;
             }
-            let Some((kind, time, payload)) = record(&bytes[at..]) else {
+            let Some((kind, time, payload)) = record(bytes, at, &sums) else {
                 damaged += 1;
                 at += 1;
                 continue;
@@ -186,13 +196,24 @@ impl Axes {
     }
 }
 
-/// Kind, time and content of the record that begins here; nothing where its check sum does not hold.
-fn record(bytes: &[u8]) -> Option<(u8, u32, &[u8])> {
-    let mut b = Bytes::new(bytes, Order::Little);
+/// The check sums of the bytes before each byte, and of all: a record need not be gone through to be tried.
+fn sums(bytes: &[u8]) -> Vec<u8> {
+    let mut sums = Vec::with_capacity(bytes.len() + 1);
+    sums.push(0);
+    sums.extend(bytes.iter().scan(0, |sum, b| {
+        *sum ^= b;
+        Some(*sum)
+    }));
+    sums
+}
+
+/// Kind, time and content of the record that begins at a byte; nothing where its check sum does not hold.
+fn record<'a>(bytes: &'a [u8], at: usize, sums: &[u8]) -> Option<(u8, u32, &'a [u8])> {
+    let mut b = Bytes::new(&bytes[at..], Order::Little);
     b.u8()?;
     let (kind, time, length) = (b.u8()?, b.u32()?, b.u16()?);
     let payload = b.take(usize::from(length))?;
-    let sum = bytes[..8 + payload.len()].iter().fold(0, |sum, v| sum ^ v);
+    let sum = sums[at] ^ sums[at + 8 + payload.len()];
     (b.u8()? == !sum).then_some((kind, time, payload))
 }
 

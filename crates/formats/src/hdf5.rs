@@ -16,6 +16,7 @@ mod layout;
 
 use crate::Result;
 use crate::arrays::Arrays;
+use crate::names::shown;
 use crate::stream::{Contents, Remark, SeekRead};
 use file::File;
 use header::{Header, has_attribute, kind};
@@ -145,6 +146,7 @@ fn children(
             (false, true) => format!("{}.{}", object.name, link.name),
             (false, false) => format!("{}/{}", object.name, link.name),
         };
+        let name = shown(&name);
         match link.at {
             Some(at) => ahead.push(Object {
                 name,

@@ -42,6 +42,7 @@ mod input;
 mod lvm;
 mod mat;
 mod mcap;
+mod names;
 mod npy;
 #[cfg(feature = "parquet")]
 mod parquet;

@@ -6,7 +6,7 @@ use crate::text::Lines;
 use crate::{Error, Result};
 use std::collections::HashMap;
 
-pub(crate) fn read(file: &mut dyn SeekRead, _size: u64) -> Result<Contents> {
+pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let mut lines = Lines::from(file, 0)?;
     let mut form = Form::default();
     while let Some(line) = lines.next_line()? {
@@ -22,7 +22,7 @@ pub(crate) fn read(file: &mut dyn SeekRead, _size: u64) -> Result<Contents> {
     let mut number = 0;
     while let Some(segment) = Segment::head(&mut lines, &form)? {
         number += 1;
-        segment.read(&mut lines, &form, number, &mut contents)?;
+        segment.read(&mut lines, &form, (number, size), &mut contents)?;
     }
     if number > 1 {
         // Streams of one segment alone are told by their step.
@@ -119,6 +119,8 @@ struct Segment {
 
 /// Channels of a segment at most: fields of a line.
 const MOST_CHANNELS: usize = 1 << 16;
+/// Fields that lines may leave away, beside one for each byte of the file.
+const MOST_LEFT_AWAY: u64 = 1 << 20;
 
 impl Segment {
     fn head(lines: &mut Lines<'_>, form: &Form) -> Result<Option<Self>> {
@@ -168,10 +170,10 @@ impl Segment {
         self,
         lines: &mut Lines<'_>,
         form: &Form,
-        number: usize,
+        (number, size): (usize, u64),
         contents: &mut Contents,
     ) -> Result<()> {
-        let columns = self.columns(lines, form)?;
+        let columns = self.columns(lines, form, size)?;
         // Programs that know no unit of a signal may put that of the time axis in its place.
         let of_axis = !self.units.is_empty()
             && self.units.iter().all(|u| u.is_empty() || u == "s")
@@ -258,7 +260,7 @@ impl Segment {
     }
 
     /// The numbers up to the next segment, column by column; not a number where a field is empty.
-    fn columns(&self, lines: &mut Lines<'_>, form: &Form) -> Result<Vec<Vec<f64>>> {
+    fn columns(&self, lines: &mut Lines<'_>, form: &Form, size: u64) -> Result<Vec<Vec<f64>>> {
         let width = match form.times {
             Times::Each => 2 * self.channels,
             _ => self.channels + 1,
@@ -266,6 +268,8 @@ impl Segment {
         // No more columns than a line has fields.
         let width = width.min(self.headings.len().max(1));
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); width];
+        // Fields that lines leave away at their ends, without so much as a separator.
+        let mut left_away = 0;
         loop {
             let place = lines.place();
             let Some(line) = lines.next_line()? else {
@@ -282,7 +286,9 @@ impl Segment {
             }
             let mut fields = form.fields(line);
             for column in &mut columns {
-                let field = fields.next().unwrap_or_default();
+                let field = fields.next();
+                left_away += u64::from(field.is_none());
+                let field = field.unwrap_or_default();
                 let value = form.number(field);
                 if value.is_none() && !field.trim_ascii().is_empty() {
                     return Err(Error::new(format!(
@@ -292,6 +298,12 @@ impl Segment {
                     .with_hint("correct the field, or cut the line out"));
                 }
                 column.push(value.unwrap_or(f64::NAN));
+            }
+            if left_away > size.saturating_add(MOST_LEFT_AWAY) {
+                return Err(Error::new(format!(
+                    "the lines up to byte {place} have far fewer fields than the {width} columns that are announced"
+                ))
+                .with_hint("correct X_Columns and Channels of the header"));
             }
         }
         Ok(columns)

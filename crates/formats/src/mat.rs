@@ -4,8 +4,9 @@
 
 mod level4;
 
-use crate::arrays::{Array, Arrays, values};
+use crate::arrays::{Array, Arrays, Part};
 use crate::bytes::{Bytes, Order, text};
+use crate::names::{shown, unpacked_bytes};
 use crate::raw::{Kind, bytes_at};
 use crate::stream::{Contents, Remark, SeekRead};
 use crate::{Error, Result};
@@ -14,8 +15,6 @@ use std::io::Read;
 
 pub(crate) use level4::{is_level4, read as read_level4};
 
-/// Bytes that a compressed variable may unpack to.
-const MOST_UNPACKED: u64 = 1 << 30;
 /// Structures within structures.
 const DEEPEST: usize = 16;
 const HEADER: u64 = 128;
@@ -36,7 +35,8 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let head = bytes_at(file, 0, HEADER)?;
     let order = order(&head).ok_or_else(|| Error::new("is no MAT file"))?;
     let mut arrays = Arrays::default();
-    let mut at = HEADER;
+    let (mut at, mut left) = (HEADER, unpacked_bytes(size));
+    let mut damaged = (0_u64, HEADER);
     while at + 8 <= size {
         let tag = bytes_at(file, at, 8)?;
         let mut tag = Bytes::new(&tag, order);
@@ -50,21 +50,29 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
         }
         let taken = match kind {
             14 => matrix(Bytes::new(&bytes, order), "", 0, &mut arrays),
-            15 => match unpacked(&bytes) {
-                Some(bytes) => {
+            15 => match unpacked(&bytes, &mut left) {
+                Unpacked::TooLong => {
+                    arrays.remarks.push(Remark::passed_over(format!(
+                        "the variable at byte {at}, which unpacks to more than a file of this size may: save it without compression"
+                    )));
+                    Some(())
+                }
+                Unpacked::Whole(bytes) => {
                     let mut b = Bytes::new(&bytes, order);
                     let element = element(&mut b);
                     element
                         .filter(|(kind, _)| *kind == 14)
                         .and_then(|(_, inner)| matrix(inner, "", 0, &mut arrays))
                 }
-                None => None,
+                Unpacked::Damaged => None,
             },
             _ => None,
         };
         if taken.is_none() {
-            let what = format!("the variable at byte {at} cannot be unpacked or read");
-            arrays.remarks.push(Remark::damaged(what));
+            if damaged.0 == 0 {
+                damaged.1 = at;
+            }
+            damaged.0 += 1;
         }
         // Compressed variables follow one another without a gap.
         at += 8 + length;
@@ -72,15 +80,39 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
             at = at.next_multiple_of(8);
         }
     }
+    match damaged {
+        (0, _) => {}
+        (1, at) => arrays.remarks.push(Remark::damaged(format!(
+            "the variable at byte {at} cannot be unpacked or read"
+        ))),
+        (count, at) => arrays.remarks.push(Remark::damaged(format!(
+            "{count} variables, the first at byte {at}, cannot be unpacked or read"
+        ))),
+    }
     Ok(arrays.contents())
 }
 
-/// A compressed variable, whose check sum holds.
-fn unpacked(bytes: &[u8]) -> Option<Vec<u8>> {
+/// A compressed variable.
+enum Unpacked {
+    /// Its check sum holds.
+    Whole(Vec<u8>),
+    /// It unpacks to more bytes than are left to the file.
+    TooLong,
+    Damaged,
+}
+
+fn unpacked(bytes: &[u8], left: &mut u64) -> Unpacked {
     let mut unpacked = Vec::new();
-    let mut reader = ZlibDecoder::new(bytes).take(MOST_UNPACKED);
-    reader.read_to_end(&mut unpacked).ok()?;
-    ((unpacked.len() as u64) < MOST_UNPACKED).then_some(unpacked)
+    let mut reader = ZlibDecoder::new(bytes).take(*left + 1);
+    let done = reader.read_to_end(&mut unpacked);
+    match left.checked_sub(unpacked.len() as u64) {
+        None => Unpacked::TooLong,
+        Some(_) if done.is_err() => Unpacked::Damaged,
+        Some(rest) => {
+            *left = rest;
+            Unpacked::Whole(unpacked)
+        }
+    }
 }
 
 /// Kind and content of the next element, small or not.
@@ -114,7 +146,7 @@ fn matrix(mut b: Bytes<'_>, outside: &str, depth: usize, arrays: &mut Arrays) ->
         dimensions.push(usize::try_from(size).ok()?);
     }
     let (_, name) = element(&mut b)?;
-    let own = text(name.rest());
+    let own = shown(&text(name.rest()));
     let name = match (outside.is_empty(), own.is_empty()) {
         (true, _) => own,
         (false, true) => outside.to_owned(),
@@ -133,6 +165,7 @@ fn matrix(mut b: Bytes<'_>, outside: &str, depth: usize, arrays: &mut Arrays) ->
                     name,
                     rows,
                     columns,
+                    by_rows: false,
                     real,
                     imaginary,
                 }),
@@ -162,7 +195,7 @@ fn matrix(mut b: Bytes<'_>, outside: &str, depth: usize, arrays: &mut Arrays) ->
 }
 
 /// The numbers of an element, which may be stored shorter than they are.
-fn part(b: &mut Bytes<'_>) -> Option<Vec<f64>> {
+fn part(b: &mut Bytes<'_>) -> Option<Part> {
     let (kind, content) = element(b)?;
     let kind = match kind {
         1 => Kind::I8,
@@ -177,7 +210,7 @@ fn part(b: &mut Bytes<'_>) -> Option<Vec<f64>> {
         13 => Kind::U64,
         _ => return None,
     };
-    Some(values(kind, content.order, content.rest()))
+    Some(Part::of(content.rest().to_vec(), kind, content.order))
 }
 
 /// The fields of a structure, of each of its elements.
@@ -194,12 +227,12 @@ fn fields(
     let names: Vec<String> = names
         .rest()
         .chunks(length)
-        .map(|n| text(n.split(|b| *b == 0).next().unwrap_or_default()))
+        .map(|n| shown(&text(n.split(|b| *b == 0).next().unwrap_or_default())))
         .collect();
     if names.is_empty() {
         return Some(());
     }
-    let several = dimensions.iter().product::<usize>() != 1;
+    let several = dimensions.iter().any(|side| *side != 1);
     let mut number = 0;
     while let Some((kind, content)) = element(&mut b) {
         let (one, field) = (number / names.len(), &names[number % names.len()]);

@@ -6,6 +6,7 @@
 
 use crate::bytes::{Bytes, Order, text};
 use crate::input::{Input, Part};
+use crate::names::unpacked_bytes;
 use crate::raw::bytes_at;
 use crate::stream::{Contents, Remark, SeekRead};
 use crate::{Error, Result};
@@ -23,9 +24,6 @@ const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const TAIL: u64 = 37;
 /// A summary longer than this is not used.
 const LONGEST_SUMMARY: u64 = 16 << 20;
-/// A chunk unpacks to so many bytes at most, and so many more for each byte of it.
-const CHUNK: u64 = 64 << 20;
-const FOR_EACH_BYTE: u64 = 1024;
 
 /// Kinds of records.
 mod kind {
@@ -156,7 +154,7 @@ impl Walk {
             word => {
                 let mut packed = Vec::new();
                 part.read_to_end(&mut packed)?;
-                let most = CHUNK + FOR_EACH_BYTE * packed.len() as u64;
+                let most = unpacked_bytes(packed.len() as u64);
                 match Unpacked::new(word, &packed) {
                     None => {
                         let other = &mut self.packed_otherwise;

@@ -2,7 +2,7 @@
 //!
 //! **Source** `[NPY]`.
 
-use crate::arrays::{Array, Arrays, values};
+use crate::arrays::{Array, Arrays, Part};
 use crate::bytes::{Bytes, Order};
 use crate::raw::{Kind, bytes_at};
 use crate::stream::{Contents, Remark, SeekRead};
@@ -14,14 +14,14 @@ const LONGEST_HEADER: u32 = 1 << 16;
 pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let mut arrays = Arrays::default();
     let bytes = bytes_at(file, 0, size)?;
-    array(&bytes, "column", &mut arrays)?;
+    array(bytes, "column", &mut arrays)?;
     Ok(arrays.contents())
 }
 
 /// Takes in the array that bytes hold.
-pub(crate) fn array(bytes: &[u8], name: &str, arrays: &mut Arrays) -> Result<()> {
+pub(crate) fn array(bytes: Vec<u8>, name: &str, arrays: &mut Arrays) -> Result<()> {
     let damaged = || Error::new("the header of the npy file is damaged or cut short");
-    let mut b = Bytes::new(bytes, Order::Little);
+    let mut b = Bytes::new(&bytes, Order::Little);
     b.take(6).ok_or_else(damaged)?;
     let version = b.u8().ok_or_else(damaged)?;
     b.u8();
@@ -33,7 +33,7 @@ pub(crate) fn array(bytes: &[u8], name: &str, arrays: &mut Arrays) -> Result<()>
         .filter(|l| *l <= LONGEST_HEADER)
         .ok_or_else(damaged)?;
     let header = crate::bytes::text(b.take(length as usize).ok_or_else(damaged)?);
-    let data = b.rest();
+    let begin = bytes.len() - b.rest().len();
     let after = |key: &str| {
         let at = header.find(&format!("'{key}'"))?;
         let rest = header[at..].split_once(':')?.1;
@@ -93,7 +93,7 @@ pub(crate) fn array(bytes: &[u8], name: &str, arrays: &mut Arrays) -> Result<()>
     let width = kind.size() as usize * if complex { 2 } else { 1 };
     let damaged = || Error::new("the npy file states an impossible size");
     let all = rows.checked_mul(columns).ok_or_else(damaged)?;
-    let there = data.len() / width;
+    let there = (bytes.len() - begin) / width;
     let mut kept = (rows, columns);
     if there < all {
         // Whole rows stand before the cut, where they are stored one after the other.
@@ -107,23 +107,19 @@ pub(crate) fn array(bytes: &[u8], name: &str, arrays: &mut Arrays) -> Result<()>
         };
     }
     let (rows, columns) = kept;
-    let taken = &data[..(rows * columns * width).min(data.len())];
-    let stored = values(kind, order, taken);
-    let part = |offset: usize, step: usize| -> Vec<f64> {
-        let values: Vec<f64> = stored.iter().skip(offset).step_by(step).copied().collect();
-        match by_rows && columns > 1 {
-            true => (0..columns)
-                .flat_map(|c| values.iter().skip(c).step_by(columns).copied())
-                .collect(),
-            false => values,
-        }
+    let real = Part {
+        at: begin,
+        width,
+        ..Part::of(bytes, kind, order)
     };
+    let imaginary = complex.then(|| real.behind(kind.size() as usize));
     arrays.put(&Array {
         name: name.to_owned(),
         rows,
         columns,
-        real: part(0, if complex { 2 } else { 1 }),
-        imaginary: complex.then(|| part(1, 2)),
+        by_rows,
+        real,
+        imaginary,
     });
     Ok(())
 }

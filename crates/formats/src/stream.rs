@@ -2,6 +2,7 @@
 
 use crate::hdf5::Chunked;
 use crate::held_rows::HeldRows;
+use crate::names::{shortened, shown};
 use crate::raw::{Raw, Window};
 use crate::scaling::Scaling;
 use crate::{Error, Format, Result, Rows, recognise};
@@ -17,7 +18,7 @@ impl<T: Read + Seek + Send> SeekRead for T {}
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Channel {
-    /// Name as it stands in the file, without its unit.
+    /// Name as it stands in the file, without its unit; of a very long one the beginning, and no control characters.
     pub name: String,
     /// Word for the unit as it stands in the file.
     pub unit: Option<String>,
@@ -60,6 +61,9 @@ pub enum RemarkKind {
     PassedOver,
 }
 
+/// Letters of a remark.
+const LONGEST_REMARK: usize = 1000;
+
 /// A remark about a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Remark {
@@ -71,7 +75,7 @@ pub struct Remark {
 
 impl Remark {
     pub(crate) fn cut(text: impl Into<String>) -> Self {
-        let text = text.into();
+        let text = shortened(&text.into(), LONGEST_REMARK);
         Self {
             kind: RemarkKind::Cut,
             text,
@@ -79,7 +83,7 @@ impl Remark {
     }
 
     pub(crate) fn damaged(text: impl Into<String>) -> Self {
-        let text = text.into();
+        let text = shortened(&text.into(), LONGEST_REMARK);
         Self {
             kind: RemarkKind::Damaged,
             text,
@@ -87,7 +91,7 @@ impl Remark {
     }
 
     pub(crate) fn passed_over(text: impl Into<String>) -> Self {
-        let text = text.into();
+        let text = shortened(&text.into(), LONGEST_REMARK);
         Self {
             kind: RemarkKind::PassedOver,
             text,
@@ -119,7 +123,7 @@ impl Stream {
     /// Without channels.
     pub(crate) fn new(name: impl Into<String>, clock: Clock, rows: u64) -> Self {
         Self {
-            name: name.into(),
+            name: shown(&name.into()),
             channels: Vec::new(),
             clock,
             rows,
@@ -148,8 +152,8 @@ impl Stream {
         column: Column,
     ) {
         let channel = Channel {
-            name: name.into(),
-            unit,
+            name: shown(&name.into()),
+            unit: unit.map(|unit| shown(&unit)),
             scaling: column.scaling.words(),
         };
         self.channels.insert(at, channel);
@@ -345,9 +349,10 @@ impl Container {
         let size = file.seek(SeekFrom::End(0))?;
         let Contents {
             mut streams,
-            remarks,
+            mut remarks,
         } = read(&mut *file, size)?;
         streams.retain(|s| s.rows > 0 && !s.channels.is_empty());
+        believable(&mut streams, &mut remarks);
         if streams.is_empty() {
             let more = remarks.first().map(|r| format!("; {}", r.text));
             return Err(Error::new(format!(
@@ -400,6 +405,23 @@ impl Container {
     /// No such stream or channel.
     pub fn rows(self, stream: usize, channels: &[usize]) -> Result<Rows> {
         Rows::new(self, stream, channels)
+    }
+}
+
+/// A rate that cannot be one is left away, and remarked.
+fn believable(streams: &mut [Stream], remarks: &mut Vec<Remark>) {
+    for stream in streams {
+        let Clock::Rate { hz, start_s } = stream.clock else {
+            continue;
+        };
+        let there = hz.is_finite() && hz > 0.0 && (1.0 / hz).is_finite();
+        if !there || !start_s.is_finite() {
+            stream.clock = Clock::Unsaid;
+            remarks.push(Remark::damaged(format!(
+                "the clock of the stream {}: {hz} samples per second from {start_s} s on, which cannot be",
+                stream.name
+            )));
+        }
     }
 }
 

@@ -42,9 +42,10 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
 struct Found {
     objects: Vec<Object>,
     by_path: HashMap<String, usize>,
-    /// Objects with raw data in a segment, in their order.
-    active: Vec<usize>,
-    is_active: Vec<bool>,
+    /// Objects with raw data in a segment, in their order, and the place of each object in it.
+    active: BTreeMap<u64, usize>,
+    turns: Vec<Option<u64>>,
+    next_turn: u64,
     /// Numbers of each object, by its scalers.
     data: Vec<Vec<(u32, Raw)>>,
     /// What stands of each object in a last chunk that is not whole.
@@ -133,9 +134,8 @@ fn chunks(
     found: &mut Found,
 ) -> Result<bool> {
     let there = end - data;
-    let active = found.active.clone();
+    let active = found.active.values();
     let layouts: Vec<(usize, RawIndex)> = active
-        .iter()
         .filter_map(|&i| Some((i, found.objects[i].index.clone()?)))
         .collect();
     let daqmx = layouts
@@ -178,7 +178,7 @@ fn chunks(
             let stride = kind.size();
             let mut raw = Raw::new(kind, order);
             raw.push(Extent {
-                at: data + offset,
+                at: data.saturating_add(offset),
                 stride,
                 count: layout.values,
                 chunks: whole,
@@ -187,7 +187,7 @@ fn chunks(
             // What stands of the last chunk: the objects of the front are there, the others are not.
             let left = rest.saturating_sub(offset).min(bytes) / stride;
             raw.push(Extent {
-                at: data + whole * chunk + offset,
+                at: (data + whole * chunk).saturating_add(offset),
                 stride,
                 count: left,
                 chunks: 1,

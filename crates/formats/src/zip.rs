@@ -3,6 +3,7 @@
 //! **Source** `[ZIP]`.
 
 use crate::bytes::{Bytes, Order, text};
+use crate::names::shown;
 use crate::raw::bytes_at;
 use crate::stream::SeekRead;
 use crate::{Error, Result};
@@ -12,8 +13,6 @@ use std::io::Read;
 
 /// Bytes in which the end of the directory may lie.
 const TAIL: u64 = 66_000;
-/// Bytes that a member may unpack to.
-const MOST_UNPACKED: u64 = 1 << 30;
 
 /// A file in an archive.
 #[derive(Clone, Debug)]
@@ -66,7 +65,7 @@ fn member(b: &mut Bytes<'_>) -> Option<Member> {
     let (name, extra, comment) = (b.u16()?, b.u16()?, b.u16()?);
     b.take(8)?;
     let at = b.u32()?;
-    let name = text(b.take(usize::from(name))?);
+    let name = shown(&text(b.take(usize::from(name))?));
     b.take(usize::from(extra) + usize::from(comment))?;
     Some(Member {
         name,
@@ -78,8 +77,12 @@ fn member(b: &mut Bytes<'_>) -> Option<Member> {
 }
 
 impl Member {
-    /// Its content, and whether its check sum holds.
-    pub(crate) fn content(&self, file: &mut dyn SeekRead) -> Result<(Vec<u8>, bool)> {
+    /// Its content, and whether its check sum holds; `left` is what the archive may still unpack to.
+    pub(crate) fn content(
+        &self,
+        file: &mut dyn SeekRead,
+        left: &mut u64,
+    ) -> Result<(Vec<u8>, bool)> {
         let damaged = || Error::new(format!("{} in the ZIP archive is damaged", self.name));
         let head = bytes_at(file, self.at, 30)?;
         let mut b = Bytes::new(&head, Order::Little);
@@ -97,7 +100,7 @@ impl Member {
             0 => packed,
             8 => {
                 let mut content = Vec::new();
-                let mut reader = DeflateDecoder::new(&packed[..]).take(MOST_UNPACKED);
+                let mut reader = DeflateDecoder::new(&packed[..]).take(*left + 1);
                 whole &= reader.read_to_end(&mut content).is_ok();
                 content
             }
@@ -109,6 +112,14 @@ impl Member {
                 .with_hint("pack it again with deflate"));
             }
         };
+        // Members may lie on top of each other, stored or packed.
+        *left = left.checked_sub(content.len() as u64).ok_or_else(|| {
+            Error::new(format!(
+                "{} in the ZIP archive unpacks to more than a file of this size may",
+                self.name
+            ))
+            .with_hint("unpack the archive, and name the file inside")
+        })?;
         let mut crc = Crc::new();
         crc.update(&content);
         Ok((content, whole && crc.sum() == self.crc))

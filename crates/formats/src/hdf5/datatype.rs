@@ -2,6 +2,7 @@
 
 use super::file::{little, number};
 use crate::bytes::{Bytes, Order, text};
+use crate::names::shown;
 use crate::raw::Kind;
 
 /// Types within types.
@@ -161,7 +162,7 @@ fn whole(size: u64, signed: bool, shift: u16, precision: u16) -> Option<Kind> {
 /// A name up to its zero, filled up to eight bytes in older versions.
 fn name(b: &mut Bytes<'_>, filled: bool) -> Option<String> {
     let length = b.rest().iter().position(|c| *c == 0)? + 1;
-    let name = text(&b.take(length)?[..length - 1]);
+    let name = shown(&text(&b.take(length)?[..length - 1]));
     let behind = length.next_multiple_of(8) - length;
     b.take(if filled { behind } else { 0 })?;
     Some(name)

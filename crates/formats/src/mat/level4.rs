@@ -1,6 +1,6 @@
 //! MAT of level 4: one matrix after the other, each with a head of twenty bytes.
 
-use crate::arrays::{Array, Arrays, values};
+use crate::arrays::{Array, Arrays, Part};
 use crate::bytes::{Bytes, Order, text};
 use crate::raw::{Kind, bytes_at};
 use crate::stream::{Contents, Remark, SeekRead};
@@ -100,12 +100,14 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
         if found.text {
             continue;
         }
-        let mut real = values(found.kind, found.order, &bytes);
-        let imaginary = found.complex.then(|| real.split_off(numbers as usize));
+        let real = Part::of(bytes, found.kind, found.order);
+        let half = real.bytes.len() / 2;
+        let imaginary = found.complex.then(|| real.behind(half));
         arrays.put(&Array {
             name,
             rows: found.rows as usize,
             columns: found.columns as usize,
+            by_rows: false,
             real,
             imaginary,
         });

@@ -65,8 +65,8 @@ impl Metadata {
     pub(super) fn read(bytes: &[u8], order: Order, fresh: bool, found: &mut Found) -> Option<()> {
         let mut b = Bytes::new(bytes, order);
         if fresh {
-            for number in found.active.drain(..) {
-                found.is_active[number] = false;
+            for number in std::mem::take(&mut found.active).into_values() {
+                found.turns[number] = None;
             }
         }
         let objects = b.u32()?;
@@ -76,8 +76,8 @@ impl Metadata {
             match b.u32()? {
                 // No raw data here.
                 u32::MAX => {
-                    if std::mem::take(&mut found.is_active[number]) {
-                        found.active.retain(|&i| i != number);
+                    if let Some(turn) = found.turns[number].take() {
+                        found.active.remove(&turn);
                     }
                 }
                 // As in the segment before.
@@ -118,13 +118,15 @@ impl Found {
             ..Object::default()
         });
         self.data.push(Vec::new());
-        self.is_active.push(false);
+        self.turns.push(None);
         number
     }
 
     fn activate(&mut self, number: usize) {
-        if !std::mem::replace(&mut self.is_active[number], true) {
-            self.active.push(number);
+        if self.turns[number].is_none() {
+            self.turns[number] = Some(self.next_turn);
+            self.active.insert(self.next_turn, number);
+            self.next_turn += 1;
         }
     }
 }

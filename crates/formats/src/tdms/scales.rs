@@ -6,7 +6,9 @@ use crate::scaling::{From, Scaling, Step};
 
 /// In place of the number of a scale: the numbers as stored.
 const STORED: u32 = u32::MAX;
-/// Most scales in a row, and most numbers in one of them.
+/// Most scales in a row, each of which is held while the next is applied, and most coefficients of a polynomial.
+const MOST_SCALES: u32 = 64;
+/// Most numbers of a table.
 const MOST: u32 = 100_000;
 
 /// Why numbers are not scaled.
@@ -36,7 +38,7 @@ pub(super) fn scaling(p: &Properties, data: &[(u32, Raw)]) -> Option<Outcome> {
     if p.text("NI_Scaling_Status").as_deref() == Some("scaled") {
         return Some(Ok(Scaling::none()));
     }
-    if scales > MOST {
+    if scales > MOST_SCALES {
         return Some(Err(format!("it declares {scales} scales")));
     }
     Some(steps(p, scales, data))
@@ -88,6 +90,9 @@ fn steps(p: &Properties, scales: u32, data: &[(u32, Raw)]) -> Outcome {
             },
             "Polynomial" => {
                 let size = p.count(&key("Polynomial_Coefficients_Size")).unwrap_or(4);
+                if size > MOST_SCALES {
+                    return Err(format!("a polynomial of {size} coefficients"));
+                }
                 Step::Polynomial {
                     from: from("Polynomial_Input_Source")?,
                     coefficients: list("Polynomial_Coefficients", Some(size))?,

@@ -123,7 +123,7 @@ impl Definitions {
             Some(Field {
                 kind: kind.to_owned(),
                 count,
-                name: name.trim().to_owned(),
+                name: crate::names::shown(name.trim()),
             })
         });
         self.0

@@ -7,14 +7,13 @@ use crate::hdf5::file::{File, Found, Trouble};
 use crate::hdf5::filters::unpacked;
 use crate::hdf5::index::{Chunks, Entry};
 use crate::hdf5::layout::{Filter, Grid, Space};
+use crate::names::unpacked_bytes;
 use crate::raw::bytes_at;
 use crate::stream::{Remark, Source};
 use std::sync::Arc;
 
 /// Bytes that a packed chunk may unpack to.
 const MOST_UNPACKED: u64 = 1 << 28;
-/// Bytes that deflate makes of one at most.
-const MOST_INFLATED: u64 = 1032;
 /// Sides that a dataset without bounds states.
 const UNBOUNDED: u64 = u64::MAX;
 
@@ -101,7 +100,7 @@ impl File<'_> {
         }
         if filtered {
             // The check sums are checked here, so that a gap is known before the first sample is read.
-            let possible = wanted <= stored.saturating_mul(MOST_INFLATED);
+            let possible = wanted <= unpacked_bytes(stored);
             let stored = bytes_at(self.raw(), at, stored)?;
             let sound = |stored| {
                 unpacked(&table.filters, entry.left_off, stored, wanted as usize).is_some()
