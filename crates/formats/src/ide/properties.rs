@@ -87,6 +87,8 @@ pub(super) struct Sample {
     pub(super) size: u64,
 }
 
+/// Lists of a description in each other: those of a recorder are two.
+const DEEPEST: usize = 8;
 /// More fields than any recorder has.
 const FIELDS: usize = 64;
 
@@ -144,11 +146,15 @@ impl Sample {
 impl Properties {
     /// Takes in the content of `RecordingProperties` or of what stands in it.
     pub(super) fn take(&mut self, element: u32, content: &[u8]) {
+        self.take_at(0, element, content);
+    }
+
+    fn take_at(&mut self, depth: usize, element: u32, content: &[u8]) {
         match element {
             id::CHANNEL => self.channel(content),
             id::UNIVARIATE | id::BIVARIATE => self.polynomial(element, content),
-            super::PROPERTIES | id::CHANNEL_LIST | id::CALIBRATIONS => {
-                children(content).for_each(|(id, content)| self.take(id, content));
+            super::PROPERTIES | id::CHANNEL_LIST | id::CALIBRATIONS if depth < DEEPEST => {
+                children(content).for_each(|(id, content)| self.take_at(depth + 1, id, content));
             }
             _ => {}
         }

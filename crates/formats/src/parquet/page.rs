@@ -4,6 +4,7 @@
 
 use super::compact::Compact;
 use crate::Result;
+use crate::names::unpacked_bytes;
 use crate::raw::bytes_at;
 use crate::stream::SeekRead;
 use ::parquet::basic::{Compression, Encoding};
@@ -15,8 +16,6 @@ use std::io::Read;
 
 /// Bytes in which most heads lie, and in which every head must.
 const HEADS: [u64; 2] = [256, 1 << 16];
-/// Bytes that a page may unpack to.
-const MOST_UNPACKED: u64 = 1 << 30;
 
 /// What stands before the bytes of a page.
 #[derive(Clone, Copy, Debug)]
@@ -331,9 +330,9 @@ fn unpack(codec: Compression, bytes: &[u8], size: u64) -> Result<Vec<u8>, String
     let most = match codec {
         Compression::SNAPPY => 32 * bytes.len() as u64 + 64,
         Compression::ZSTD(_) => (bytes.len() as u64 / 4 + 1) << 17,
-        _ => MOST_UNPACKED,
+        _ => u64::MAX,
     };
-    if size > most.min(MOST_UNPACKED) {
+    if size > most.min(unpacked_bytes(bytes.len() as u64)) {
         return Err(format!("claims to unpack to {size} bytes"));
     }
     let read = |reader: &mut dyn Read| {

@@ -5,7 +5,7 @@ use proofmass_formats::Container;
 use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 #[global_allocator]
@@ -35,8 +35,12 @@ pub struct Worst {
     pub panics: Vec<String>,
 }
 
+/// One reading at a time: the heap is that of all threads.
+static ALONE: Mutex<()> = Mutex::new(());
+
 /// Opens the bytes and reads each stream with all its channels; the cost of the dearest of these readings.
 pub fn read(bytes: &[u8]) -> Cost {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let bytes: Arc<[u8]> = bytes.into();
     let mut cost = Cost::default();
     let mut stream = 0;
