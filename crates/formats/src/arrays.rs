@@ -63,6 +63,13 @@ impl Part {
         }
     }
 
+    /// Numbers that are there.
+    fn count(&self) -> u64 {
+        let bytes = self.bytes.len().saturating_sub(self.at) as u64;
+        let (width, size) = (self.width as u64, self.kind.size());
+        (bytes + width).saturating_sub(size) / width
+    }
+
     /// So many numbers from one on, every so many; nothing where they are not all there.
     fn signal(&self, first: usize, step: usize, count: usize) -> Option<HeldRows> {
         let at = first.checked_mul(self.width)?.checked_add(self.at)?;
@@ -81,11 +88,10 @@ impl Arrays {
         if length < 2 || signals == 0 {
             return;
         }
-        let whole = || {
-            let last = rows.checked_mul(columns)?.checked_sub(1)?;
-            array.real.signal(last, 1, 1)
-        };
-        if signals > MOST_COLUMNS || whole().is_none() {
+        let imaginary = array.imaginary.as_ref();
+        let there = imaginary.map_or(u64::MAX, Part::count);
+        let there = there.min(array.real.count());
+        if signals > MOST_COLUMNS || rows.checked_mul(columns).is_none() {
             self.remarks.push(Remark::passed_over(format!(
                 "{name}, a matrix of {rows} times {columns} numbers"
             )));
@@ -94,6 +100,20 @@ impl Arrays {
         let across = columns > rows;
         // Numbers of a signal lie side by side, or one of every signal after the other.
         let beside = across == array.by_rows;
+        let count = match beside {
+            true => there.saturating_sub(((signals - 1) * length) as u64),
+            false => there / signals as u64,
+        };
+        let count = count.min(length as u64) as usize;
+        if count < length {
+            self.remarks.push(Remark::cut(format!(
+                "{there} of the {} numbers of {name} are there: {count} of {length} samples",
+                rows * columns
+            )));
+        }
+        if count == 0 {
+            return;
+        }
         let parts = [
             (Some(&array.real), " real"),
             (array.imaginary.as_ref(), " imaginary"),
@@ -101,8 +121,8 @@ impl Arrays {
         for signal in 0..signals {
             for (part, word) in &parts {
                 let numbers = part.and_then(|part| match beside {
-                    true => part.signal(signal * length, 1, length),
-                    false => part.signal(signal, signals, length),
+                    true => part.signal(signal * length, 1, count),
+                    false => part.signal(signal, signals, count),
                 });
                 let Some(numbers) = numbers else { continue };
                 let place = match (signals, across) {
@@ -113,7 +133,7 @@ impl Arrays {
                 let word = if array.imaginary.is_some() { word } else { "" };
                 let column = Column::of(Source::HeldRows(numbers));
                 let name = format!("{name}{place}{word}");
-                self.column(name, None, length as u64, column);
+                self.column(name, None, count as u64, column);
             }
         }
     }

@@ -173,7 +173,12 @@ impl Segment {
         (number, size): (usize, u64),
         contents: &mut Contents,
     ) -> Result<()> {
-        let columns = self.columns(lines, form, size)?;
+        let (columns, open_line) = self.columns(lines, form, size)?;
+        if let Some(at) = open_line {
+            contents.remarks.push(Remark::cut(format!(
+                "the line at byte {at} has no end, and is left out"
+            )));
+        }
         // Programs that know no unit of a signal may put that of the time axis in its place.
         let of_axis = !self.units.is_empty()
             && self.units.iter().all(|u| u.is_empty() || u == "s")
@@ -259,8 +264,14 @@ impl Segment {
         Ok(())
     }
 
-    /// The numbers up to the next segment, column by column; not a number where a field is empty.
-    fn columns(&self, lines: &mut Lines<'_>, form: &Form, size: u64) -> Result<Vec<Vec<f64>>> {
+    /// The numbers up to the next segment, column by column, not a number where a field is empty; and where a last line without
+    /// an end begins, which may be cut within a number.
+    fn columns(
+        &self,
+        lines: &mut Lines<'_>,
+        form: &Form,
+        size: u64,
+    ) -> Result<(Vec<Vec<f64>>, Option<u64>)> {
         let width = match form.times {
             Times::Each => 2 * self.channels,
             _ => self.channels + 1,
@@ -270,6 +281,7 @@ impl Segment {
         let mut columns: Vec<Vec<f64>> = vec![Vec::new(); width];
         // Fields that lines leave away at their ends, without so much as a separator.
         let mut left_away = 0;
+        let mut open_line = None;
         loop {
             let place = lines.place();
             let Some(line) = lines.next_line()? else {
@@ -278,6 +290,12 @@ impl Segment {
             if line.trim_ascii().is_empty() {
                 continue;
             }
+            let line = line.to_vec();
+            if lines.is_open {
+                open_line = Some(place);
+                break;
+            }
+            let line = &line[..];
             let key = form.fields(line).next().unwrap_or_default().trim_ascii();
             // The header of the next segment.
             if key.first().is_some_and(u8::is_ascii_alphabetic) && form.number(key).is_none() {
@@ -306,7 +324,7 @@ impl Segment {
                 .with_hint("correct X_Columns and Channels of the header"));
             }
         }
-        Ok(columns)
+        Ok((columns, open_line))
     }
 }
 

@@ -46,11 +46,11 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
             arrays.remarks.push(Remark::cut(format!(
                 "the variable at byte {at} is longer than the file of {size} bytes"
             )));
-            break;
         }
+        let is_cut = (bytes.len() as u64) < length;
         let taken = match kind {
             14 => matrix(Bytes::new(&bytes, order), "", 0, &mut arrays),
-            15 => match unpacked(&bytes, &mut left) {
+            15 => match unpacked(&bytes, is_cut, &mut left) {
                 Unpacked::TooLong => {
                     arrays.remarks.push(Remark::passed_over(format!(
                         "the variable at byte {at}, which unpacks to more than a file of this size may: save it without compression"
@@ -68,7 +68,7 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
             },
             _ => None,
         };
-        if taken.is_none() {
+        if taken.is_none() && !is_cut {
             if damaged.0 == 0 {
                 damaged.1 = at;
             }
@@ -79,6 +79,11 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
         if kind != 15 {
             at = at.next_multiple_of(8);
         }
+    }
+    if at < size {
+        arrays.remarks.push(Remark::cut(format!(
+            "the file ends inside the head of the variable at byte {at}"
+        )));
     }
     match damaged {
         (0, _) => {}
@@ -94,20 +99,20 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
 
 /// A compressed variable.
 enum Unpacked {
-    /// Its check sum holds.
+    /// Its check sum holds, or what stands before a cut.
     Whole(Vec<u8>),
     /// It unpacks to more bytes than are left to the file.
     TooLong,
     Damaged,
 }
 
-fn unpacked(bytes: &[u8], left: &mut u64) -> Unpacked {
+fn unpacked(bytes: &[u8], is_cut: bool, left: &mut u64) -> Unpacked {
     let mut unpacked = Vec::new();
     let mut reader = ZlibDecoder::new(bytes).take(*left + 1);
     let done = reader.read_to_end(&mut unpacked);
     match left.checked_sub(unpacked.len() as u64) {
         None => Unpacked::TooLong,
-        Some(_) if done.is_err() => Unpacked::Damaged,
+        Some(_) if done.is_err() && !is_cut => Unpacked::Damaged,
         Some(rest) => {
             *left = rest;
             Unpacked::Whole(unpacked)
@@ -126,7 +131,8 @@ fn element<'a>(b: &mut Bytes<'a>) -> Option<(u32, Bytes<'a>)> {
         ));
     }
     let length = b.u32()? as usize;
-    let content = b.take(length)?;
+    // Of the last one of a variable that is cut, what is there.
+    let content = b.take(length.min(b.rest().len()))?;
     b.take(length.next_multiple_of(8) - length)
         .unwrap_or_default();
     Some((tag, Bytes::new(content, b.order)))
@@ -158,7 +164,7 @@ fn matrix(mut b: Bytes<'_>, outside: &str, depth: usize, arrays: &mut Arrays) ->
             let real = part(&mut b)?;
             let imaginary = match flags & 0x800 {
                 0 => None,
-                _ => Some(part(&mut b)?),
+                _ => Some(part(&mut b).unwrap_or_else(|| Part::of(Vec::new(), Kind::F64, b.order))),
             };
             match dimensions[..] {
                 [rows, columns] => arrays.put(&Array {

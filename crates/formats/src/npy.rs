@@ -5,7 +5,7 @@
 use crate::arrays::{Array, Arrays, Part};
 use crate::bytes::{Bytes, Order};
 use crate::raw::{Kind, bytes_at};
-use crate::stream::{Contents, Remark, SeekRead};
+use crate::stream::{Contents, SeekRead};
 use crate::{Error, Result};
 
 /// Bytes of a header at most.
@@ -91,22 +91,6 @@ pub(crate) fn array(bytes: Vec<u8>, name: &str, arrays: &mut Arrays) -> Result<(
         }
     };
     let width = kind.size() as usize * if complex { 2 } else { 1 };
-    let damaged = || Error::new("the npy file states an impossible size");
-    let all = rows.checked_mul(columns).ok_or_else(damaged)?;
-    let there = (bytes.len() - begin) / width;
-    let mut kept = (rows, columns);
-    if there < all {
-        // Whole rows stand before the cut, where they are stored one after the other.
-        arrays.remarks.push(Remark::cut(format!(
-            "{there} of {all} numbers of {name} are there"
-        )));
-        kept = match by_rows && columns > 0 {
-            true => (there / columns, columns),
-            false if columns == 1 => (there, 1),
-            false => return Err(Error::new("the npy file is cut short inside its columns")),
-        };
-    }
-    let (rows, columns) = kept;
     let real = Part {
         at: begin,
         width,

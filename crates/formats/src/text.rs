@@ -18,6 +18,8 @@ pub(crate) struct Lines<'a> {
     /// Where what is held begins in the file.
     start: u64,
     ended: bool,
+    /// Whether the line that came last has no end: it may be cut, and its last number too.
+    pub(crate) is_open: bool,
 }
 
 impl<'a> Lines<'a> {
@@ -29,6 +31,7 @@ impl<'a> Lines<'a> {
             at: 0,
             start,
             ended: false,
+            is_open: false,
         })
     }
 
@@ -75,6 +78,7 @@ impl<'a> Lines<'a> {
         if self.at >= self.held.len() {
             return Ok(None);
         }
+        self.is_open = end == self.held.len();
         let line = &self.held[self.at..end];
         self.at = (end + 1).min(self.held.len());
         Ok(Some(line.strip_suffix(b"\r").unwrap_or(line)))

@@ -368,6 +368,11 @@ fn numbers(lines: &mut Lines<'_>, head: &Head) -> Result<(Vec<Source>, bool)> {
         if line.trim_ascii() == b"-1" {
             return Ok((held(columns), true));
         }
+        let line = line.to_vec();
+        if lines.is_open {
+            return Ok((held(columns), false));
+        }
+        let line = &line[..];
         if !fixed(line, fields, &mut values) && !spaced(line, &mut values) {
             let what = format!("a line before byte {} holds no numbers", lines.place());
             return Err(Error::new(what).with_hint("the universal file is damaged there"));

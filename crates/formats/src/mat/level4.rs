@@ -94,14 +94,13 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
             arrays.remarks.push(Remark::cut(format!(
                 "the matrix {name} at byte {at} is longer than the file of {size} bytes"
             )));
-            break;
         }
-        at = begin + length;
+        at = begin.saturating_add(length);
         if found.text {
             continue;
         }
         let real = Part::of(bytes, found.kind, found.order);
-        let half = real.bytes.len() / 2;
+        let half = (length / 2) as usize;
         let imaginary = found.complex.then(|| real.behind(half));
         arrays.put(&Array {
             name,
