@@ -62,9 +62,9 @@ pub(crate) fn read(
         }
         false => {
             let damaged = axes.records(&content, rate);
-            if damaged > 0 {
+            if let Some((count, first)) = damaged {
                 remarks.push(Remark::damaged(format!(
-                    "{damaged} records of log.bin whose check sums do not hold"
+                    "{count} places of log.bin that are no record whose check sum holds, the first at byte {first} of it"
                 )));
             }
             axes.clock(rate)
@@ -141,10 +141,10 @@ impl Axes {
         samples as u64
     }
 
-    /// Takes in records; how many are damaged.
-    fn records(&mut self, bytes: &[u8], rate: f64) -> u64 {
+    /// Takes in records; how many are damaged, and where the first one begins.
+    fn records(&mut self, bytes: &[u8], rate: f64) -> Option<(u64, usize)> {
         let sums = sums(bytes);
-        let mut damaged = 0;
+        let mut damaged: Option<(u64, usize)> = None;
         let mut last: Option<u32> = None;
         let mut begin = None;
         let mut at = 0;
@@ -154,7 +154,7 @@ impl Axes {
                 continue;
             }
             let Some((kind, time, payload)) = record(bytes, at, &sums) else {
-                damaged += 1;
+                damaged.get_or_insert((0, at)).0 += 1;
                 at += 1;
                 continue;
             };
@@ -311,8 +311,16 @@ mod tests {
         let mut broken = log.concat();
         broken[10] ^= 1;
         let container = open(&archive(&[("info.txt", info), ("log.bin", &broken)])).unwrap();
-        assert_eq!(container.remarks()[0].kind, RemarkKind::Damaged);
-        assert_eq!(columns(container, 0)[0].len(), 4);
+        let remark = &container.remarks()[0];
+        assert_eq!(remark.kind, RemarkKind::Damaged);
+        assert!(
+            remark.text.contains("the first at byte 0 of it"),
+            "{}",
+            remark.text
+        );
+        let all = columns(container, 0);
+        assert_eq!(all[0], [0.25, 0.25, 8.0 / 256.0, 9.0 / 256.0]);
+        assert_eq!(all[3], [0.0, 0.5, 9.0, 9.5]);
         // Two seconds of two samples each: the rate is the one that is stated, and no times beside it.
         let even = [record(26, 100, &two(128)), record(26, 101, &two(64))].concat();
         let even = open(&archive(&[("info.txt", info), ("log.bin", &even)])).unwrap();
