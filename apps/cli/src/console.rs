@@ -87,7 +87,7 @@ pub(crate) fn unsigned(place: &str, key: &str, signed_anew: bool) {
 
 /// Says what a file that was read is doubted for, where no result says it.
 pub(crate) fn doubt(input: &Input) {
-    input.finding().iter().for_each(finding);
+    input.findings().for_each(|f| finding(&f));
 }
 
 /// Says a finding on standard error.

@@ -2,9 +2,10 @@
 //! doubles, which `.ci/formats` compares with what other readers give. `--as-stored` leaves the scaling of the file off.
 
 use flate2::Crc;
-use proofmass_formats::Container;
+use proofmass_formats::{Container, SeekRead};
 use std::error::Error;
 use std::fs::File;
+use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut as_stored = false;
@@ -13,7 +14,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             as_stored = true;
             continue;
         }
-        let open = || Container::open(Box::new(File::open(&path)?)).map_err(Box::<dyn Error>::from);
+        let open = || {
+            let beside = &mut |name: &str| {
+                let file = File::open(Path::new(&path).with_file_name(name));
+                Ok(file.ok().map(|f| Box::new(f) as Box<dyn SeekRead>))
+            };
+            Container::open_beside(Box::new(File::open(&path)?), beside)
+                .map_err(Box::<dyn Error>::from)
+        };
         let container = match open() {
             Ok(container) => container,
             Err(error) => {

@@ -55,6 +55,7 @@ mod tdms;
 mod text;
 mod uff;
 mod ulog;
+mod unisens;
 mod wav;
 pub mod write;
 mod zip;
@@ -63,5 +64,6 @@ pub use error::{Error, Result};
 pub use recognise::{FORMATS, Format, recognise};
 pub use rows::Rows;
 pub use stream::{
-    ABSENT, Channel, Clock, Container, HEAD, Remark, RemarkKind, SeekRead, Stream, is_absent,
+    ABSENT, Beside, Channel, Clock, Container, HEAD, Remark, RemarkKind, SeekRead, Stream,
+    is_absent,
 };

@@ -1,12 +1,19 @@
 //! Which format a file is of, by how it begins: one table.
 
-use crate::stream::{Contents, SeekRead};
+use crate::stream::{Beside, Contents, SeekRead};
 use crate::{
-    Error, Result, archive, cwa, geneactiv, hdf5, ide, lvm, mat, mcap, npy, tdms, uff, ulog, wav,
+    Error, Result, archive, cwa, geneactiv, hdf5, ide, lvm, mat, mcap, npy, tdms, uff, ulog,
+    unisens, wav,
 };
 
 /// What makes the streams of a file of known size.
-pub(crate) type Reader = fn(&mut dyn SeekRead, u64) -> Result<Contents>;
+#[derive(Clone, Copy)]
+pub(crate) enum Reader {
+    /// Of the file alone.
+    Alone(fn(&mut dyn SeekRead, u64) -> Result<Contents>),
+    /// Of files beside it too; what it gives is read from all of them as one.
+    WithOthers(fn(Box<dyn SeekRead>, u64, &mut Beside) -> Result<(Contents, Box<dyn SeekRead>)>),
+}
 
 /// A format of recordings.
 #[non_exhaustive]
@@ -58,7 +65,7 @@ pub(crate) enum Mark {
 }
 
 #[cfg(feature = "parquet")]
-const PARQUET: Option<Reader> = Some(crate::parquet::read);
+const PARQUET: Option<Reader> = Some(Reader::Alone(crate::parquet::read));
 #[cfg(feature = "parquet")]
 const PARQUET_LIMITS: &str = "numbers, bits, decimals and times, also in structures, plain or packed by snappy, zstd, gzip; nulls are absent samples, damaged pages too; texts, lists and dates are passed over";
 #[cfg(not(feature = "parquet"))]
@@ -73,14 +80,14 @@ pub const FORMATS: &[Format] = &[
         name: "a WAV file",
         limits: "integers of 8 to 32 bits, floats of 32 and 64; RIFF, RIFX and RF64, cut files; no µ-law, A-law or ADPCM",
         mark: Mark::Test(wav::is_wav),
-        reader: Some(wav::read),
+        reader: Some(Reader::Alone(wav::read)),
     },
     Format {
         word: "tdms",
         name: "a TDMS file of LabVIEW",
         limits: "numbers of every kind, DAQmx, both byte orders; linear, polynomial and table scales; texts and times are passed over",
         mark: Mark::Bytes(b"TDSm"),
-        reader: Some(tdms::read),
+        reader: Some(Reader::Alone(tdms::read)),
     },
     Format {
         word: "tdms_index",
@@ -94,63 +101,63 @@ pub const FORMATS: &[Format] = &[
         name: "a universal file of modal analysis (UFF)",
         limits: "data sets 58 and 58b of all types, even and uneven; other data sets are passed over, floats of DEC and IBM refused",
         mark: Mark::Test(uff::is_universal),
-        reader: Some(uff::read),
+        reader: Some(Reader::Alone(uff::read)),
     },
     Format {
         word: "lvm",
         name: "a measurement file of LabVIEW (LVM)",
         limits: "segments and columns of different length and step; texts in the column Comment are passed over",
         mark: Mark::Bytes(b"LabVIEW Measurement"),
-        reader: Some(lvm::read),
+        reader: Some(Reader::Alone(lvm::read)),
     },
     Format {
         word: "mat73",
         name: "a MATLAB file of version 7.3 (HDF5)",
         limits: "as HDF5; fields of structures, complex numbers; texts, cells, objects, sparse matrices and arrays of structures are passed over",
         mark: Mark::Test(hdf5::is_mat73),
-        reader: Some(hdf5::read_mat),
+        reader: Some(Reader::Alone(hdf5::read_mat)),
     },
     Format {
         word: "mat",
         name: "a MATLAB file (level 5)",
         limits: "vectors, matrices and fields of structures, compressed too, held in memory; the longer side is the time; no rate is in it; cells, objects and sparse matrices are passed over",
         mark: Mark::Test(mat::is_level5),
-        reader: Some(mat::read),
+        reader: Some(Reader::Alone(mat::read)),
     },
     Format {
         word: "npy",
         name: "an array of numpy (npy)",
         limits: "one or two dimensions of any number, held in memory; the longer side is the time; no rate is in it; no records",
         mark: Mark::Bytes(b"\x93NUMPY"),
-        reader: Some(npy::read),
+        reader: Some(Reader::Alone(npy::read)),
     },
     Format {
         word: "cwa",
         name: "a recording of an Axivity logger (CWA)",
         limits: "AX3 and AX6, packed or not, with temperature; damaged blocks are gaps; light, battery and notes are passed over",
         mark: Mark::Bytes(b"MD\xFC\x03"),
-        reader: Some(cwa::read),
+        reader: Some(Reader::Alone(cwa::read)),
     },
     Format {
         word: "zip",
         name: "a ZIP archive (.gt3x of ActiGraph, .npz of numpy)",
         limits: "gt3x: activity of both layouts, held in memory, sleep is a gap, damaged records too; npz: arrays as npy; other archives are refused",
         mark: Mark::Bytes(b"PK\x03\x04"),
-        reader: Some(archive::read),
+        reader: Some(Reader::Alone(archive::read)),
     },
     Format {
         word: "mcap",
         name: "an MCAP log of ROS",
         limits: "Imu and other stamped sensors of ROS 1 and 2 (ros1, cdr) by header.stamp, held in memory; zstd and lz4, no summary needed; damaged chunks are gaps; protobuf, JSON and other types are passed over",
         mark: Mark::Bytes(b"\x89MCAP0"),
-        reader: Some(mcap::read),
+        reader: Some(Reader::Alone(mcap::read)),
     },
     Format {
         word: "hdf5",
         name: "an HDF5 file",
         limits: "datasets of one or two dimensions of any number, and of records of numbers; the longer side is the time; no rate is in it; deflate, lzf, shuffle, fletcher32, other filters are named; damaged or missing chunks are gaps",
         mark: Mark::Test(hdf5::is_hdf5),
-        reader: Some(hdf5::read),
+        reader: Some(Reader::Alone(hdf5::read)),
     },
     Format {
         word: "parquet",
@@ -164,35 +171,35 @@ pub const FORMATS: &[Format] = &[
         name: "a ULog of PX4",
         limits: "accelerometers, gyroscopes, magnetometers, barometers and wheels, each instance a stream, held in memory; other topics are passed over",
         mark: Mark::Bytes(b"ULog\x01\x12\x35"),
-        reader: Some(ulog::read),
+        reader: Some(Reader::Alone(ulog::read)),
     },
     Format {
         word: "ide",
         name: "a file of an enDAQ recorder (IDE)",
         limits: "channels with their calibration, a temperature-dependent one at the mean temperature; times of the blocks; cut files; no NMEA, no files of old firmware without a description",
         mark: Mark::Test(ide::is_ide),
-        reader: Some(ide::read),
+        reader: Some(Reader::Alone(ide::read)),
     },
     Format {
         word: "geneactiv",
         name: "a recording of a GENEActiv logger",
         limits: "accelerations, light, button and temperature; missing and damaged pages are gaps; battery and notes are passed over",
         mark: Mark::Bytes(b"Device Identity"),
-        reader: Some(geneactiv::read),
+        reader: Some(Reader::Alone(geneactiv::read)),
     },
     Format {
         word: "mat4",
         name: "a MATLAB file (level 4)",
         limits: "vectors and matrices, held in memory; the longer side is the time; no rate is in it",
         mark: Mark::Test(mat::is_level4),
-        reader: Some(mat::read_level4),
+        reader: Some(Reader::Alone(mat::read_level4)),
     },
     Format {
         word: "unisens",
-        name: "the description of a Unisens recording (unisens.xml)",
-        limits: "the samples are in the files beside it: name one of .csv, with --rate and --unit as `sampleRate` and `unit` say here; one of .bin becomes such a file with the program of the recorder",
+        name: "a Unisens recording (unisens.xml)",
+        limits: "the files of signals and values that it names, beside it, binary or text, held in memory as text; events are passed over; what is packed or comes through a pipe has no files beside it",
         mark: Mark::Test(is_unisens),
-        reader: None,
+        reader: Some(Reader::WithOthers(unisens::read)),
     },
     Format {
         word: "xml",

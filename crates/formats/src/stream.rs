@@ -4,6 +4,7 @@ use crate::hdf5::Chunked;
 use crate::held_rows::HeldRows;
 use crate::names::{shortened, shown};
 use crate::raw::{Raw, Window};
+use crate::recognise::Reader;
 use crate::scaling::Scaling;
 use crate::{Error, Format, Result, Rows, recognise};
 use std::collections::{HashMap, HashSet};
@@ -13,6 +14,9 @@ use std::io::{Read, Seek, SeekFrom};
 pub trait SeekRead: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> SeekRead for T {}
+
+/// Opens a file that lies beside another, by its name alone; none where no such file is there.
+pub type Beside<'a> = dyn FnMut(&str) -> std::io::Result<Option<Box<dyn SeekRead>>> + 'a;
 
 /// A signal of a stream.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -337,7 +341,15 @@ impl Container {
     ///
     /// # Errors
     /// A format that is not known or not read here, a file without samples, damage in its index.
-    pub fn open(mut file: Box<dyn SeekRead>) -> Result<Self> {
+    pub fn open(file: Box<dyn SeekRead>) -> Result<Self> {
+        Self::open_beside(file, &mut |_| Ok(None))
+    }
+
+    /// Opens a file by its content, where it may name others that lie beside it.
+    ///
+    /// # Errors
+    /// Those of [`Container::open`].
+    pub fn open_beside(mut file: Box<dyn SeekRead>, beside: &mut Beside) -> Result<Self> {
         let mut head = Vec::new();
         file.seek(SeekFrom::Start(0))?;
         (&mut file).take(HEAD as u64).read_to_end(&mut head)?;
@@ -347,10 +359,14 @@ impl Container {
             return Err(format.refusal());
         };
         let size = file.seek(SeekFrom::End(0))?;
+        let (contents, file) = match read {
+            Reader::Alone(read) => (read(&mut *file, size)?, file),
+            Reader::WithOthers(read) => read(file, size, beside)?,
+        };
         let Contents {
             mut streams,
             mut remarks,
-        } = read(&mut *file, size)?;
+        } = contents;
         streams.retain(|s| s.rows > 0 && !s.channels.is_empty());
         believable(&mut streams, &mut remarks);
         if streams.is_empty() {

@@ -220,6 +220,10 @@ fn beginnings() -> Vec<(&'static str, Vec<u8>)> {
         ("parquet", b"PAR1".to_vec()),
         ("ulog", b"ULog\x01\x12\x35".to_vec()),
         ("ide", b"\x1a\x45\xdf\xa3\x87\x42\x82\x84mide".to_vec()),
+        (
+            "unisens",
+            b"<unisens xmlns=\"http://www.unisens.org/unisens2.0\">".to_vec(),
+        ),
         ("geneactiv", b"Device Identity\r\n".to_vec()),
     ]
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// A file that went into a result, with its digest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Path as the user gave it.
     pub path: String,
@@ -23,6 +23,9 @@ pub struct Input {
     /// How it was read, where it is a recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reading: Option<Box<Reading>>,
+    /// Files beside it that it names and that were read with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<Input>,
     /// Why it is not to be trusted, where the list of its folder or the provenance beside it says that it was written otherwise. It is a
     /// finding of what is computed from the file, and not filed with its name.
     #[serde(skip)]
@@ -38,10 +41,17 @@ impl Input {
         Source::open(path)?.finish()
     }
 
-    /// What its doubt is to a result.
-    pub fn finding(&self) -> Option<Finding> {
-        let doubt = self.doubt.as_deref()?;
-        Some(findings::input_changed(&self.path, doubt))
+    /// What the doubts of it and of the files beside it are to a result.
+    pub fn findings(&self) -> impl Iterator<Item = Finding> {
+        self.files().filter_map(|file| {
+            let doubt = file.doubt.as_deref()?;
+            Some(findings::input_changed(&file.path, doubt))
+        })
+    }
+
+    /// The file and those beside it that were read with it.
+    pub fn files(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.beside)
     }
 
     /// The same with how it was read.

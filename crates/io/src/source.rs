@@ -22,6 +22,10 @@ const LONG: usize = 48 << 20;
 /// Most bytes of a pipe or a packed file that are held for a reader that jumps.
 const LARGEST_HELD: usize = 256 << 20;
 
+/// A packed file that is held may unpack to so many bytes, and to so many more for each of its bytes.
+const UNPACKED: usize = 8 << 20;
+const FOR_EACH_BYTE: u64 = 64;
+
 /// Bytes that are asked of the system at once.
 const PIECE: usize = 1 << 16;
 
@@ -55,6 +59,8 @@ pub struct Source {
     pub(crate) stream: Option<String>,
     /// Numbers as stored, without the scaling that the file declares.
     pub(crate) as_stored: bool,
+    /// Files beside it that it names.
+    beside: Vec<PathBuf>,
     /// What lies ahead, where it is no text and was looked at.
     pub(crate) opened: Option<Opened>,
 }
@@ -190,6 +196,7 @@ impl Source {
             is_file: false,
             stream: None,
             as_stored: false,
+            beside: Vec::new(),
             opened: None,
         })
     }
@@ -215,6 +222,21 @@ impl Source {
             let file = File::open(&self.name).map_err(|e| Error::access(&self.name, "open", e))?;
             return Ok(Box::new(file));
         }
+        let mut wanted = UNPACKED;
+        while !self.ahead(wanted)?.1 && wanted < LARGEST_HELD {
+            let packed = !matches!(self.body, Body::Plain(_));
+            let most = self.bytes_read().saturating_mul(FOR_EACH_BYTE);
+            if packed && (wanted - UNPACKED) as u64 > most {
+                let what = format!(
+                    "unpacks to more than {}, {} times its size",
+                    size_in_words(wanted as u64),
+                    wanted as u64 / self.bytes_read().max(1)
+                );
+                return Err(Error::new(ErrorKind::Format, what)
+                    .with_hint("unpack it, look at it, and name what came out"));
+            }
+            wanted = (wanted + UNPACKED).min(LARGEST_HELD);
+        }
         let (content, at_end) = self.ahead(LARGEST_HELD)?;
         if !at_end && content.len() >= LARGEST_HELD {
             let what = format!(
@@ -225,6 +247,22 @@ impl Source {
                 .with_hint("unpack it, or write it to a file, and name that"));
         }
         Ok(Box::new(io::Cursor::new(content.to_vec())))
+    }
+
+    /// A file beside this one, by its name alone; none where nothing is there, or where this one came through a pipe or packed.
+    pub(crate) fn beside(
+        &mut self,
+        name: &str,
+    ) -> io::Result<Option<Box<dyn proofmass_formats::SeekRead>>> {
+        let place = self.name.with_file_name(name);
+        if !self.is_file || !matches!(self.body, Body::Plain(_)) || !place.is_file() {
+            return Ok(None);
+        }
+        let file = File::open(&place)?;
+        if !self.beside.contains(&place) {
+            self.beside.push(place);
+        }
+        Ok(Some(Box::new(file)))
     }
 
     /// The name that stands in messages and in the list of inputs.
@@ -387,7 +425,9 @@ impl Source {
             Body::Zstd(zstd) => zstd.into_inner(),
         };
         let sha256 = hexadecimal(&tap.hash.finalize());
+        let beside = self.beside.iter().map(|path| Input::of(path));
         Ok(Input {
+            beside: beside.collect::<Result<_>>()?,
             path: self.name.display().to_string(),
             reading: None,
             doubt: match self.is_file {

@@ -133,7 +133,9 @@ pub(crate) fn open(source: &mut Source) -> Result<bool> {
     if !format.is_read() {
         return Err(refusal(&format.refusal()));
     }
-    let mut container = Container::open(source.seekable()?).map_err(|e| refusal(&e))?;
+    let file = source.seekable()?;
+    let mut container =
+        Container::open_beside(file, &mut |name| source.beside(name)).map_err(|e| refusal(&e))?;
     if source.as_stored {
         container = container.without_scaling();
     }

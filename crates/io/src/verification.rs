@@ -80,7 +80,7 @@ impl Provenance {
             quoted(&self.software.version),
             quoted(&self.sha256)
         );
-        for input in &self.inputs {
+        for input in self.inputs.iter().flat_map(Input::files) {
             text += &format!("input {} {}\n", quoted(&input.sha256), quoted(&input.path));
         }
         text
@@ -335,6 +335,7 @@ impl Verification {
             }
             None => return Ok(()),
         };
+        let inputs: Vec<&Input> = inputs.iter().flat_map(Input::files).collect();
         for input in &inputs {
             let places = Places::of(input, &inputs, path, data);
             if let Some(found) = self.link(path, &input.path, &input.sha256, places)? {
@@ -526,7 +527,7 @@ impl Places {
 
     /// Of one of the inputs that a file names: in the folder of data, in the folder of the file or the one above; there by as much of its
     /// path as there is, since folders of the same names may hold other recordings. Elsewhere: as it was named, further above.
-    fn of(input: &Input, inputs: &[Input], by: &Path, data: Option<&Path>) -> Self {
+    fn of(input: &Input, inputs: &[&Input], by: &Path, data: Option<&Path>) -> Self {
         let given = Path::new(&input.path);
         // An end of a path that another input has too does not tell which of them it is.
         let (told, shared): (Vec<PathBuf>, Vec<PathBuf>) =

@@ -9,8 +9,7 @@ fn result(kind: &str, inputs: &[&Path]) -> Vec<u8> {
         d.input(Input {
             path: i.display().to_string(),
             sha256: String::new(),
-            reading: None,
-            doubt: None,
+            ..Input::default()
         })
     });
     document.to_json().unwrap()

@@ -133,6 +133,23 @@ fn known_recording_through_the_one_view() {
     assert!((time.duration_s - 5.0).abs() < 1e-9);
 }
 
+/// A header of a recording before zeros that pack to a thousandth.
+#[test]
+fn refuses_a_packed_file_that_fills_the_memory() {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(&tdms(&[("bench", &samples())])).unwrap();
+    for _ in 0..60 {
+        packed.write_all(&[0; 1 << 20]).unwrap();
+    }
+    let source = Source::from_bytes("r", packed.finish().unwrap()).unwrap();
+    let error = Recording::from_source(source, &options(&["ai0"])).unwrap_err();
+    let said = error.to_string();
+    assert!(
+        said.contains("unpacks to more than") && said.contains("times its size"),
+        "{said}"
+    );
+}
+
 #[test]
 fn known_rows_with_their_text() {
     let file = tdms(&[("bench", &[[1.5, -2.0], [0.25, 3.0]])]);
@@ -850,4 +867,40 @@ fn crosscheck_streams_of_others() {
             "{name}"
         );
     }
+}
+
+/// The description and the file that it names are inputs, each with its digest.
+#[test]
+fn known_inputs_of_a_recording_in_two_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let description = r#"<unisens xmlns="http://www.unisens.org/unisens2.0">
+        <signalEntry id="acc.bin" dataType="int16" sampleRate="64" lsbValue="0.5" unit="g">
+        <binFileFormat/><channel name="x"/></signalEntry></unisens>"#;
+    let place = folder.path().join("unisens.xml");
+    std::fs::write(&place, description).unwrap();
+    let beside = folder.path().join("acc.bin");
+    let numbers: Vec<u8> = (0..200_i16).flat_map(i16::to_le_bytes).collect();
+    std::fs::write(&beside, numbers).unwrap();
+    let recording =
+        Recording::from_source(Source::open(&place).unwrap(), &options(&["x"])).unwrap();
+    assert_eq!(recording.columns[0].unit, Some(Unit::StandardGravity));
+    assert_eq!(recording.columns[0].data[199], 99.5);
+    let names: Vec<PathBuf> = recording
+        .input()
+        .files()
+        .map(|f| f.path.clone().into())
+        .collect();
+    assert_eq!(names, [place.clone(), beside.clone()]);
+    let own = proofmass_io::Input::of(&beside).unwrap();
+    assert_eq!(recording.input().beside[0].sha256, own.sha256);
+    // A copy elsewhere has nothing beside it.
+    let other = tempfile::tempdir().unwrap();
+    let alone = other.path().join("unisens.xml");
+    std::fs::copy(&place, &alone).unwrap();
+    let error = Recording::from_source(Source::open(&alone).unwrap(), &options(&["x"]));
+    let error = error.unwrap_err().to_string();
+    assert!(
+        error.contains("\"acc.bin\", of which nothing lies beside it"),
+        "{error}"
+    );
 }

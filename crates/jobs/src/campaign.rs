@@ -364,12 +364,7 @@ impl CampaignFile {
     fn unread() -> Self {
         Self {
             path: PathBuf::new(),
-            input: Input {
-                path: String::new(),
-                sha256: String::new(),
-                reading: None,
-                doubt: None,
-            },
+            input: Input::default(),
             text: String::new(),
             store: Arc::new(Memory::new()),
             drafted_from: None,

@@ -139,6 +139,17 @@ impl Outcome for InspectOutcome {
         if !undecided(&self.inspection) {
             page = page.section(columns(&self.inspection).summarised());
         }
+        // No result.json holds what the reader of the file says.
+        let said: Vec<String> = self
+            .inspection
+            .findings
+            .iter()
+            .filter_map(evidence)
+            .collect();
+        if !said.is_empty() {
+            let section = Section::new("Evidence").at(Place::Summary);
+            page = page.section(said.into_iter().fold(section, Section::paragraph));
+        }
         // A summary cuts long tables of the page; these places stand in it alone and whole.
         match self.damage {
             true => page
@@ -164,8 +175,12 @@ fn head(page: Report, inspection: &Inspection) -> Report {
             0 => format!("All {} are whole.", count(inspection.rows as usize, "row")),
             n => format!("{} damaged.", count(n as usize, "place")),
         })
-        .answers([KeyFigure::new("rows", inspection.rows.to_string(), "")
-            .note(count(inspection.columns.len(), "column"))])
+        .answers([match undecided(inspection) {
+            true => KeyFigure::new("streams", inspection.streams.len().to_string(), "")
+                .note("none is chosen"),
+            false => KeyFigure::new("rows", inspection.rows.to_string(), "")
+                .note(count(inspection.columns.len(), "column")),
+        }])
         .meta(
             "Read",
             match undecided(inspection) {
@@ -205,6 +220,11 @@ fn head(page: Report, inspection: &Inspection) -> Report {
         Some(jitter) => page.meta("jitter", format!("{jitter:.1e} s")),
         None => page,
     }
+}
+
+fn evidence(finding: &Finding) -> Option<String> {
+    let said = finding.evidence_text();
+    (!said.is_empty()).then(|| format!("{}: {said}", finding.code()))
 }
 
 /// Whether there are several streams, and none was chosen.

@@ -100,6 +100,7 @@ impl Record {
     pub fn digests(&self) -> Vec<(String, String)> {
         self.inputs
             .iter()
+            .flat_map(Input::files)
             .map(|i| (i.path.clone(), i.sha256.clone()))
             .collect()
     }

@@ -161,8 +161,7 @@ impl Desk<'_> {
             written.push(Input {
                 path: name.to_owned(),
                 sha256,
-                reading: None,
-                doubt: None,
+                ..Input::default()
             });
         }
         Ok(())

@@ -178,6 +178,7 @@ impl OutputFolder {
         let inputs: Vec<PathBuf> = head
             .iter()
             .flat_map(|h| &h.inputs)
+            .flat_map(Input::files)
             .map(|i| PathBuf::from(&i.path))
             .collect();
         self.protect(inputs.iter().map(PathBuf::as_path));

@@ -23,8 +23,7 @@ pub fn record() -> Record {
         inputs: vec![Input {
             path: "recording.csv".to_owned(),
             sha256: "00".repeat(32),
-            reading: None,
-            doubt: None,
+            ..Input::default()
         }],
         ..Record::default()
     }
