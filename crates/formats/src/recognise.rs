@@ -6,13 +6,16 @@ use crate::{
     unisens, wav,
 };
 
+/// Streams, and the file out of several that they are read from.
+pub(crate) type Joint = (Contents, Box<dyn SeekRead>);
+
 /// What makes the streams of a file of known size.
 #[derive(Clone, Copy)]
 pub(crate) enum Reader {
     /// Of the file alone.
     Alone(fn(&mut dyn SeekRead, u64) -> Result<Contents>),
     /// Of files beside it too; what it gives is read from all of them as one.
-    WithOthers(fn(Box<dyn SeekRead>, u64, &mut Beside) -> Result<(Contents, Box<dyn SeekRead>)>),
+    WithOthers(fn(Box<dyn SeekRead>, u64, &mut Beside) -> Result<Joint>),
 }
 
 /// A format of recordings.

@@ -8,6 +8,7 @@ mod joined;
 use crate::bytes::Order;
 use crate::names::shown;
 use crate::raw::Kind;
+use crate::recognise::Joint;
 use crate::scaling::Scaling;
 use crate::stream::{Beside, Clock, Column, Contents, Remark, SeekRead, Source, Stream};
 use crate::text::{self, Lines};
@@ -26,11 +27,7 @@ struct Part {
 }
 
 /// The streams of the files that a description names, and those files behind it as one.
-pub(crate) fn read(
-    mut file: Box<dyn SeekRead>,
-    size: u64,
-    beside: &mut Beside,
-) -> Result<(Contents, Box<dyn SeekRead>)> {
+pub(crate) fn read(mut file: Box<dyn SeekRead>, size: u64, beside: &mut Beside) -> Result<Joint> {
     if size > LONGEST_DESCRIPTION {
         return Err(Error::new(
             "is a description of a Unisens recording of more than 16 MiB, which is none",
@@ -122,7 +119,7 @@ fn binary(
 ) -> Vec<Source> {
     let stride = kind.size() * entry.channels.len() as u64;
     let rows = part.size / stride;
-    if part.size % stride > 0 {
+    if !part.size.is_multiple_of(stride) {
         remarks.push(Remark::cut(format!(
             "\"{}\" ends within sample {}",
             entry.file,

@@ -261,7 +261,7 @@ fn refuses_to_unpack_without_bounds() {
     let zeros = vec![0_u8; 100 << 20];
     let variable = matrix(9, "a", [100 << 20, 1], &element(2, &zeros));
     let bomb = element(15, &zlib(&variable));
-    let said = refused("mat", &mat(&[bomb.clone()]));
+    let said = refused("mat", &mat(std::slice::from_ref(&bomb)));
     assert!(said.contains("unpacks to more than"), "{said}");
     let small = matrix(6, "x", [3, 1], &element(2, &[1, 2, 3]));
     let beside = bounded("mat beside", &mat(&[small, bomb])).unwrap();
@@ -463,7 +463,7 @@ fn refuses_circles() {
     let said = refused("mat", &mat(&[inside]));
     assert!(said.contains("structures within structures"), "{said}");
     // Sides whose product is beyond every number.
-    let sides = element(5, &vec![0xFF, 0xFF, 0xFF, 0x7F].repeat(64));
+    let sides = element(5, &[0xFF, 0xFF, 0xFF, 0x7F].repeat(64));
     let content = [element(6, &numbers(&[2, 0])), sides, element(1, b"s")];
     let fields = [element(5, &numbers(&[8])), element(1, b"inside\0\0")];
     let file = mat(&[element(14, &[content.concat(), fields.concat()].concat())]);
