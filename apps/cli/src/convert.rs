@@ -4,20 +4,25 @@ use crate::console::Progress;
 use crate::written_file::{WrittenFile, read};
 use crate::{Failure, Outcome, console};
 use proofmass::io::{Input, Source};
-use proofmass::jobs::convert::{ConvertData, ConvertJob, Opening};
+use proofmass::jobs::convert::{ConvertData, ConvertJob, DeviceTable, Opening};
 use proofmass::jobs::{Destination, Job, Outcome as _};
 use std::path::{Path, PathBuf};
 
-/// Write recordings in another format: CSV, npy, WAV or UFF 58b.
+/// Write recordings in another format: CSV, npy, WAV, UFF 58b or Parquet.
 ///
 /// Numbers stay in their units. Every column of numbers is written where --columns names none. Several recordings that continue each
-/// other become one. They are read more than once, in blocks: memory is that of a block. What the format has no place for is refused
-/// until it is said what becomes of it, and what is lost is listed.
+/// other become one; with --devices, recordings of many devices become one table with columns of serial number and batch. They are
+/// read more than once, in blocks: memory is that of a block, for Parquet that of two million numbers. What the format has no place for
+/// is refused until it is said what becomes of it, and what is lost is listed.
 #[derive(clap::Args)]
 pub(crate) struct Convert {
     /// Recordings, in the order of their times
-    #[arg(required = true, value_name = "RECORDING")]
+    #[arg(required_unless_present = "devices", value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
+    /// Table (columns file, serial, batch) of recordings of many devices, its names relative to its folder: they become one Parquet
+    /// table with columns of these
+    #[arg(long, value_name = "TABLE", conflicts_with = "recordings")]
+    devices: Option<PathBuf>,
     #[command(flatten)]
     file: WrittenFile,
     #[command(flatten)]
@@ -28,25 +33,38 @@ impl Convert {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         // Before anything is read.
         self.job.target(Some(&self.file.output))?;
-        self.recordings
+        let devices = self.devices.as_deref().map(Source::open).transpose()?;
+        let devices = devices.map(DeviceTable::read).transpose()?;
+        let recordings = match (&devices, &self.devices) {
+            (Some(table), Some(path)) => {
+                let folder = path.parent().unwrap_or(Path::new(""));
+                let files = table.devices.iter().map(|d| folder.join(&d.file));
+                files.collect()
+            }
+            _ => self.recordings.clone(),
+        };
+        recordings
             .iter()
             .try_for_each(|path| readable_again(path))?;
         let replacement = self.file.begin()?;
-        let inputs: Vec<&Path> = self.recordings.iter().map(PathBuf::as_path).collect();
+        let read_files = self.devices.iter().chain(&recordings);
+        let inputs: Vec<&Path> = read_files.map(PathBuf::as_path).collect();
         let beside = |recordings: &[Input], sha256: &str| {
             let read = recordings.to_vec();
             self.file.write_beside(&replacement, &inputs, read, sha256)
         };
         let open = |path| move || Source::open(path);
-        let recordings: Vec<_> = inputs.iter().copied().map(open).collect();
-        let data = ConvertData::new(
-            recordings.iter().map(|open| open as &Opening<'_>).collect(),
-            Destination::File {
-                path: &self.file.output,
-                inputs: &inputs,
-                beside: &beside,
-            },
-        );
+        let openings: Vec<_> = recordings.iter().map(open).collect();
+        let to = Destination::File {
+            path: &self.file.output,
+            inputs: &inputs,
+            beside: &beside,
+        };
+        let openings = openings.iter().map(|open| open as &Opening<'_>).collect();
+        let mut data = ConvertData::new(openings, to);
+        if let Some(devices) = &devices {
+            data = data.with_devices(devices);
+        }
         let outcome = self.job.evaluate(&data, &Progress::new())?;
         outcome.recordings().iter().for_each(read);
         outcome.findings().iter().for_each(console::finding);
@@ -57,6 +75,9 @@ impl Convert {
         ));
         for line in outcome.lost() {
             console::note(format!("lost: {line}"));
+        }
+        for line in outcome.notes() {
+            console::note(format!("note: {line}"));
         }
         Ok(Outcome::Done)
     }

@@ -11,9 +11,42 @@ pub(crate) fn days(year: i64, month: i64, day: i64) -> i64 {
     365 * year + leaps + (153 * month + 2) / 5 + day
 }
 
+/// Date and time to the second of a day in the Gregorian calendar, in the form of ISO 8601; of so many seconds since 1970.
+pub(crate) fn date_time(seconds: i64) -> String {
+    let day = seconds.div_euclid(86_400);
+    let second = seconds.rem_euclid(86_400);
+    let since_1970 = |year, month, day| days(year, month, day) - days(1970, 1, 1);
+    // Years and months are at most one too many.
+    let mut year = 1970 + day.div_euclid(365);
+    while since_1970(year, 1, 1) > day {
+        year -= 1;
+    }
+    let month = (2..=12).find(|month| since_1970(year, *month, 1) > day);
+    let month = month.map_or(12, |next| next - 1);
+    let of_month = day - since_1970(year, month, 1) + 1;
+    let (hour, minute) = (second / 3600, second / 60 % 60);
+    let second = second % 60;
+    format!("{year:04}-{month:02}-{of_month:02}T{hour:02}:{minute:02}:{second:02}")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::days;
+    use super::{date_time, days};
+
+    #[test]
+    fn published_times_since_1970() {
+        // RFC 3339, section 5.8, and POSIX.
+        for (seconds, text) in [
+            (0, "1970-01-01T00:00:00"),
+            (482_196_050, "1985-04-12T23:20:50"),
+            (951_782_400, "2000-02-29T00:00:00"),
+            (946_684_799, "1999-12-31T23:59:59"),
+            (1_709_251_199, "2024-02-29T23:59:59"),
+            (-1, "1969-12-31T23:59:59"),
+        ] {
+            assert_eq!(date_time(seconds), text);
+        }
+    }
 
     #[test]
     fn known_days_between_dates() {

@@ -72,6 +72,7 @@ pub(crate) fn read(
     };
     let rows = Arc::new(axes.rows);
     let mut stream = Stream::new("activity", clock, (rows.len() / ROW) as u64);
+    stream.origin_ns = axes.begin.map(|begin| i64::from(begin) * 1_000_000_000);
     for (i, name) in ["acc_x", "acc_y", "acc_z"].into_iter().enumerate() {
         let values = Source::HeldRows(HeldRows::new(&rows, ROW, 2 * i, Kind::I16));
         let column = Column::scaled(values, Scaling::linear(1.0 / per_g, 0.0));
@@ -99,6 +100,8 @@ struct Axes {
     /// x, y and z of each sample, two bytes each.
     rows: Vec<u8>,
     times: Vec<Line>,
+    /// Seconds of the first record by the clock of the logger.
+    begin: Option<u32>,
 }
 
 impl Axes {
@@ -146,7 +149,6 @@ impl Axes {
         let sums = sums(bytes);
         let mut damaged: Option<(u64, usize)> = None;
         let mut last: Option<u32> = None;
-        let mut begin = None;
         let mut at = 0;
         while at < bytes.len() {
             if bytes[at] != MARK {
@@ -184,7 +186,7 @@ impl Axes {
             {
                 line.step = 1.0 / line.count as f64;
             }
-            let begin = *begin.get_or_insert(time);
+            let begin = *self.begin.get_or_insert(time);
             self.times.push(Line {
                 count,
                 first: f64::from(time) - f64::from(begin),

@@ -19,7 +19,7 @@ use chunks::Chunk;
 use numbers::Meaning;
 use std::panic::catch_unwind;
 
-pub(crate) use chunks::Chunks;
+pub(crate) use chunks::{Chunks, words};
 
 /// Bytes of the mark at the beginning, and of length and mark at the end.
 const MARK: u64 = 4;
@@ -117,7 +117,7 @@ fn index(file: &mut dyn SeekRead, size: u64) -> Result<(ParquetMetaData, u64)> {
     // Groups and columns that do not fit together make the crate panic.
     match catch_unwind(|| ParquetMetaDataReader::decode_metadata(&bytes)) {
         Ok(Ok(index)) => Ok((index, start)),
-        Ok(Err(e)) => Err(damaged(&format!(": {}", chunks::words(e)))),
+        Ok(Err(e)) => Err(damaged(&format!(": {}", words(e)))),
         Err(_) => Err(damaged("")),
     }
 }

@@ -44,7 +44,7 @@ impl Format {
 
     /// Whether recordings are written in it.
     pub fn is_written(&self) -> bool {
-        WRITTEN.contains(&self.word)
+        WRITTEN.contains(&self.word) || (self.word == "parquet" && crate::write::PARQUET)
     }
 
     /// Why a file of it is not read, and what to do about it.

@@ -1,5 +1,6 @@
 //! A file as streams, each of them channels on one clock.
 
+use crate::calendar::date_time;
 use crate::hdf5::Chunked;
 use crate::held_rows::HeldRows;
 use crate::names::{shortened, shown};
@@ -135,6 +136,14 @@ impl Stream {
             origin_ns: None,
             columns: Vec::new(),
         }
+    }
+
+    /// When its times are zero, by the clock of the file: date and time to the second. Nothing where the file does not say so, or its clock
+    /// counts from something else than a date: before 1990, after 2099.
+    pub fn start(&self) -> Option<String> {
+        const DATES: std::ops::Range<i64> = 631_152_000..4_102_444_800;
+        let seconds = self.origin_ns?.div_euclid(1_000_000_000);
+        DATES.contains(&seconds).then(|| date_time(seconds))
     }
 
     /// One more channel behind the others.

@@ -1,10 +1,20 @@
 //! Recordings written in formats of others: what stands before the samples, and the samples, block by block.
 
+mod column;
+#[cfg(not(feature = "parquet"))]
+mod no_parquet;
 mod npy;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod uff;
 mod wav;
 
+pub use column::{ParquetColumn, ParquetKind};
+#[cfg(not(feature = "parquet"))]
+pub use no_parquet::{PARQUET, ParquetWriter};
 pub use npy::npy_head;
+#[cfg(feature = "parquet")]
+pub use parquet::{PARQUET, ParquetWriter};
 pub use uff::{UFF_END, UffSignal, uff_head, uff_name, uff_stored};
 pub use wav::{WavForm, wav_head};
 

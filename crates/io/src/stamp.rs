@@ -48,16 +48,27 @@ impl Stamp {
             .or_else(|| rare(field, decimal))
     }
 
-    /// A number of units, to fifteen decimals.
+    /// A number of units, to fifteen decimals. Where a decimal of few digits has this double, it is meant: 4.996 is 4.996.
     pub(crate) fn of(value: f64) -> Option<Self> {
         if value.is_nan() || value.abs() >= LARGEST as f64 {
             return None;
         }
+        let meant = |decimals: u32| {
+            let unit = power(decimals);
+            let digits = (value * unit as f64).round();
+            // Both are doubles, so that the quotient is rounded once.
+            let is_meant = digits.abs() < (1_i64 << 53) as f64 && digits / unit as f64 == value;
+            is_meant.then(|| (digits as i128 * (PARTS / i128::from(unit)), decimals))
+        };
         let whole = value.trunc();
-        let parts = ((value - whole) * PARTS as f64).round() as i128;
+        let nearest = || whole as i128 * PARTS + ((value - whole) * PARTS as f64).round() as i128;
+        let (parts, decimals) = [6, 9, 12]
+            .into_iter()
+            .find_map(meant)
+            .unwrap_or_else(|| (nearest(), DECIMALS));
         Some(Self {
-            parts: whole as i128 * PARTS + parts,
-            decimals: DECIMALS as u8,
+            parts,
+            decimals: decimals as u8,
             dated: false,
         })
     }
@@ -426,6 +437,25 @@ mod tests {
                 assert_eq!(stamp.value(), stamp.value_of_all_digits(), "{stamp:?}");
             }
         }
+    }
+
+    #[test]
+    fn law_a_double_of_a_decimal_is_that_decimal() {
+        for i in 0..200_000_i64 {
+            for (stored, text) in [
+                (i as f64 / 250.0, i * 4_000_000),
+                (i as f64 / 1e9, i),
+                (
+                    1_700_000_000.0 + i as f64 / 1e6,
+                    1_700_000_000_000_000_000 + i * 1000,
+                ),
+            ] {
+                let stamp = Stamp::of(stored).unwrap();
+                assert_eq!(stamp.parts, i128::from(text) * 1_000_000, "{stored:?}");
+                assert_eq!(stamp.value(), stored);
+            }
+        }
+        assert_eq!(Stamp::of(0.1 + 0.2).unwrap().parts, 300_000_000_000_000);
     }
 
     #[test]

@@ -56,6 +56,9 @@ pub struct StreamSummary {
     pub rate_hz: Option<f64>,
     /// Channels with the units that the file says.
     pub channels: Vec<String>,
+    /// Date and time where its times are zero, by the clock of the file, where that says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<String>,
 }
 
 impl StreamSummary {
@@ -65,6 +68,7 @@ impl StreamSummary {
             rows: stream.rows,
             rate_hz: rate(stream),
             channels: stream.channels.iter().map(shown).collect(),
+            start: stream.start(),
         }
     }
 }

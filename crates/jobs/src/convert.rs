@@ -1,8 +1,10 @@
 //! Recordings written in another format, several that continue each other as one.
 
+mod devices;
 mod outcome;
 mod plan;
 
+pub use devices::{Device, DeviceTable};
 pub use outcome::ConvertOutcome;
 
 use crate::destination::Destination;
@@ -11,9 +13,10 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use plan::Plan;
 use proofmass_core::Watch;
-use proofmass_io::formats::write::WavForm;
+use proofmass_io::formats::write::{PARQUET, WavForm};
 use proofmass_io::{
-    Conversion, Input, RecordingOptions, Source, Survey, Surveyed, TargetForm, TimedRows, Written,
+    Conversion, ConversionPlan, Input, RecordingOptions, Source, Survey, Surveyed, TargetForm,
+    TimedRows, Written,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -35,6 +38,8 @@ pub enum ConvertFormat {
     Wav,
     /// Universal file of modal analysis: one steady rate, a data set for each signal
     Uff,
+    /// Columns of Parquet with names and units, the time first (builds with the feature `parquet`)
+    Parquet,
 }
 
 /// How a WAV file stores its samples.
@@ -64,7 +69,7 @@ pub enum WavSamples {
 pub enum GapTreatment {
     /// Each missing sample is the number before the gap
     Hold,
-    /// Missing samples are put in as NaN, or as empty fields (csv, npy)
+    /// Missing samples are put in as NaN, empty fields or nulls (csv, npy, parquet)
     Nan,
     /// What follows a gap comes at once, and the time in between is lost (wav, uff)
     Close,
@@ -94,7 +99,7 @@ pub enum GapTreatment {
 #[serde(default)]
 #[non_exhaustive]
 pub struct ConvertJob {
-    /// Format to be written [default: by the ending of the output: .csv, .npy, .wav, .uff]
+    /// Format to be written [default: by the ending of the output: .csv, .npy, .wav, .uff, .parquet]
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FORMAT"))]
     pub to: Option<ConvertFormat>,
@@ -102,7 +107,7 @@ pub struct ConvertJob {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "FORM"))]
     pub wav_form: Option<WavSamples>,
-    /// What becomes of gaps; without it they stay in csv and npy, whose rows have times, and are refused for wav and uff
+    /// What becomes of gaps; without it they stay in csv, npy and parquet, whose rows have times, and are refused for wav and uff
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "HOW"))]
     pub gaps: Option<GapTreatment>,
@@ -122,6 +127,7 @@ pub type Opening<'a> = dyn Fn() -> proofmass_io::Result<Source> + Send + Sync + 
 /// Recordings, which are read more than once, and where they go.
 pub struct ConvertData<'a> {
     recordings: Vec<&'a Opening<'a>>,
+    devices: Option<&'a DeviceTable>,
     to: Mutex<Option<Destination<'a>>>,
 }
 
@@ -130,7 +136,18 @@ impl<'a> ConvertData<'a> {
     pub fn new(recordings: Vec<&'a Opening<'a>>, to: Destination<'a>) -> Self {
         Self {
             recordings,
+            devices: None,
             to: Mutex::new(Some(to)),
+        }
+    }
+
+    /// Each recording is of one device: they become one table with columns of serial number and batch, each recording with its own clock.
+    /// They are those of the table, in its order.
+    #[must_use]
+    pub fn with_devices(self, devices: &'a DeviceTable) -> Self {
+        Self {
+            devices: Some(devices),
+            ..self
         }
     }
 }
@@ -147,6 +164,7 @@ impl ConvertJob {
             Some("npy") => Some(ConvertFormat::Npy),
             Some("wav") => Some(ConvertFormat::Wav),
             Some("uff" | "unv") => Some(ConvertFormat::Uff),
+            Some("parquet" | "pq") => Some(ConvertFormat::Parquet),
             _ => None,
         };
         let Some(format) = self.to.or(by_ending) else {
@@ -154,16 +172,24 @@ impl ConvertJob {
             return Err(Trouble::request(format!(
                 "the ending of the output does not tell its format{name}"
             ))
-            .with_hint("say --to csv, npy, wav or uff, or end its name so"));
+            .with_hint("say --to csv, npy, wav, uff or parquet, or end its name so"));
         };
         if self.wav_form.is_some() && format != ConvertFormat::Wav {
             return Err(Trouble::request("--wav-form is about WAV files alone")
                 .with_hint("leave it away, or add --to wav"));
         }
+        if format == ConvertFormat::Parquet && !PARQUET {
+            return Err(
+                Trouble::request("this build does not write Parquet").with_hint(
+                    "install with `cargo install --path apps/cli --features parquet`, or write csv",
+                ),
+            );
+        }
         Ok(match format {
             ConvertFormat::Csv => TargetForm::Csv,
             ConvertFormat::Npy => TargetForm::Npy,
             ConvertFormat::Uff => TargetForm::Uff,
+            ConvertFormat::Parquet => TargetForm::Parquet,
             ConvertFormat::Wav => TargetForm::Wav(match self.wav_form.unwrap_or_default() {
                 WavSamples::Int16 => WavForm::Int16,
                 WavSamples::Int24 => WavForm::Int24,
@@ -186,6 +212,11 @@ impl Job for ConvertJob {
             Destination::File { path, .. } => Some(path),
             Destination::Bytes(_) => None,
         })?;
+        let recordings = data.recordings.len();
+        let alone: Vec<Range<usize>> = match data.devices {
+            Some(devices) => data.check(devices, form)?,
+            None => std::iter::once(0..recordings).collect(),
+        };
         let passes = Passes {
             recordings: &data.recordings,
             options: self
@@ -193,30 +224,49 @@ impl Job for ConvertJob {
                 .reading_of(self.reading.columns.clone().unwrap_or_default())?,
             watch,
         };
-        let mut survey = Survey::new(form);
-        let seen = passes.survey(&mut survey)?;
-        let surveyed = survey.finish()?;
-        let seen = with_rate(seen, &surveyed);
-        let names: Vec<String> = seen.iter().map(|s| s.input.path.clone()).collect();
-        let plan = Plan::of(self, form, &surveyed, &names, &seen)?;
+        let mut surveys: Vec<(Surveyed, Vec<Seen<'_>>)> = Vec::new();
+        for recordings in &alone {
+            let mut survey = Survey::new(form);
+            let seen = passes.survey(&mut survey, recordings.clone())?;
+            let surveyed = survey.finish()?;
+            if let Some((first, of)) = surveys.first() {
+                let behind = surveyed.stands_behind(first, Path::new(&of[0].input.path));
+                behind.map_err(|e| e.at(Path::new(&seen[0].input.path)))?;
+            }
+            let seen = with_rate(seen, &surveyed);
+            surveys.push((surveyed, seen));
+        }
+        let mut plans = Vec::new();
+        for (i, (surveyed, seen)) in surveys.iter().enumerate() {
+            let device = data.devices.and_then(|table| table.devices.get(i));
+            plans.push(Plan::of(self, form, surveyed, seen, device)?);
+        }
+        let Some((first, (surveyed, _))) = plans.first().zip(surveys.first()) else {
+            return Err(Trouble::data("no recording was named"));
+        };
         let written = match &to {
             Destination::File { path, inputs, .. } => Written::create(path, inputs)?,
             Destination::Bytes(_) => Written::Bytes(Vec::new()),
         };
-        let mut conversion = Conversion::begin(written, &plan.writing, &surveyed)?;
-        let parts = plan.writing.parts();
-        for (pass, part) in parts.iter().enumerate() {
-            conversion.begin_pass(part)?;
-            let pass = (pass, parts.len());
-            passes.write(&mut conversion, part, plan.writing.is_timed(), &seen, pass)?;
-            conversion.end_pass()?;
+        let mut conversion = Conversion::begin(written, &first.writing, surveyed)?;
+        for (i, (plan, (surveyed, seen))) in plans.iter().zip(&surveys).enumerate() {
+            if i > 0 {
+                conversion.next_recording(&plan.writing, surveyed)?;
+            }
+            passes.write(&mut conversion, &plan.writing, alone[i].start, seen)?;
         }
-        let mut written = conversion.into_written();
+        let mut written = conversion.end()?;
         let sha256 = written.is_kept().then(|| written.sha256());
-        let (mut findings, mut inputs) = (surveyed.findings.clone(), Vec::new());
-        for recording in seen {
-            findings.extend(recording.findings);
-            inputs.push(recording.input);
+        let mut inputs: Vec<Input> = data.devices.iter().map(|d| d.input.clone()).collect();
+        let mut findings = Vec::new();
+        for (surveyed, seen) in surveys {
+            let of_seen = seen.iter().flat_map(|s| s.findings.clone());
+            let all = surveyed.findings.into_iter().chain(of_seen);
+            findings.extend(all.map(|finding| match &data.devices {
+                Some(_) => finding.of_part(&seen[0].input.path),
+                None => finding,
+            }));
+            inputs.extend(seen.into_iter().map(|s| s.input));
         }
         match to {
             Destination::File { beside, .. } => {
@@ -228,12 +278,29 @@ impl Job for ConvertJob {
             }
             Destination::Bytes(bytes) => *bytes = written.into_bytes().unwrap_or_default(),
         }
-        Ok(ConvertOutcome::new(form, plan, inputs, sha256, findings))
+        Ok(ConvertOutcome::new(form, plans, inputs, sha256, findings))
+    }
+}
+
+impl ConvertData<'_> {
+    /// Each recording by itself.
+    fn check(&self, devices: &DeviceTable, form: TargetForm) -> Result<Vec<Range<usize>>> {
+        if form != TargetForm::Parquet {
+            let what = format!("{} has no place for serial numbers", form.name());
+            return Err(Trouble::request(what).with_hint("write Parquet: --to parquet"));
+        }
+        if self.recordings.len() != devices.devices.len() {
+            return Err(Trouble::request(
+                "the recordings are not those of the table of devices",
+            ));
+        }
+        Ok((0..self.recordings.len()).map(|i| i..i + 1).collect())
     }
 }
 
 /// A recording that was surveyed.
-struct Seen {
+struct Seen<'a> {
+    open: &'a Opening<'a>,
     input: Input,
     findings: Vec<Finding>,
     /// Word for its format, where it is no text.
@@ -250,7 +317,7 @@ struct Passes<'a> {
     watch: &'a dyn Watch,
 }
 
-impl Passes<'_> {
+impl<'a> Passes<'a> {
     /// Tells how far a stage is: so many files of all are behind, and of the next one so many bytes of all.
     fn tell(
         &self,
@@ -264,10 +331,11 @@ impl Passes<'_> {
         Ok(self.watch.step(stage, done, PARTS * of as u64)?)
     }
 
-    fn survey(&self, survey: &mut Survey) -> Result<Vec<Seen>> {
+    fn survey(&self, survey: &mut Survey, recordings: Range<usize>) -> Result<Vec<Seen<'a>>> {
         let mut seen = Vec::new();
         let (mut window, mut rows) = (None, 0);
-        for (number, open) in self.recordings.iter().enumerate() {
+        for number in recordings {
+            let open = &self.recordings[number];
             let mut reader = TimedRows::open(open()?, &self.options, None, true, window)?;
             let file: PathBuf = reader.name().to_path_buf();
             let layout = reader.layout().clone();
@@ -281,6 +349,7 @@ impl Passes<'_> {
             let (input, findings, next) = reader.finish()?;
             window = next;
             seen.push(Seen {
+                open,
                 format: layout.reading.stream.as_ref().map(|s| s.format.clone()),
                 input: input.with_reading(layout.reading),
                 findings,
@@ -294,24 +363,43 @@ impl Passes<'_> {
         }
     }
 
+    /// Recordings that continue each other, of all the first one is `first`.
     fn write(
+        &self,
+        conversion: &mut Conversion<'_>,
+        plan: &ConversionPlan,
+        first: usize,
+        seen: &[Seen<'_>],
+    ) -> Result<()> {
+        let parts = plan.parts();
+        for (pass, part) in parts.iter().enumerate() {
+            conversion.begin_pass(part)?;
+            self.write_part(conversion, part, plan.is_timed(), seen, |number| {
+                let before = first + pass * seen.len() + number;
+                (before, parts.len() * self.recordings.len())
+            })?;
+            conversion.end_pass()?;
+        }
+        Ok(())
+    }
+
+    fn write_part(
         &self,
         conversion: &mut Conversion<'_>,
         part: &Range<usize>,
         timed: bool,
-        seen: &[Seen],
-        (pass, passes): (usize, usize),
+        seen: &[Seen<'_>],
+        place: impl Fn(usize) -> (usize, usize),
     ) -> Result<()> {
         let mut window = None;
-        let (before, of) = (pass * seen.len(), passes * seen.len());
-        for (number, (open, seen)) in self.recordings.iter().zip(seen).enumerate() {
-            let part = Some(part.clone());
-            let mut reader = TimedRows::open(open()?, &self.options, part, timed, window)?;
+        for (number, seen) in seen.iter().enumerate() {
+            let ((before, of), part) = (place(number), Some(part.clone()));
+            let mut reader = TimedRows::open((seen.open)()?, &self.options, part, timed, window)?;
             while let Some(block) = reader.next_block()? {
                 conversion.block(&block)?;
-                self.tell("conversion", before + number, of, reader.progress())?;
+                self.tell("conversion", before, of, reader.progress())?;
             }
-            self.tell("conversion", before + number + 1, of, (0, 0))?;
+            self.tell("conversion", before + 1, of, (0, 0))?;
             let (input, _, next) = reader.finish()?;
             window = next;
             if input.sha256 != seen.input.sha256 {
@@ -327,16 +415,16 @@ impl Passes<'_> {
 }
 
 /// The recordings, for messages.
-fn named(names: &[String]) -> String {
-    match names {
-        [one] => one.clone(),
-        [first, .., last] => format!("{first} to {last}"),
+fn named(seen: &[Seen<'_>]) -> String {
+    match seen {
+        [one] => one.input.path.clone(),
+        [first, .., last] => format!("{} to {}", first.input.path, last.input.path),
         [] => "the recording".to_owned(),
     }
 }
 
 /// How the rows were read, with the rate that was found.
-fn with_rate(mut seen: Vec<Seen>, surveyed: &Surveyed) -> Vec<Seen> {
+fn with_rate<'a>(mut seen: Vec<Seen<'a>>, surveyed: &Surveyed) -> Vec<Seen<'a>> {
     for recording in &mut seen {
         if let Some(reading) = &mut recording.input.reading {
             reading.time.rate_hz = surveyed.rate_hz();

@@ -165,16 +165,18 @@ fn head(page: Report, inspection: &Inspection) -> Report {
     let layout = &inspection.layout;
     let separator = format!("{:?}", layout.separator).to_lowercase();
     let header = if layout.header.is_some() { "yes" } else { "no" };
-    let damaged = inspection.bad_count + inspection.bad_row_count;
+    let page = match inspection.bad_count + inspection.bad_row_count {
+        _ if undecided(inspection) => page.question(format!(
+            "The file holds {}: choose one with --source NAME.",
+            count(inspection.streams.len(), "stream")
+        )),
+        0 => page.verdict(format!(
+            "All {} are whole.",
+            count(inspection.rows as usize, "row")
+        )),
+        n => page.verdict(format!("{} damaged.", count(n as usize, "place"))),
+    };
     let page = page
-        .verdict(match damaged {
-            _ if undecided(inspection) => format!(
-                "The file holds {}: choose one with --source NAME.",
-                count(inspection.streams.len(), "stream")
-            ),
-            0 => format!("All {} are whole.", count(inspection.rows as usize, "row")),
-            n => format!("{} damaged.", count(n as usize, "place")),
-        })
         .answers([match undecided(inspection) {
             true => KeyFigure::new("streams", inspection.streams.len().to_string(), "")
                 .note("none is chosen"),
@@ -190,9 +192,16 @@ fn head(page: Report, inspection: &Inspection) -> Report {
                     .line(&inspection.path.display().to_string()),
             },
         );
-    let page = match &layout.stream {
-        Some(stream) => page.meta("format", stream.format.as_str()),
-        None => page.meta("separator", separator).meta("header", header),
+    let page = match (&layout.stream, &inspection.streams[..]) {
+        (Some(stream), [one]) => {
+            let page = page.meta("format", stream.format.as_str());
+            match &one.start {
+                Some(start) => page.meta("time zero", format!("{start} by the clock of the file")),
+                None => page,
+            }
+        }
+        (Some(stream), _) => page.meta("format", stream.format.as_str()),
+        (None, _) => page.meta("separator", separator).meta("header", header),
     };
     let Some(time) = &inspection.time else {
         return page;
@@ -243,6 +252,9 @@ fn streams(inspection: &Inspection) -> Section {
         }),
         Field::shown("channels", "", |s: &StreamSummary| {
             Cell::text(s.channels.join(", "))
+        }),
+        Field::shown("time zero", "", |s: &StreamSummary| {
+            s.start.as_deref().map(Cell::text).into()
         }),
     ];
     Section::new("Streams").table(Table::of("", fields, &inspection.streams))

@@ -1,8 +1,10 @@
 //! Recordings written in another format and read again.
 
-use proofmass_io::{Input, Recording, RecordingOptions, Source, Unit, formats::FORMATS};
+use proofmass_io::formats::{FORMATS, write::PARQUET};
+use proofmass_io::{Input, Recording, RecordingOptions, Source, Unit};
 use proofmass_jobs::convert::{
-    ConvertData, ConvertFormat, ConvertJob, ConvertOutcome, GapTreatment, Opening, WavSamples,
+    ConvertData, ConvertFormat, ConvertJob, ConvertOutcome, DeviceTable, GapTreatment, Opening,
+    WavSamples,
 };
 use proofmass_jobs::{Destination, Job, Trouble, TroubleKind, Unwatched};
 use std::fmt::Write as _;
@@ -247,7 +249,7 @@ fn known_what_becomes_of_a_gap() {
     assert_eq!(absent.count(), 10);
     assert!(
         outcome
-            .lost()
+            .notes()
             .join("\n")
             .contains("absent samples, as NaN: 10 of a")
     );
@@ -368,7 +370,7 @@ fn refuses_what_is_no_recording() {
     units.reading.unit = Some(Unit::Volt);
     assert!(refused(&units, &[b"time_s,a_g\n0,1\n0.01,2\n"]).contains("the heading says g"));
     let none = ConvertJob::default();
-    assert!(refused(&none, &[b"a\n1\n2\n"]).contains("--to csv, npy, wav or uff"));
+    assert!(refused(&none, &[b"a\n1\n2\n"]).contains("--to csv, npy, wav, uff or parquet"));
     let mut wrong = csv.clone();
     wrong.wav_form = Some(WavSamples::Int16);
     let trouble = convert(&wrong, &[b"a\n1\n2\n"]).err().unwrap();
@@ -376,7 +378,7 @@ fn refuses_what_is_no_recording() {
     // No clock: rows in their order, but no steady rate.
     let (order, outcome) = convert(&csv, &[b"a;b\n1;2\n3;4\n"]).unwrap();
     assert_eq!(order, b"a,b\n1,2\n3,4\n");
-    assert!(outcome.lost()[0].starts_with("no times are written"));
+    assert!(outcome.notes()[0].starts_with("no times are written"));
     assert!(refused(&job(ConvertFormat::Wav), &[b"a;b\n1;2\n3;4\n"]).contains("--rate HZ"));
     let mut held = job(ConvertFormat::Uff);
     held.gaps = Some(GapTreatment::Hold);
@@ -389,7 +391,12 @@ fn law_what_is_listed_as_written_is_written() {
     let written = FORMATS.iter().filter(|f| f.is_written()).map(|f| f.word);
     let mut written: Vec<&str> = written.collect();
     written.sort_unstable();
-    assert_eq!(written, ["npy", "uff", "wav"]);
+    let all = ["npy", "parquet", "uff", "wav"];
+    assert!(
+        all.into_iter()
+            .filter(|w| *w != "parquet" || PARQUET)
+            .eq(written.iter().copied())
+    );
     for word in written {
         let job: ConvertJob = serde_json::from_str(&format!("{{\"to\":\"{word}\"}}")).unwrap();
         assert!(job.to.is_some());
@@ -397,5 +404,164 @@ fn law_what_is_listed_as_written_is_written() {
     for (name, to) in [("a.CSV", "a CSV file"), ("x/y.npy", "an npy file")] {
         let target = ConvertJob::default().target(Some(Path::new(name)));
         assert_eq!(target.unwrap().name(), to);
+    }
+}
+
+#[test]
+fn refuses_parquet_where_it_is_not_built_and_devices_elsewhere() {
+    let csv = job(ConvertFormat::Csv);
+    let table = b"file,serial\na.bin,7\n";
+    let refusal = |job: &ConvertJob| {
+        let trouble = devices(job, table, &[b"a\n1\n2\n"]).unwrap_err();
+        format!("{trouble}; {}", trouble.hint().unwrap_or_default())
+    };
+    let told = refusal(&csv);
+    assert!(
+        told.contains("no place for serial numbers") && told.contains("--to parquet"),
+        "{told}"
+    );
+    if !PARQUET {
+        let told = refused(&job(ConvertFormat::Parquet), &[b"a\n1\n2\n"]);
+        assert!(told.contains("--features parquet"), "{told}");
+    }
+    for (table, said) in [
+        (&b"file,serial\n"[..], "one row per line"),
+        (b"serial\n7\n", "no such column"),
+        (b"file,serial\na,7\na,8\n", "stands twice"),
+        (b"file,serial\na,\n", "empty"),
+        (b"file,serial,bach\na,1,2\n", "did you mean `batch`"),
+    ] {
+        let source = Source::from_bytes("devices.csv", table).unwrap();
+        let trouble = DeviceTable::read(source).unwrap_err();
+        let told = format!("{trouble}; {}", trouble.hint().unwrap_or_default());
+        assert!(
+            told.contains(said) && told.contains("devices.csv"),
+            "{told}"
+        );
+    }
+}
+
+/// Converts recordings of devices in memory.
+fn devices(
+    job: &ConvertJob,
+    table: &[u8],
+    files: &[&[u8]],
+) -> Result<(Vec<u8>, ConvertOutcome), Trouble> {
+    let table = DeviceTable::read(Source::from_bytes("devices.csv", table).unwrap())?;
+    let open = |(bytes, device): (&&[u8], &proofmass_jobs::convert::Device)| {
+        let (bytes, name) = (bytes.to_vec(), device.file.clone());
+        move || Source::from_bytes(&name, bytes.clone())
+    };
+    let recordings: Vec<_> = files.iter().zip(&table.devices).map(open).collect();
+    let recordings = recordings.iter().map(|open| open as &Opening<'_>).collect();
+    let mut written = Vec::new();
+    let data = ConvertData::new(recordings, Destination::Bytes(&mut written)).with_devices(&table);
+    let outcome = job.evaluate(&data, &Unwatched)?;
+    drop(data);
+    Ok((written, outcome))
+}
+
+#[cfg(feature = "parquet")]
+mod parquet {
+    use super::*;
+
+    #[test]
+    fn law_numbers_times_and_units_come_back() {
+        let columns = numbers(5000);
+        let csv = text(&columns, 250.0);
+        let (file, outcome) = convert(&job(ConvertFormat::Parquet), &[csv.as_bytes()]).unwrap();
+        assert!(outcome.lost().is_empty() && outcome.notes().is_empty());
+        assert_eq!(
+            outcome.columns(),
+            ["time in s", "acc_x in g", "supply in V"]
+        );
+        let (again, _) = convert(&job(ConvertFormat::Csv), &[&file]).unwrap();
+        let (before, after) = (
+            read(csv.as_bytes(), &[2, 3], None),
+            read(&again, &[2, 3], None),
+        );
+        assert_eq!(before.columns, after.columns);
+        assert_eq!(
+            again,
+            convert(&job(ConvertFormat::Csv), &[csv.as_bytes()])
+                .unwrap()
+                .0
+        );
+        // Gaps are kept, absent samples are nulls and absent again.
+        let gapped = gapped(400..410);
+        let mut filled = job(ConvertFormat::Parquet);
+        filled.gaps = Some(GapTreatment::Nan);
+        let (file, outcome) = convert(&filled, &[gapped.as_bytes()]).unwrap();
+        assert_eq!(
+            outcome.notes(),
+            ["1 gap: 10 missing samples put in as nulls"]
+        );
+        let mut nan = job(ConvertFormat::Csv);
+        nan.gaps = Some(GapTreatment::Nan);
+        let (wanted, _) = convert(&nan, &[gapped.as_bytes()]).unwrap();
+        let (again, _) = convert(&job(ConvertFormat::Csv), &[&file]).unwrap();
+        assert_eq!(again, wanted);
+        // More rows than a row group holds.
+        let mut long = "a,b\n".to_owned();
+        for i in 0..1_100_000 {
+            writeln!(long, "{i},{}", -i).unwrap();
+        }
+        let mut rate = job(ConvertFormat::Parquet);
+        rate.reading.rate = Some(1000.0);
+        let (file, _) = convert(&rate, &[long.as_bytes()]).unwrap();
+        let again = read(&file, &[2, 3], None);
+        assert_eq!(again.samples(), 1_100_000);
+        assert!(
+            again.columns[0]
+                .data
+                .iter()
+                .zip(0..)
+                .all(|(v, i)| *v == f64::from(i))
+        );
+        assert!((again.time.rate_hz() / 1000.0 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn known_recordings_of_many_devices_are_one_table() {
+        let table = b"file;serial;batch\nlate.csv;0012;B 7\nearly.csv;0013;B 7\n";
+        let late = "t (ms);a (g)\n1700000000000;1,5\n1700000000010;2,5\n1700000000020;\n";
+        let early = "t (s);a (g)\n0;-1,5\n0,02;-2,5\n";
+        let files: [&[u8]; 2] = [late.as_bytes(), early.as_bytes()];
+        let (file, outcome) = devices(&job(ConvertFormat::Parquet), table, &files).unwrap();
+        assert_eq!(outcome.rows(), 5);
+        assert_eq!(
+            outcome.columns(),
+            ["serial", "batch", "recording", "time in s", "a in g"]
+        );
+        assert_eq!(
+            outcome.lost(),
+            ["late.csv: the start of the times: zero is 1700000000 s of the recording"]
+        );
+        assert_eq!(
+            outcome.notes(),
+            ["late.csv: absent samples, as nulls: 1 of a"]
+        );
+        let inputs: Vec<&str> = outcome
+            .recordings()
+            .iter()
+            .map(|i| i.path.as_str())
+            .collect();
+        assert_eq!(inputs, ["devices.csv", "late.csv", "early.csv"]);
+        // The words of the row groups, as they stand in the dictionaries.
+        let holds = |word: &[u8]| file.windows(word.len()).any(|w| w == word);
+        assert!(
+            [&b"0012"[..], b"0013", b"B 7", b"early.csv"]
+                .into_iter()
+                .all(holds)
+        );
+        // Other columns are refused, with both names.
+        let other = early.replace("a (g)", "b (g)");
+        let files: [&[u8]; 2] = [late.as_bytes(), other.as_bytes()];
+        let told = devices(&job(ConvertFormat::Parquet), table, &files);
+        let told = told.unwrap_err().to_string();
+        assert!(
+            told.contains("early.csv: holds \"b\" where late.csv holds \"a\""),
+            "{told}"
+        );
     }
 }

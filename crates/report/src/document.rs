@@ -1,6 +1,7 @@
 //! The document: sections of blocks, without a word about how they look.
 
 use crate::columns::Rounding;
+use crate::grouping::standing;
 use crate::number::minus_signs;
 use crate::{Plot, SeatPlot};
 use proofmass_uncertainty::{Finding, Quantity};
@@ -42,6 +43,9 @@ pub struct Answer {
     /// What the result means, as a sentence; empty where the numbers say it all.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub verdict: String,
+    /// Whether there is no result yet, so that no finding speaks for or against one.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub(crate) open: bool,
     /// The result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<KeyFigure>,
@@ -260,6 +264,13 @@ impl Report {
         self
     }
 
+    /// Says what is missing to a result: findings speak neither for nor against one.
+    #[must_use]
+    pub fn question(mut self, sentence: impl Into<String>) -> Self {
+        self.answer.open = true;
+        self.verdict(sentence)
+    }
+
     /// Adds the numbers that are the answer.
     #[must_use]
     pub fn answers(mut self, figures: impl IntoIterator<Item = KeyFigure>) -> Self {
@@ -303,6 +314,14 @@ impl Report {
     }
 
     /// Whether there is neither an answer nor a finding: a collection of sections.
+    /// What the findings say of the result as a whole, where there is one.
+    pub(crate) fn standing(&self) -> String {
+        match self.answer.open {
+            true => String::new(),
+            false => standing(&self.findings),
+        }
+    }
+
     pub(crate) fn says_nothing(&self) -> bool {
         is_default(&self.answer) && self.findings.is_empty()
     }

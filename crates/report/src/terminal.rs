@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
-use crate::grouping::{Group, groups, standing};
+use crate::grouping::{Group, groups};
 use crate::number::{cell_text, minus, quotient, split_at_point};
 use proofmass_core::Visible;
 use proofmass_uncertainty::{Finding, Severity};
@@ -38,8 +38,8 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     }
     text.key_figures(&report.answer.figures);
     if !report.says_nothing() {
-        let verdict = format!("{} {}", report.answer.verdict, standing(&report.findings));
-        text.wrapped(verdict.trim_start(), "");
+        let verdict = format!("{} {}", report.answer.verdict, report.standing());
+        text.wrapped(verdict.trim(), "");
     }
     for block in &report.answer.blocks {
         text.out.push('\n');

@@ -298,7 +298,7 @@ fn guarded(decode: impl FnOnce() -> Result<u64, ParquetError>) -> Result<u64, St
 }
 
 /// What the crate says, without its own name.
-pub(super) fn words(error: ParquetError) -> String {
+pub(crate) fn words(error: ParquetError) -> String {
     match error {
         ParquetError::General(why) | ParquetError::EOF(why) => why,
         other => other.to_string(),

@@ -216,6 +216,23 @@ impl Survey {
 }
 
 impl Surveyed {
+    /// Whether the rows can stand behind those of another recording in one table.
+    ///
+    /// # Errors
+    /// Other columns or units, or times in one of them alone.
+    pub fn stands_behind(&self, first: &Self, first_file: &Path) -> Result<()> {
+        same_columns(&first.layout, &self.layout, first_file)?;
+        let is_timed = |of: &Self| of.layout.clock != RowClock::Order;
+        let (times, none) = match (is_timed(first), is_timed(self)) {
+            (true, false) => ("has no clock", "has times"),
+            (false, true) => ("has times", "has no clock"),
+            _ => return Ok(()),
+        };
+        let what = format!("{times}, {} {none}", first_file.display());
+        Err(Error::new(ErrorKind::Time, what)
+            .with_hint("rows of one table all have times, or none: --rate HZ says a clock for all"))
+    }
+
     /// Samples per second, as stated or by the line through the time stamps.
     pub fn rate_hz(&self) -> Option<f64> {
         match self.layout.clock {
@@ -294,6 +311,23 @@ impl Surveyed {
 
 /// Refuses a recording that does not continue another.
 fn alike(first: &TimedLayout, other: &TimedLayout, before: &Path) -> Result<()> {
+    same_columns(first, other, before)?;
+    if first.clock == other.clock {
+        return Ok(());
+    }
+    let before = before.display();
+    let word = |clock: RowClock| match clock {
+        RowClock::Stamps(unit, _) => format!("times in {unit}"),
+        RowClock::Rate(rate) => format!("a rate of {rate} Hz"),
+        RowClock::Order => "no clock".to_owned(),
+    };
+    let what = format!("has {}, {before} {}", word(other.clock), word(first.clock));
+    Err(Error::new(ErrorKind::Time, what)
+        .with_hint("recordings that are written as one need one clock: --rate HZ says it for all"))
+}
+
+/// Refuses a recording of other columns or units than another.
+fn same_columns(first: &TimedLayout, other: &TimedLayout, before: &Path) -> Result<()> {
     let before = before.display();
     let column = |what: String| {
         Err(Error::new(ErrorKind::Column, what).with_hint(
@@ -325,17 +359,7 @@ fn alike(first: &TimedLayout, other: &TimedLayout, before: &Path) -> Result<()> 
             word(one)
         ));
     }
-    if first.clock == other.clock {
-        return Ok(());
-    }
-    let word = |clock: RowClock| match clock {
-        RowClock::Stamps(unit, _) => format!("times in {unit}"),
-        RowClock::Rate(rate) => format!("a rate of {rate} Hz"),
-        RowClock::Order => "no clock".to_owned(),
-    };
-    let what = format!("has {}, {before} {}", word(other.clock), word(first.clock));
-    Err(Error::new(ErrorKind::Time, what)
-        .with_hint("recordings that are written as one need one clock: --rate HZ says it for all"))
+    Ok(())
 }
 
 fn overlap(before: &Path, end_s: f64, begin_s: f64) -> Error {

@@ -14,6 +14,8 @@ pub enum TargetForm {
     Wav(WavForm),
     /// Data sets 58b of a universal file, one for each signal.
     Uff,
+    /// Columns of Parquet, the time first.
+    Parquet,
 }
 
 impl TargetForm {
@@ -24,12 +26,13 @@ impl TargetForm {
             Self::Npy => "an npy file",
             Self::Wav(_) => "a WAV file",
             Self::Uff => "a UFF 58b file",
+            Self::Parquet => "a Parquet file",
         }
     }
 
     /// Whether every row has its time; else one steady rate holds for all.
     pub fn holds_times(self) -> bool {
-        matches!(self, Self::Csv | Self::Npy)
+        matches!(self, Self::Csv | Self::Npy | Self::Parquet)
     }
 
     /// Whether a sample may be absent.
@@ -39,7 +42,7 @@ impl TargetForm {
 
     /// Whether units stand in the file.
     pub fn holds_units(self) -> bool {
-        matches!(self, Self::Csv | Self::Uff)
+        matches!(self, Self::Csv | Self::Uff | Self::Parquet)
     }
 
     /// Whether names of signals stand in the file.

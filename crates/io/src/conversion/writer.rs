@@ -1,6 +1,7 @@
 //! The rows on their way into the file.
 
 mod csv;
+mod row_groups;
 mod times;
 
 use super::survey::Surveyed;
@@ -9,6 +10,7 @@ use super::timed_rows::RowClock;
 use crate::written::Written;
 use crate::{Result, RowBlock};
 use proofmass_formats::write::{UFF_END, UffSignal, npy_head, put_doubles, uff_head, wav_head};
+use row_groups::RowGroups;
 use std::ops::Range;
 use times::{Times, Timing};
 
@@ -40,6 +42,7 @@ pub struct ConversionPlan {
     rate_hz: Option<f64>,
     start_s: f64,
     parts: Vec<Range<usize>>,
+    words: Vec<(String, String)>,
 }
 
 impl ConversionPlan {
@@ -66,7 +69,13 @@ impl ConversionPlan {
             rate_hz,
             start_s,
             parts: parts.map(|i| i..(i + at_once).min(signals)).collect(),
+            words: Vec::new(),
         }
+    }
+
+    /// With columns that hold the same word in every row of the recording, before the others: in Parquet alone.
+    pub fn with_words(self, words: Vec<(String, String)>) -> Self {
+        Self { words, ..self }
     }
 
     /// Rows that will be written.
@@ -99,6 +108,8 @@ pub struct Conversion<'a> {
     /// Numbers of the last row.
     last: Vec<f64>,
     held: Vec<Vec<u8>>,
+    /// Rows of a file of columns.
+    groups: Option<RowGroups>,
 }
 
 impl<'a> Conversion<'a> {
@@ -120,9 +131,16 @@ impl<'a> Conversion<'a> {
                 let rate = plan.rate_hz.unwrap_or_default() as u32;
                 wav_head(form, signals, rate, plan.rows).map_err(|e| to.refusal(e.to_string()))?
             }
-            TargetForm::Uff => Vec::new(),
+            TargetForm::Uff | TargetForm::Parquet => Vec::new(),
         };
         to.write_all(&head)?;
+        let groups = match plan.form {
+            TargetForm::Parquet => {
+                let groups = RowGroups::of(plan, surveyed, timing.is_told());
+                Some(groups.map_err(|e| refused(&to, &e))?)
+            }
+            _ => None,
+        };
         Ok(Self {
             to,
             plan,
@@ -134,6 +152,7 @@ impl<'a> Conversion<'a> {
             written: 0,
             last: Vec::new(),
             held: Vec::new(),
+            groups,
         })
     }
 
@@ -273,6 +292,14 @@ impl<'a> Conversion<'a> {
                 );
                 self.to.write_all(&bytes)
             }
+            TargetForm::Parquet => {
+                let Some(groups) = &mut self.groups else {
+                    return Ok(());
+                };
+                let bytes = groups.rows(&times.seconds(), columns);
+                let bytes = bytes.map_err(|e| refused(&self.to, &e))?;
+                self.to.write_all(&bytes)
+            }
         }
     }
 
@@ -303,9 +330,34 @@ impl<'a> Conversion<'a> {
         Ok(())
     }
 
+    /// Goes on to another recording, whose rows stand behind those before: in a file of columns.
+    ///
+    /// # Errors
+    /// Other columns or units, a disk that refuses.
+    pub fn next_recording(
+        &mut self,
+        plan: &'a ConversionPlan,
+        surveyed: &'a Surveyed,
+    ) -> Result<()> {
+        if let Some(groups) = &mut self.groups {
+            let bytes = groups.next_recording(plan);
+            let bytes = bytes.map_err(|e| refused(&self.to, &e))?;
+            self.to.write_all(&bytes)?;
+        }
+        (self.plan, self.surveyed) = (plan, surveyed);
+        Ok(())
+    }
+
     /// What was written, when every pass was made.
-    pub fn into_written(self) -> Written {
-        self.to
+    ///
+    /// # Errors
+    /// The disk refuses.
+    pub fn end(mut self) -> Result<Written> {
+        if let Some(groups) = self.groups.take() {
+            let bytes = groups.end().map_err(|e| refused(&self.to, &e))?;
+            self.to.write_all(&bytes)?;
+        }
+        Ok(self.to)
     }
 
     fn uff_head(&self, signal: usize) -> Vec<u8> {
@@ -324,6 +376,15 @@ impl<'a> Conversion<'a> {
         self.to
             .refusal("a recording became another while it was read")
             .with_hint("wait until it is complete, then run again")
+    }
+}
+
+/// What the writer of a format refuses.
+fn refused(to: &Written, error: &proofmass_formats::Error) -> crate::Error {
+    let refusal = to.refusal(error.to_string());
+    match error.hint() {
+        Some(hint) => refusal.with_hint(hint),
+        None => refusal,
     }
 }
 

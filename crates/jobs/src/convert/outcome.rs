@@ -15,6 +15,7 @@ pub struct ConvertOutcome {
     rows: u64,
     columns: Vec<String>,
     lost: Vec<String>,
+    notes: Vec<String>,
     recordings: Vec<Input>,
     sha256: Option<String>,
     findings: Vec<Finding>,
@@ -23,7 +24,7 @@ pub struct ConvertOutcome {
 impl ConvertOutcome {
     pub(super) fn new(
         form: TargetForm,
-        plan: Plan,
+        plans: Vec<Plan>,
         recordings: Vec<Input>,
         sha256: Option<String>,
         mut findings: Vec<Finding>,
@@ -31,9 +32,10 @@ impl ConvertOutcome {
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         Self {
             form,
-            rows: plan.writing.rows(),
-            columns: plan.columns,
-            lost: plan.lost,
+            rows: plans.iter().map(|plan| plan.writing.rows()).sum(),
+            lost: together(&plans, |plan| &plan.lost),
+            notes: together(&plans, |plan| &plan.notes),
+            columns: plans.into_iter().next().map_or(Vec::new(), |p| p.columns),
             recordings,
             sha256,
             findings,
@@ -50,9 +52,14 @@ impl ConvertOutcome {
         &self.columns
     }
 
-    /// What the target lost and what was put in, each in a line.
+    /// What the target lost, each in a line.
     pub fn lost(&self) -> &[String] {
         &self.lost
+    }
+
+    /// What was left away or put in without loss, each in a line.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The recordings with their digests.
@@ -104,8 +111,40 @@ impl Outcome for ConvertOutcome {
         if self.lost.is_empty() {
             section = section.paragraph("Nothing.");
         }
+        for line in &self.notes {
+            section = section.paragraph(format!("Not lost: {line}"));
+        }
         page.verdict(format!("Written: {}.", self.statement()))
             .answers([KeyFigure::new("rows", self.rows.to_string(), "")])
             .section(section.summarised())
     }
+}
+
+/// Lines about recordings: what is said of all of them once, what differs with the first one that it is said of.
+fn together(plans: &[Plan], lines: impl Fn(&Plan) -> &Vec<String>) -> Vec<String> {
+    let head = |line: &str| line.split(':').next().unwrap_or_default().to_owned();
+    let mut all: Vec<(String, Vec<(&str, &str)>)> = Vec::new();
+    for plan in plans {
+        for line in lines(plan) {
+            let (key, of) = (head(line), (plan.recordings.as_str(), line.as_str()));
+            match all.iter_mut().find(|(known, _)| *known == key) {
+                Some((_, said)) => said.push(of),
+                None => all.push((key, vec![of])),
+            }
+        }
+    }
+    let line = |said: Vec<(&str, &str)>| {
+        let (first, line) = said[0];
+        if said.len() == plans.len() && said.iter().all(|(_, other)| *other == line) {
+            return line.to_owned();
+        }
+        match said.len() - 1 {
+            0 => format!("{first}: {line}"),
+            others => format!(
+                "{first}: {line}; {} likewise",
+                count(others, "other recording")
+            ),
+        }
+    };
+    all.into_iter().map(|(_, said)| line(said)).collect()
 }

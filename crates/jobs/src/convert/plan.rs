@@ -1,5 +1,6 @@
 //! Whether a target can hold what recordings hold, how they are written, and what is lost.
 
+use super::devices::Device;
 use super::{ConvertJob, GapTreatment, Seen, named};
 use crate::plural::count;
 use crate::trouble::{Result, Trouble};
@@ -17,8 +18,12 @@ pub(super) struct Plan {
     pub(super) writing: ConversionPlan,
     /// Columns or channels of the target.
     pub(super) columns: Vec<String>,
-    /// What the target lost, and what was put in.
+    /// The recordings, for messages.
+    pub(super) recordings: String,
+    /// What the target lost.
     pub(super) lost: Vec<String>,
+    /// What was left or put in, and loses nothing that was measured.
+    pub(super) notes: Vec<String>,
 }
 
 impl Plan {
@@ -27,14 +32,14 @@ impl Plan {
         job: &ConvertJob,
         form: TargetForm,
         surveyed: &Surveyed,
-        names: &[String],
-        seen: &[Seen],
+        seen: &[Seen<'_>],
+        device: Option<&Device>,
     ) -> Result<Self> {
         let check = Check {
             job,
             form,
             surveyed,
-            recordings: named(names),
+            recordings: named(seen),
         };
         check.treatment()?;
         check.units()?;
@@ -47,17 +52,21 @@ impl Plan {
         if filling.is_some() {
             check.fills()?;
         }
-        let mut lost = check.columns_lost(seen);
+        let mut lost = check.columns_lost();
         let (rate, start) = match form.holds_times() {
             true => (None, 0.0),
             false => check.one_rate(&mut lost)?,
         };
-        lost.extend(check.gaps_lost());
-        let writing = ConversionPlan::new(form, surveyed, filling, rate, start);
+        let mut notes = check.notes(seen);
+        check.gaps(&mut lost, &mut notes);
+        let words = device.map(Device::words).unwrap_or_default();
+        let columns = words.iter().map(|(name, _)| name.clone());
         Ok(Self {
-            writing,
-            columns: check.columns(),
+            columns: columns.chain(check.columns()).collect(),
+            recordings: check.recordings,
+            writing: ConversionPlan::new(form, surveyed, filling, rate, start).with_words(words),
             lost,
+            notes,
         })
     }
 }
@@ -86,7 +95,7 @@ impl Check<'_> {
             }
             Some(GapTreatment::Nan) if !self.form.holds_absent() => {
                 Err(Trouble::request(format!("{name} has no sign for an absent sample"))
-                    .with_hint("--gaps hold puts the number before in its place, --gaps close leaves gaps out; csv and npy hold absent samples"))
+                    .with_hint("--gaps hold puts the number before in its place, --gaps close leaves gaps out; csv, npy and parquet hold absent samples"))
             }
             _ => Ok(()),
         }
@@ -114,7 +123,7 @@ impl Check<'_> {
                 self.form.name(),
                 shortened(&known)
             ))
-            .with_hint("--without-units writes the numbers as they are and lists what is lost; csv and uff hold units"))
+            .with_hint("--without-units writes the numbers as they are and lists what is lost; csv, uff and parquet hold units"))
     }
 
     fn absent(&self) -> Result<()> {
@@ -128,7 +137,7 @@ impl Check<'_> {
                 self.form.name(),
                 shortened(&self.absent_samples())
             ))
-            .with_hint("--gaps hold puts the number before in their place; csv and npy hold absent samples; `proofmass inspect --damage` lists them"))
+            .with_hint("--gaps hold puts the number before in their place; csv, npy and parquet hold absent samples; `proofmass inspect --damage` lists them"))
     }
 
     fn absent_samples(&self) -> Vec<String> {
@@ -145,7 +154,9 @@ impl Check<'_> {
                 .data(format!(
                     "misses about {somewhere} samples, and nothing tells where they belong"
                 ))
-                .with_hint("write csv or npy without --gaps: they keep the times as they are"));
+                .with_hint(
+                    "write csv, npy or parquet without --gaps: they keep the times as they are",
+                ));
         }
         let (missing, rows) = (self.surveyed.missing(), self.surveyed.rows);
         if missing / MOST_MISSING > rows {
@@ -169,7 +180,7 @@ impl Check<'_> {
         if let (Some(why), None) = (surveyed.uneven(), self.job.gaps) {
             return Err(self
                 .data(format!("{why}; {} holds one steady rate", self.form.name()))
-                .with_hint("--gaps hold puts the number before in the place of each missing sample, --gaps close lets the rows follow one another as if no time had passed; csv and npy hold the times"));
+                .with_hint("--gaps hold puts the number before in the place of each missing sample, --gaps close lets the rows follow one another as if no time had passed; csv, npy and parquet hold the times"));
         }
         let Some(rate) = surveyed.rate_hz() else {
             return Err(self
@@ -223,7 +234,7 @@ impl Check<'_> {
                     "was sampled at {rate} Hz, and a WAV file states a whole number of hertz"
                 ))
                 .with_hint(
-                    "uff holds any rate, csv and npy hold times; --rate HZ writes another one",
+                    "uff holds any rate, csv, npy and parquet hold times; --rate HZ writes another one",
                 ));
         }
         if whole != rate {
@@ -248,18 +259,13 @@ impl Check<'_> {
     }
 
     /// What of columns, names and numbers is lost.
-    fn columns_lost(&self, seen: &[Seen]) -> Vec<String> {
+    fn columns_lost(&self) -> Vec<String> {
         let (layout, form) = (&self.surveyed.layout, self.form);
         let mut lost = Vec::new();
         if !layout.left_out.is_empty() {
             lost.push(format!(
                 "columns without numbers: {}",
                 layout.left_out.join(", ")
-            ));
-        }
-        if let Some(format) = seen.iter().find_map(|s| s.format.as_ref()) {
-            lost.push(format!(
-                "what the {format} file says beside names, units and times of these signals"
             ));
         }
         if !form.holds_names() {
@@ -290,13 +296,9 @@ impl Check<'_> {
                 lost.push(format!("parts of names: {}", cut.join(", ")));
             }
         }
-        if layout.clock == RowClock::Order && form.holds_times() {
-            lost.push(
-                "no times are written, for nobody states them: --time COLUMN or --rate HZ would"
-                    .to_owned(),
-            );
-        }
-        if let (TargetForm::Npy, (start, true)) = (form, self.surveyed.start_s()) {
+        if let (TargetForm::Npy | TargetForm::Parquet, (start, true)) =
+            (form, self.surveyed.start_s())
+        {
             lost.push(format!(
                 "the start of the times: zero is {start} s of the recording"
             ));
@@ -311,20 +313,37 @@ impl Check<'_> {
         lost
     }
 
+    /// What is not written and could not be.
+    fn notes(&self, seen: &[Seen<'_>]) -> Vec<String> {
+        let mut notes = Vec::new();
+        if let Some(format) = seen.iter().find_map(|s| s.format.as_ref()) {
+            notes.push(format!(
+                "what the {format} file says beside names, units and times of these signals is not written"
+            ));
+        }
+        if self.surveyed.layout.clock == RowClock::Order && self.form.holds_times() {
+            notes.push(
+                "no times are written, for nobody states them: --time COLUMN or --rate HZ would"
+                    .to_owned(),
+            );
+        }
+        notes
+    }
+
     /// What became of gaps and absent samples.
-    fn gaps_lost(&self) -> Vec<String> {
-        let mut lost = Vec::new();
+    fn gaps(&self, lost: &mut Vec<String>, notes: &mut Vec<String>) {
         let sign = match self.form {
             TargetForm::Csv => "as empty fields",
+            TargetForm::Parquet => "as nulls",
             _ => "as NaN",
         };
         let absent = self.absent_samples();
         if !absent.is_empty() {
-            let how = match self.job.gaps {
-                Some(GapTreatment::Hold) => "the number before stands in its place",
-                _ => sign,
+            let (to, how) = match self.job.gaps {
+                Some(GapTreatment::Hold) => (&mut *lost, "the number before stands in its place"),
+                _ => (&mut *notes, sign),
             };
-            lost.push(format!("absent samples, {how}: {}", absent.join(", ")));
+            to.push(format!("absent samples, {how}: {}", absent.join(", ")));
         }
         let (gaps, missing) = (self.surveyed.gaps.len(), self.surveyed.missing());
         if gaps > 0 {
@@ -332,16 +351,15 @@ impl Check<'_> {
                 count(gaps, "gap"),
                 count(missing as usize, "missing sample"),
             );
-            lost.push(match self.job.gaps {
-                Some(GapTreatment::Hold) => {
-                    format!("{gaps}: the number before stands in the place of each of {missing}")
-                }
-                Some(GapTreatment::Nan) => format!("{gaps}: {missing} put in {sign}"),
-                Some(GapTreatment::Close) => format!("{gaps}: the time of {missing}"),
-                None => format!("{gaps} kept, which the times show: {missing}"),
-            });
+            match self.job.gaps {
+                Some(GapTreatment::Hold) => lost.push(format!(
+                    "{gaps}: the number before stands in the place of each of {missing}"
+                )),
+                Some(GapTreatment::Nan) => notes.push(format!("{gaps}: {missing} put in {sign}")),
+                Some(GapTreatment::Close) => lost.push(format!("{gaps}: the time of {missing}")),
+                None => notes.push(format!("{gaps} kept, which the times show: {missing}")),
+            }
         }
-        lost
     }
 }
 
@@ -361,6 +379,7 @@ pub(super) fn word(form: TargetForm) -> &'static str {
         TargetForm::Csv => "CSV",
         TargetForm::Npy => "npy, double precision",
         TargetForm::Uff => "UFF 58b, double precision",
+        TargetForm::Parquet => "Parquet, double precision",
         TargetForm::Wav(WavForm::Int16) => "WAV, whole numbers of 16 bits",
         TargetForm::Wav(WavForm::Int24) => "WAV, whole numbers of 24 bits",
         TargetForm::Wav(WavForm::Int32) => "WAV, whole numbers of 32 bits",

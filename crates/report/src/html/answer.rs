@@ -3,7 +3,6 @@
 use super::{Page, marked};
 use crate::Error;
 use crate::document::{Block, Report};
-use crate::grouping::standing;
 use proofmass_uncertainty::Severity;
 use std::fmt::Write;
 
@@ -30,7 +29,7 @@ impl Page {
                 "" => String::new(),
                 verdict => format!("<b>{}</b>", marked(verdict)),
             },
-            standing(&report.findings)
+            report.standing()
         );
         self.blocks(&answer.blocks)?;
         if let Some(figure) = &answer.figure {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Heading of the times.
-const TIME: &str = "time_s";
+pub(super) const TIME: &str = "time_s";
 /// Decimals of the parts of a stamp.
 const DECIMALS: usize = 15;
 

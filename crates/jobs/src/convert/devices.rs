@@ -1,0 +1,79 @@
+//! The table that says which recording is of which device.
+
+use crate::trouble::Result;
+use proofmass_io::sheet::Sheet;
+use proofmass_io::{Input, Source};
+use std::collections::BTreeSet;
+
+/// The device of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Device {
+    /// Name of the recording, as the table has it.
+    pub file: String,
+    /// Serial number.
+    pub serial: String,
+    /// Batch that it was made in, where the table has batches.
+    pub batch: Option<String>,
+}
+
+impl Device {
+    /// Columns of a data set, and what stands in them.
+    pub(super) fn words(&self) -> Vec<(String, String)> {
+        let serial = ("serial".to_owned(), self.serial.clone());
+        let batch = self.batch.clone().map(|batch| ("batch".to_owned(), batch));
+        let file = ("recording".to_owned(), self.file.clone());
+        [Some(serial), batch, Some(file)]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+}
+
+/// A table of devices that was read.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DeviceTable {
+    /// The table itself, with its digest.
+    pub input: Input,
+    /// Its rows.
+    pub devices: Vec<Device>,
+}
+
+impl DeviceTable {
+    /// Columns `file`, `serial` and, where it is known, `batch`.
+    ///
+    /// # Errors
+    /// A missing column, an empty field, a recording that stands twice, no row.
+    pub fn read(source: Source) -> Result<Self> {
+        let mut sheet = Sheet::from_source(source, "table of devices")?;
+        let (file, serial, batch) = (
+            sheet.text("file"),
+            sheet.text("serial"),
+            sheet.text("batch"),
+        );
+        sheet.finish()?;
+        let file = sheet.required(file, "file")?;
+        let serial = sheet.required(serial, "serial")?;
+        let (mut devices, mut seen) = (Vec::new(), BTreeSet::new());
+        for row in sheet.rows() {
+            let word = |place| match row.text(place).trim() {
+                "" => Err(row.refuse(place, "the field is empty")),
+                word => Ok(word.to_owned()),
+            };
+            let device = Device {
+                file: word(file)?,
+                serial: word(serial)?,
+                batch: batch.map(word).transpose()?,
+            };
+            if !seen.insert(device.file.clone()) {
+                return Err(row.refuse(file, "the recording stands twice").into());
+            }
+            devices.push(device);
+        }
+        Ok(Self {
+            input: sheet.input.clone(),
+            devices,
+        })
+    }
+}
