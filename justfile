@@ -34,6 +34,10 @@ reproducible:
 fuzz seconds="60":
     .ci/fuzz {{seconds}}
 
+# Fuzzing from the seeds of each format by itself, an hour each.
+fuzz-readers seconds="3600":
+    .ci/fuzz {{seconds}} readers
+
 # So many random uncertainty models against GTC and numpy.
 models count="600":
     .ci/models {{count}}

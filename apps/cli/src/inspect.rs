@@ -2,7 +2,7 @@
 
 use crate::console::Progress;
 use crate::{Failure, Outcome, console};
-use proofmass::io::Source;
+use proofmass::io::{AtomicFile, Source};
 use proofmass::jobs::inspect::{InspectData, InspectJob};
 use proofmass::jobs::{Job, Record, RecordingReading, StoredResult};
 use std::path::PathBuf;
@@ -15,6 +15,12 @@ pub(crate) struct Inspect {
     /// List every damaged place, up to ten thousand, instead of the first
     #[arg(long)]
     damage: bool,
+    /// Write a page with a picture of the signals, a panel for each unit
+    #[arg(long, value_name = "FILE.html")]
+    plot: Option<PathBuf>,
+    /// Replace the file of --plot
+    #[arg(long, requires = "plot")]
+    force: bool,
     #[command(flatten)]
     reading: RecordingReading,
     /// Print JSON instead of a table
@@ -29,14 +35,31 @@ impl Inspect {
             false => InspectJob::default(),
         };
         job.reading = self.reading;
+        job.plot = self.plot.is_some();
+        let plot = self.plot.as_deref();
+        if let Some(taken) =
+            plot.filter(|p| console::stands(p) && !console::may_replace(p, self.force))
+        {
+            return Err(Failure::new(format!("{} is there", taken.display()))
+                .hint("choose another name, or replace it with --force"));
+        }
         let data = InspectData::new(Source::open(&self.file)?);
         let outcome = job.evaluate(&data, &Progress::new())?;
+        if let Some(path) = plot {
+            let page = StoredResult::new(Record::default(), &outcome)?.html()?;
+            let mut file = AtomicFile::create(path, &[&self.file])?;
+            file.write_all(page.as_bytes())?;
+            file.commit()?;
+        }
         if self.json {
             let json = serde_json::to_vec_pretty(outcome.inspection())
                 .map_err(|e| Failure::new(format!("the inspection cannot be written: {e}")))?;
             console::print_json(&json)?;
         } else {
             console::show(&StoredResult::new(Record::default(), &outcome)?.summary())?;
+        }
+        if let Some(path) = plot {
+            console::note(format!("written: {}", path.display()));
         }
         Ok(Outcome::Done)
     }

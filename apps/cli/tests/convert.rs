@@ -196,3 +196,58 @@ fn law_a_conversion_that_is_ended_leaves_nothing() {
         ["out.csv", "out.csv.provenance.json", "raw.csv"]
     );
 }
+
+/// A name with a star stands for several columns; a picture of them is a page.
+#[test]
+fn known_patterns_of_columns_and_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let raw = folder.path().join("raw.csv");
+    let mut rows = "time_s,gyro_x_rad/s,acc_x_g,acc_y_g,Acc_z_g\n".to_owned();
+    for i in 0..5000 {
+        let peak = if i == 3210 { 7.5 } else { 0.0 };
+        rows += &format!(
+            "{},0.1,{},0.5,{peak}\n",
+            f64::from(i) / 100.0,
+            (f64::from(i) * 0.01).sin()
+        );
+    }
+    fs::write(&raw, rows).unwrap();
+    let out = folder.path().join("out.csv");
+    succeed(&["convert", text(&raw), "-o", text(&out), "--columns", "acc*"]);
+    let first = fs::read_to_string(&out).unwrap();
+    assert_eq!(first.lines().next(), Some("time_s,acc_x_g,acc_y_g,Acc_z_g"));
+    let none = refuse(&["inspect", text(&raw), "--columns", "mag*"]);
+    assert!(
+        none.contains("column \"mag*\"") && none.contains("acc_x_g"),
+        "{none}"
+    );
+    let page = folder.path().join("raw.html");
+    let plot = [
+        "inspect",
+        text(&raw),
+        "--plot",
+        text(&page),
+        "--columns",
+        "*acc_?,acc_*",
+    ];
+    refuse(&plot);
+    assert!(!page.exists());
+    let plot = [
+        "inspect",
+        text(&raw),
+        "--plot",
+        text(&page),
+        "--columns",
+        "acc_*",
+    ];
+    succeed(&plot);
+    let html = fs::read_to_string(&page).unwrap();
+    assert!(
+        html.contains("<svg") && html.contains("Acc_z") && !html.contains("gyro_x</"),
+        "{}",
+        html.len()
+    );
+    let there = refuse(&plot);
+    assert!(there.contains("--force"), "{there}");
+    succeed(&[&plot[..], &["--force"]].concat());
+}

@@ -1,7 +1,7 @@
 //! Commands that are killed, run into a full disk or into each other: results are the old ones or the new ones, inputs stay as
 //! they are, and after the next run nothing else is left.
 //!
-//! `PROOFMASS_KILLS` sets how often each of the ten commands is killed (docs/outputs.md tells what came of it).
+//! `PROOFMASS_KILLS` sets how often each of the eleven commands is killed (docs/outputs.md tells what came of it).
 
 #![cfg(unix)]
 
@@ -295,6 +295,27 @@ fn law_other_commands_with_a_file_are_killed() {
             assert!(known.contains(&Input::of(&file).unwrap().sha256))
         });
     }
+}
+
+#[test]
+fn law_convert_is_killed() {
+    let above = tempfile::tempdir().unwrap();
+    let inputs = example(above.path());
+    let (recording, file) = (inputs.join("recording.csv"), above.path().join("out"));
+    // A file of two forms: it is one or the other.
+    let commands = ["--to=csv", "--to=uff"]
+        .map(|form| vec!["convert", text(&recording), form, "-o", text(&file)]);
+    let known = commands.each_ref().map(|arguments| {
+        succeed(arguments);
+        Input::of(&file).unwrap().sha256
+    });
+    assert_ne!(known[0], known[1]);
+    let expected = ["inputs", "out", "out.provenance.json"];
+    killed(above.path(), &inputs, &commands, &expected, || {
+        assert!(known.contains(&Input::of(&file).unwrap().sha256));
+        let provenance = Provenance::of(&file).unwrap().unwrap();
+        assert!(known.contains(&provenance.sha256));
+    });
 }
 
 /// The exit code tells the signal, as a shell does.

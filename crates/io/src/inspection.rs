@@ -4,6 +4,7 @@ use crate::clock::{Clock, ClockEstimator, LISTED};
 use crate::layout::Layout;
 use crate::recording::{RecordingOptions, signal_unit, time_column};
 use crate::rows::{BadRow, RowReader};
+use crate::trace::{Trace, Tracer};
 use crate::{
     ClockUnit, Error, ErrorKind, Gap, Reading, Result, Source, StreamSummary, TimeUnit, TimeWindow,
     Unit,
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// Distinct values that are told apart; a column with more is called continuous.
 const DISTINCT: usize = 1 << 16;
+/// Columns whose course is kept.
+const TRACED: usize = 24;
 
 /// A field that is not a finite number.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -141,13 +144,30 @@ pub fn inspect_source(
     listed: usize,
 ) -> Result<Inspection> {
     let name = source.name().to_path_buf();
-    inspect_inner(source, options, listed).map_err(|e: Error| e.at(&name))
+    inspect_inner(source, options, listed, &mut None).map_err(|e: Error| e.at(&name))
+}
+
+/// As [`inspect_source`], and the course of the first columns that are looked at.
+///
+/// # Errors
+/// As [`inspect_source`].
+pub fn inspect_traced(
+    source: Source,
+    options: &RecordingOptions,
+    listed: usize,
+) -> Result<(Inspection, Vec<Trace>)> {
+    let name = source.name().to_path_buf();
+    let mut traces = Some(Vec::new());
+    let inspection = inspect_inner(source, options, listed, &mut traces);
+    let inspection = inspection.map_err(|e: Error| e.at(&name))?;
+    Ok((inspection, traces.unwrap_or_default()))
 }
 
 fn inspect_inner(
     mut source: Source,
     options: &RecordingOptions,
     listed: usize,
+    traces: &mut Option<Vec<Trace>>,
 ) -> Result<Inspection> {
     let path = source.name().to_path_buf();
     source = source.with_stream(options.stream.as_deref(), options.as_stored);
@@ -203,6 +223,10 @@ fn inspect_inner(
     let window = options.between.map(window).transpose()?;
     let mut times: Option<Times> = None;
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
+    let traced = traces.as_ref().map_or(0, |_| signals.min(TRACED));
+    let mut tracers: Vec<Tracer> = (0..traced).map(|_| Tracer::new()).collect();
+    // Place of each row of a block on the axis of the traces.
+    let mut places: Vec<f64> = Vec::new();
     let (mut bad_rows, mut bad_row_count) = (Vec::new(), 0);
     let (mut rows, mut bad, mut bad_count) = (0_u64, Vec::new(), 0);
     let mut reader = RowReader::new(source, layout.clone(), &selected)?
@@ -221,12 +245,24 @@ fn inspect_inner(
                 }
             }
         }
+        places.clear();
+        places.resize(block.rows(), f64::NAN);
         for (row, stamp) in block.stamps().iter().enumerate() {
             let Some(stamp) = *stamp else { continue };
             let scale = clock.as_ref().map_or(1.0, |c| c.per_second);
             let times = times.get_or_insert_with(|| Times::new(scale));
             let line = block.line(row);
-            times.clock.add(rows as usize + row, line, stamp);
+            let at = times.clock.add(rows as usize + row, line, stamp);
+            let first = times.clock.first().unwrap_or(at);
+            places[row] = at.since(first) / scale;
+        }
+        if time_at.is_none() {
+            let place = |row| (rows as f64 + row as f64) / rate.unwrap_or(1.0);
+            places = (0..block.rows()).map(place).collect();
+        }
+        for (i, tracer) in tracers.iter_mut().enumerate() {
+            let rows = places.iter().zip(block.column(i));
+            rows.for_each(|(place, value)| tracer.add(*place, *value));
         }
         bad_count += block.bad.len() as u64;
         let room = listed - bad.len();
@@ -247,6 +283,10 @@ fn inspect_inner(
         return Err(Error::new(ErrorKind::Time, window.nothing()));
     }
     let sha256 = reader.sha256()?;
+    if let Some(traces) = traces {
+        let tracers = tracers.into_iter().zip(&selected);
+        traces.extend(tracers.map(|(tracer, index)| tracer.trace(index + 1)));
+    }
     let columns = (0..layout.columns)
         .map(|index| ColumnSummary {
             name: layout.name(index),
@@ -302,11 +342,7 @@ pub(crate) fn chosen(
         true => (0..layout.columns)
             .filter(|&i| layout.numeric[i] && Some(i) != time)
             .collect(),
-        false => options
-            .columns
-            .iter()
-            .map(|c| layout.find(c))
-            .collect::<Result<_>>()?,
+        false => layout.find_all(&options.columns)?,
     };
     let unit = |&i: &usize| match options.columns.is_empty() {
         // Of all columns a stated unit is that of those which have none.

@@ -310,6 +310,47 @@ impl Layout {
         crate::recording::time_column(self)
     }
 
+    /// The columns, each pattern in the place of those that it stands for: `acc_*` is every column whose name begins so, in the order of
+    /// the file.
+    ///
+    /// # Errors
+    /// A pattern that no column matches.
+    pub fn matching(&self, columns: &[ColumnRef]) -> Result<Vec<ColumnRef>> {
+        let mut all = Vec::new();
+        for column in columns {
+            let pattern = match column {
+                ColumnRef::Name(name) if name.contains('*') && self.find(column).is_err() => name,
+                _ => {
+                    all.push(column.clone());
+                    continue;
+                }
+            };
+            let matches = |i: &usize| {
+                let heading = self.header.as_ref().and_then(|h| h.get(*i));
+                heading.is_some_and(|heading| {
+                    is_like(pattern.trim(), heading.trim())
+                        || is_like(pattern.trim(), split_heading(heading).0)
+                })
+            };
+            let found: Vec<usize> = (0..self.columns).filter(matches).collect();
+            if found.is_empty() {
+                // With the list of the columns.
+                self.find(column)?;
+            }
+            all.extend(found.into_iter().map(|i| ColumnRef::Index(i + 1)));
+        }
+        Ok(all)
+    }
+
+    /// Indices of columns and of those that patterns stand for.
+    ///
+    /// # Errors
+    /// As [`Layout::find`] and [`Layout::matching`].
+    pub fn find_all(&self, columns: &[ColumnRef]) -> Result<Vec<usize>> {
+        let columns = self.matching(columns)?;
+        columns.iter().map(|column| self.find(column)).collect()
+    }
+
     /// Index from zero of a column given by name or number.
     ///
     /// A name may be the whole heading or the heading without its unit; case counts only where two names differ
@@ -464,4 +505,24 @@ impl fmt::Display for ColumnRef {
             Self::Name(name) => write!(f, "\"{name}\""),
         }
     }
+}
+
+/// Whether a name is what a pattern says, in which `*` stands for anything; capitals count for nothing.
+fn is_like(pattern: &str, name: &str) -> bool {
+    let (pattern, name) = (pattern.to_lowercase(), name.to_lowercase());
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
+        return false;
+    };
+    let parts: Vec<&str> = parts.collect();
+    let Some((last, middle)) = parts.split_last() else {
+        return rest.is_empty();
+    };
+    for part in middle {
+        match rest.find(part) {
+            Some(at) => rest = &rest[at + part.len()..],
+            None => return false,
+        }
+    }
+    rest.ends_with(last)
 }

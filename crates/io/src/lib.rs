@@ -66,6 +66,7 @@ mod thermometer;
 mod time_base;
 mod time_unit;
 mod time_window;
+mod trace;
 mod trial_file;
 mod unit;
 mod verification;
@@ -95,6 +96,7 @@ pub use gmsh::GmshMesh;
 pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
+    inspect_traced,
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use model_file::{
@@ -125,6 +127,7 @@ pub use thermometer::Thermometer;
 pub use time_base::{TimeBase, TimeSource, backwards};
 pub use time_unit::{ClockUnit, SaidBy, TimeUnit};
 pub use time_window::TimeWindow;
+pub use trace::Trace;
 pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
 pub use verification::{

@@ -89,7 +89,7 @@ pub fn cwa(to: &mut dyn Write, blocks: u32, rate: f64) -> Result<()> {
         let late = (i64::from(part) * 2 * rate.floor() as i64) >> 16;
         let (day, second) = (whole / 86_400, whole % 86_400);
         let stamp = 26 << 26 | 3 << 22 | (1 + day) << 17;
-        let stamp = stamp | (second / 3600) << 12 | (second / 60 % 60) << 6 | second % 60;
+        let stamp = stamp | (second / 3600) << 12 | (second / 60 % 60) << 6 | (second % 60);
         let mut block = b"AX\xFC\x01".to_vec();
         block.extend((0x8000 | part).to_le_bytes());
         block.extend([0; 4]);

@@ -1,5 +1,7 @@
 //! What is in a recording, before anything is made of it.
 
+mod course;
+
 use crate::outcome::{Job, Outcome, section};
 use crate::page::answer::plus_minus;
 use crate::page::measures::lines;
@@ -9,7 +11,8 @@ use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{
-    ColumnSummary, Inspection, Source, StatedQuantity, Statistics, StreamSummary, inspect_source,
+    ColumnSummary, Inspection, Source, StatedQuantity, Statistics, StreamSummary, Trace,
+    inspect_source, inspect_traced,
 };
 use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table};
 use proofmass_uncertainty::Finding;
@@ -38,6 +41,8 @@ pub struct InspectJob {
     pub listed: usize,
     /// Whether the page lists them.
     pub damage: bool,
+    /// Whether the page shows the course of the signals.
+    pub plot: bool,
     /// What the recording does not say itself; every column is looked at where none is named.
     pub reading: RecordingReading,
 }
@@ -47,6 +52,7 @@ impl Default for InspectJob {
         Self {
             listed: 100,
             damage: false,
+            plot: false,
             reading: RecordingReading::default(),
         }
     }
@@ -81,6 +87,7 @@ impl InspectData {
 #[derive(Clone, Debug, PartialEq)]
 pub struct InspectOutcome {
     inspection: Inspection,
+    traces: Vec<Trace>,
     damage: bool,
 }
 
@@ -102,10 +109,22 @@ impl Job for InspectJob {
             .ok_or_else(|| Trouble::data("the recording was read already: it can be seen once"))?;
         let columns = self.reading.columns.clone().unwrap_or_default();
         let options = self.reading.reading_of(columns)?;
-        let inspection = inspect_source(source, &options, self.listed)?;
+        let (inspection, traces) = match self.plot {
+            true => inspect_traced(source, &options, self.listed)?,
+            false => (inspect_source(source, &options, self.listed)?, Vec::new()),
+        };
+        if self.plot && undecided(&inspection) {
+            return Err(Trouble::data(format!(
+                "a picture shows one stream, and the file holds {}",
+                inspection.streams.len()
+            ))
+            .detail(inspection.path.display().to_string())
+            .with_hint("choose one with --source NAME; `proofmass inspect` lists them"));
+        }
         watch.step("inspection", 1, 1)?;
         Ok(InspectOutcome {
             inspection,
+            traces,
             damage: self.damage,
         })
     }
@@ -133,6 +152,9 @@ impl Outcome for InspectOutcome {
 
     fn page(&self, page: Report) -> Report {
         let mut page = head(page, &self.inspection);
+        if let Some((caption, plot)) = course::plot(&self.inspection, &self.traces) {
+            page = page.shown_by(caption, plot);
+        }
         if self.inspection.streams.len() > 1 {
             page = page.section(streams(&self.inspection).summarised());
         }

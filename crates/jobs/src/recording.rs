@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[non_exhaustive]
 pub struct RecordingReading {
-    /// Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1) [default: those of the
-    /// calibration]
+    /// Columns of the outputs (x, y and z of a triaxial sensor) by name, number (from 1) or pattern (`acc_*`)
+    /// [default: those of the calibration]
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(
         feature = "clap",

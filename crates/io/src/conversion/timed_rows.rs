@@ -78,8 +78,7 @@ impl TimedRows {
         let name = source.name().to_path_buf();
         let mut source = source.with_stream(options.stream.as_deref(), options.as_stored);
         let layout = Layout::of(&mut source, &options.layout)?;
-        let named = options.columns.iter().map(|c| layout.find(c));
-        let named = named.collect::<Result<Vec<_>>>()?;
+        let named = layout.find_all(&options.columns)?;
         let when = When::of(&layout, options, options.sampling_rate_hz, &named)?;
         let times = when.time.or_else(|| time_column(&layout));
         let (signals, units) = chosen(&layout, options, times)?;

@@ -269,7 +269,7 @@ impl NoiseReading {
     /// The columns asked for, else every numeric one that is neither a time nor a temperature.
     fn chosen(&self, layout: &Layout, name: &str) -> Result<Vec<ColumnRef>> {
         if let Some(columns) = &self.columns {
-            return Ok(columns.clone());
+            return Ok(layout.matching(columns)?);
         }
         let time = self.time_index(layout)?;
         let temperature = self

@@ -1,0 +1,65 @@
+//! The course of the signals of a recording as a picture: a panel for each unit.
+
+use proofmass_io::{ColumnSummary, Inspection, Trace, Unit};
+use proofmass_report::{Axis, Series, XyPlot};
+
+/// Panels under each other, and signals in one.
+const PANELS: usize = 6;
+const SIGNALS: usize = 4;
+
+/// A column and its course.
+type Signal<'a> = (&'a ColumnSummary, &'a Trace);
+
+/// The picture with what stands below it; nothing where no signal has a number.
+pub(super) fn plot(inspection: &Inspection, traces: &[Trace]) -> Option<(String, XyPlot)> {
+    let column = |trace: &Trace| inspection.columns.iter().find(|c| c.number == trace.number);
+    let drawn = traces.iter().filter(|trace| !trace.x.is_empty());
+    let mut panels: Vec<(Option<Unit>, Vec<Signal<'_>>)> = Vec::new();
+    let mut left_out = 0;
+    for trace in drawn {
+        let Some(column) = column(trace) else {
+            continue;
+        };
+        let fits = |(unit, signals): &&mut (Option<Unit>, Vec<_>)| {
+            *unit == column.unit && unit.is_some() && signals.len() < SIGNALS
+        };
+        let full = panels.len() == PANELS;
+        match panels.iter_mut().rev().find(fits) {
+            Some((_, signals)) => signals.push((column, trace)),
+            None if full => left_out += 1,
+            None => panels.push((column.unit, vec![(column, trace)])),
+        }
+    }
+    let seen = inspection.columns.iter().filter(|c| c.statistics.is_some());
+    left_out += seen.count().saturating_sub(traces.len());
+    let x = match inspection.time.is_some() || inspection.reading.time.rate_hz.is_some() {
+        true => Axis::linear("time from the first sample on", "s"),
+        false => Axis::linear("row", ""),
+    };
+    let axis = |unit: Option<Unit>, signals: &[Signal<'_>]| {
+        let label = match signals {
+            [(column, _)] => column.name.clone(),
+            _ => String::new(),
+        };
+        Axis::linear(label, unit.map_or(String::new(), |u| u.to_string()))
+    };
+    let mut plot: Option<XyPlot> = None;
+    for (unit, signals) in &panels {
+        let y = axis(*unit, signals);
+        let mut panel = match plot {
+            Some(plot) => plot.below(y),
+            None => XyPlot::new(x.clone(), y),
+        };
+        for (column, trace) in signals {
+            panel = panel.series(Series::line(column.name.clone(), &trace.x, &trace.y));
+        }
+        plot = Some(panel);
+    }
+    let more = match left_out {
+        0 => String::new(),
+        1 => "; one more is not drawn".to_owned(),
+        n => format!("; {n} more are not drawn: choose them with --columns"),
+    };
+    let caption = format!("The signals, smallest and largest values kept{more}");
+    plot.map(|plot| (caption, plot))
+}
