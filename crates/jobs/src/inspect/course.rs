@@ -30,18 +30,20 @@ pub(super) fn plot(inspection: &Inspection, traces: &[Trace]) -> Option<(String,
             None => panels.push((column.unit, vec![(column, trace)])),
         }
     }
-    let seen = inspection.columns.iter().filter(|c| c.statistics.is_some());
+    let time = inspection.time.as_ref().map(|time| time.column.as_str());
+    let signals = inspection.columns.iter().filter(|c| Some(c.name.as_str()) != time);
+    let seen = signals.filter(|c| c.statistics.is_some());
     left_out += seen.count().saturating_sub(traces.len());
     let x = match inspection.time.is_some() || inspection.reading.time.rate_hz.is_some() {
         true => Axis::linear("time from the first sample on", "s"),
         false => Axis::linear("row", ""),
     };
     let axis = |unit: Option<Unit>, signals: &[Signal<'_>]| {
-        let label = match signals {
-            [(column, _)] => column.name.clone(),
-            _ => String::new(),
-        };
-        Axis::linear(label, unit.map_or(String::new(), |u| u.to_string()))
+        let unit = unit.map_or(String::new(), |u| u.to_string());
+        match signals {
+            [(column, _)] => Axis::linear(column.name.clone(), unit),
+            _ => Axis::linear(unit, ""),
+        }
     };
     let mut plot: Option<XyPlot> = None;
     for (unit, signals) in &panels {
