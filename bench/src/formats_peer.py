@@ -75,7 +75,8 @@ def uff_write(path, samples):
             {
                 "type": 58, "binary": 1, "func_type": 1, "rsp_node": i + 1, "rsp_dir": 1, "ref_node": 0, "ref_dir": 0,
                 "data": column.astype(float), "x": np.arange(len(column)) / RATE, "id1": "", "id2": "", "id3": "", "id4": "",
-                "id5": "", "orddenom_spec_data_type": 0, "abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": 12,
+                "id5": "", "orddenom_spec_data_type": 0, "abscissa_spacing": 1,
+                "abscissa_min": 0.0, "abscissa_inc": 1 / RATE, "abscissa_spec_data_type": 17, "abscissa_axis_units_lab": "s", "ordinate_spec_data_type": 12,
             },
             "add",
         )

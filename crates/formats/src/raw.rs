@@ -153,6 +153,18 @@ impl Raw {
         self.extents.iter().map(|e| e.stride).max().unwrap_or(1)
     }
 
+    /// Bytes behind the next `n` numbers, up to the last of those that are wanted, where they lie in short chunks.
+    fn ahead(&self, n: u64, wanted: u64) -> u64 {
+        let Some(extent) = self.extents.get(self.place.extent) else {
+            return 0;
+        };
+        let more = (extent.chunks - self.place.chunk - 1).min((wanted - n).div_ceil(extent.count));
+        match extent.step {
+            0..=SHORT => (more * extent.step).min(AT_ONCE / 2),
+            _ => 0,
+        }
+    }
+
     /// Appends the next numbers, at most so many; fewer at the end only.
     pub(crate) fn read(
         &mut self,
@@ -172,7 +184,8 @@ impl Raw {
                 + self.place.chunk * extent.step
                 + self.place.number * extent.stride;
             let length = (n - 1) * extent.stride + self.kind.size();
-            let bytes = window.get(file, at, length, extent.stride)?;
+            let ahead = self.ahead(n, wanted);
+            let bytes = window.get_ahead(file, at, length, extent.stride, extent.stride + ahead)?;
             numbers(self.kind, self.order, bytes, extent.stride as usize, to);
             wanted -= n;
             self.place.number += n;
@@ -197,12 +210,29 @@ pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to:
         to: &mut Vec<f64>,
         of: impl Fn([u8; N]) -> f64,
     ) {
-        if stride == N {
-            to.extend(bytes.as_chunks::<N>().0.iter().map(|b| of(*b)));
-        } else {
-            let frames = bytes.chunks(stride.max(1));
-            to.extend(frames.filter_map(|f| f.first_chunk::<N>()).map(|b| of(*b)));
+        let side_by_side = bytes.as_chunks::<N>().0;
+        match (stride / N, stride % N) {
+            (1, 0) => to.extend(side_by_side.iter().map(|b| of(*b))),
+            (2, 0) => every::<N, 2>(side_by_side, to, of),
+            (3, 0) => every::<N, 3>(side_by_side, to, of),
+            (4, 0) => every::<N, 4>(side_by_side, to, of),
+            (6, 0) => every::<N, 6>(side_by_side, to, of),
+            _ => {
+                // A length that is known beforehand: the room is looked for once.
+                let frames = bytes.chunks(stride.max(1));
+                to.extend(frames.map(|f| f.first_chunk::<N>().map_or(0.0, |b| of(*b))));
+            }
         }
+    }
+    /// The first of each so many numbers.
+    fn every<const N: usize, const M: usize>(
+        bytes: &[[u8; N]],
+        to: &mut Vec<f64>,
+        of: impl Fn([u8; N]) -> f64,
+    ) {
+        let (frames, last) = bytes.as_chunks::<M>();
+        to.extend(frames.iter().map(|f| of(f[0])));
+        to.extend(last.first().map(|b| of(*b)));
     }
     macro_rules! of {
         ($type:ty) => {
@@ -289,13 +319,34 @@ impl Window {
         length: u64,
         around: u64,
     ) -> Result<&[u8]> {
+        self.get_ahead(file, at, length, around, around)
+    }
+
+    /// The same, with more behind them.
+    fn get_ahead(
+        &mut self,
+        file: &mut dyn SeekRead,
+        at: u64,
+        length: u64,
+        around: u64,
+        behind: u64,
+    ) -> Result<&[u8]> {
         let held = |w: &Self| at >= w.start && at + length <= w.start + w.bytes.len() as u64;
         if !held(self) {
             self.start = at.saturating_sub(around);
-            self.bytes.clear();
+            let wanted = at - self.start + length + behind;
             file.seek(SeekFrom::Start(self.start))?;
-            file.take(at - self.start + length + around)
-                .read_to_end(&mut self.bytes)?;
+            match wanted {
+                0..=AT_ONCE => {
+                    self.bytes.resize(wanted as usize, 0);
+                    let there = filled(file, &mut self.bytes)?;
+                    self.bytes.truncate(there);
+                }
+                _ => {
+                    self.bytes.clear();
+                    file.take(wanted).read_to_end(&mut self.bytes)?;
+                }
+            }
             if !held(self) {
                 return Err(std::io::Error::from(std::io::ErrorKind::UnexpectedEof).into());
             }
@@ -303,6 +354,25 @@ impl Window {
         let from = (at - self.start) as usize;
         Ok(&self.bytes[from..from + length as usize])
     }
+}
+
+/// Bytes from one chunk to the next, so few that what lies between is read as well.
+const SHORT: u64 = 1 << 14;
+/// Bytes for which room is made before it is known whether they are there.
+const AT_ONCE: u64 = 2 << 20;
+
+/// Fills as much as is there, and says how much that is.
+fn filled(file: &mut dyn SeekRead, to: &mut [u8]) -> Result<usize> {
+    let mut there = 0;
+    while there < to.len() {
+        match file.read(&mut to[there..]) {
+            Ok(0) => break,
+            Ok(n) => there += n,
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e.into()),
+        }
+    }
+    Ok(there)
 }
 
 /// Bytes of a file from a place on, at most so many.
