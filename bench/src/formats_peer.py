@@ -179,7 +179,7 @@ def main():
             lambda p: [scipy.io.loadmat(p)["acc"]],
         ),
         "uff58b_double": (
-            lambda p: uff_write(p, counts(2, SIZE // 4)),
+            lambda p: uff_write(p, counts(2, SIZE // 16)),
             lambda p: [s["data"] for s in pyuff.UFF(str(p)).read_sets()],
         ),
         "hdf5_contiguous": (hdf5_write, hdf5_read),

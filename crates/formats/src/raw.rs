@@ -382,3 +382,56 @@ pub(crate) fn bytes_at(file: &mut dyn SeekRead, at: u64, most: u64) -> Result<Ve
     file.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    #[test]
+    fn known_numbers_at_every_distance() {
+        let bytes: Vec<u8> = (0..100).collect();
+        let at = |i: usize| f64::from(i16::from_le_bytes([bytes[i], bytes[i + 1]]));
+        for stride in 2..=14 {
+            for count in 1..=7 {
+                let mut found = Vec::new();
+                let held = &bytes[..(count - 1) * stride + 2];
+                numbers(Kind::I16, Order::Little, held, stride, &mut found);
+                let wanted: Vec<f64> = (0..count).map(|i| at(i * stride)).collect();
+                assert_eq!(found, wanted, "{stride} {count}");
+            }
+        }
+    }
+
+    /// Two neighbours in chunks of three, the last of which ends with the file, in blocks of every length.
+    #[test]
+    fn known_numbers_of_short_chunks() {
+        let bytes: Vec<u8> = (0..57).collect();
+        let raw = |at: u64| {
+            let mut raw = Raw::new(Kind::U8, Order::Little);
+            raw.push(Extent {
+                at,
+                stride: 2,
+                count: 3,
+                chunks: 6,
+                step: 10,
+            });
+            raw
+        };
+        let wanted = |at: usize| -> Vec<f64> {
+            let places = (0..6).flat_map(|chunk| (0..3).map(move |i| at + 10 * chunk + 2 * i));
+            places.map(|i| f64::from(bytes[i])).collect()
+        };
+        for most in 1..=19 {
+            let mut file = Cursor::new(bytes.clone());
+            let (mut window, mut raws) = (Window::default(), [raw(1), raw(2)]);
+            let mut found = [Vec::new(), Vec::new()];
+            for _ in 0..18_usize.div_ceil(most) {
+                for (raw, to) in raws.iter_mut().zip(&mut found) {
+                    raw.read(&mut window, &mut file, most, to).unwrap();
+                }
+            }
+            assert_eq!(found, [wanted(1), wanted(2)], "{most}");
+        }
+    }
+}

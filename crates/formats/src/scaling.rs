@@ -216,6 +216,10 @@ mod tests {
         assert!(scaling.holds(1) && !scaling.holds(0));
         // 2·v + 1 = 1, 3, 5; 1 + 3·x² = 4, 28, 76; the table ends at 28.
         assert_eq!(scaling.apply(vec![vec![0.0, 1.0, 2.0]]), [0.0, 12.0, 12.0]);
+        let mut numbers = [0.0, 1.0, 2.0];
+        scaling.apply_chain(&mut numbers);
+        assert!(scaling.is_chain());
+        assert_eq!(numbers, [0.0, 12.0, 12.0]);
         assert_eq!(
             scaling.words().as_deref(),
             Some("linear then polynomial then table")
@@ -223,6 +227,7 @@ mod tests {
         let two = Scaling {
             steps: vec![Step::Difference(From::Stored(0), From::Stored(1))],
         };
+        assert!(!two.is_chain());
         assert_eq!(two.apply(vec![vec![1.0], vec![5.0]]), [4.0]);
     }
 }
