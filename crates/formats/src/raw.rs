@@ -153,16 +153,16 @@ impl Raw {
         self.extents.iter().map(|e| e.stride).max().unwrap_or(1)
     }
 
-    /// Bytes behind the next `n` numbers, up to the last of those that are wanted, where they lie in short chunks.
-    fn ahead(&self, n: u64, wanted: u64) -> u64 {
-        let Some(extent) = self.extents.get(self.place.extent) else {
-            return 0;
-        };
-        let more = (extent.chunks - self.place.chunk - 1).min((wanted - n).div_ceil(extent.count));
-        match extent.step {
-            0..=SHORT => (more * extent.step).min(AT_ONCE / 2),
-            _ => 0,
+    /// Bytes around the next `n` numbers that their neighbours, and those that are wanted behind them, may need.
+    fn around(&self, extent: &Extent, n: u64, wanted: u64) -> (u64, u64) {
+        let stride = extent.stride;
+        if extent.chunks == 1 || extent.step > SHORT {
+            return (stride, stride);
         }
+        let more = (extent.chunks - self.place.chunk - 1).min((wanted - n).div_ceil(extent.count));
+        let ahead = (more * extent.step).min(AT_ONCE / 2);
+        // A neighbour begins again with the rest of the chunk before.
+        (stride + extent.step, stride + ahead)
     }
 
     /// Appends the next numbers, at most so many; fewer at the end only.
@@ -184,8 +184,8 @@ impl Raw {
                 + self.place.chunk * extent.step
                 + self.place.number * extent.stride;
             let length = (n - 1) * extent.stride + self.kind.size();
-            let ahead = self.ahead(n, wanted);
-            let bytes = window.get_ahead(file, at, length, extent.stride, extent.stride + ahead)?;
+            let around = self.around(&extent, n, wanted);
+            let bytes = window.get_around(file, at, length, around)?;
             numbers(self.kind, self.order, bytes, extent.stride as usize, to);
             wanted -= n;
             self.place.number += n;
@@ -319,21 +319,20 @@ impl Window {
         length: u64,
         around: u64,
     ) -> Result<&[u8]> {
-        self.get_ahead(file, at, length, around, around)
+        self.get_around(file, at, length, (around, around))
     }
 
-    /// The same, with more behind them.
-    fn get_ahead(
+    /// The same with so many bytes before and behind them.
+    fn get_around(
         &mut self,
         file: &mut dyn SeekRead,
         at: u64,
         length: u64,
-        around: u64,
-        behind: u64,
+        (before, behind): (u64, u64),
     ) -> Result<&[u8]> {
         let held = |w: &Self| at >= w.start && at + length <= w.start + w.bytes.len() as u64;
         if !held(self) {
-            self.start = at.saturating_sub(around);
+            self.start = at.saturating_sub(before);
             let wanted = at - self.start + length + behind;
             file.seek(SeekFrom::Start(self.start))?;
             match wanted {
@@ -362,7 +361,7 @@ const SHORT: u64 = 1 << 14;
 const AT_ONCE: u64 = 2 << 20;
 
 /// Fills as much as is there, and says how much that is.
-fn filled(file: &mut dyn SeekRead, to: &mut [u8]) -> Result<usize> {
+pub(crate) fn filled(file: &mut dyn SeekRead, to: &mut [u8]) -> Result<usize> {
     let mut there = 0;
     while there < to.len() {
         match file.read(&mut to[there..]) {
