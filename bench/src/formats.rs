@@ -1,4 +1,4 @@
-//! Readers of recordings, files of 256 MB and packed ones, beside Python programs, run in the same minutes.
+//! Readers of recordings, files of 256 MB (UFF and packed ones are smaller), beside Python programs, run in the same minutes.
 //!
 //! The Python interpreter is taken from the variable PROOFMASS_BENCH_PYTHON, else `python3`; it needs numpy, scipy, npTDMS, pyuff
 //! and h5py. The peer writes the files (3 GB in the temporary folder) and reads them; every file was read once before, so that no
