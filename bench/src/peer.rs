@@ -1,6 +1,7 @@
 //! Running a peer and timing ourselves.
 
 use std::collections::HashMap;
+use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
@@ -8,11 +9,14 @@ use std::time::Instant;
 pub(crate) struct Peers(HashMap<String, (f64, f64)>);
 
 impl Peers {
-    /// Runs a Python script of this folder.
-    pub(crate) fn run(script: &str) -> Result<Self, Box<dyn std::error::Error>> {
+    /// Runs a Python script of this folder with arguments.
+    pub(crate) fn run(
+        script: &str,
+        arguments: &[&Path],
+    ) -> Result<Self, Box<dyn std::error::Error>> {
         let python = std::env::var("PROOFMASS_BENCH_PYTHON").unwrap_or_else(|_| "python3".into());
         let path = format!("{}/src/{script}", env!("CARGO_MANIFEST_DIR"));
-        let output = Command::new(&python).arg(path).output()?;
+        let output = Command::new(&python).arg(path).args(arguments).output()?;
         if !output.status.success() {
             return Err(format!("{python}: {}", String::from_utf8_lossy(&output.stderr)).into());
         }

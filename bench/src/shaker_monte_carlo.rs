@@ -45,7 +45,7 @@ fn case() -> Result<(Vec<PhasorRow>, Budget), proofmass_core::Error> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let peers = Peers::run("shaker_monte_carlo_peer.py")?;
+    let peers = Peers::run("shaker_monte_carlo_peer.py", &[])?;
     let (rows, budget) = case()?;
     let (theirs, their_u) = peers.get("one_frequency")?;
     println!("Monte Carlo of one frequency, 44 configurations, 10⁶ trials");

@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     frequencies.truncate(200);
     assert_eq!(frequencies.len(), 200);
     let spectrum = ShockSpectrum::new(frequencies, 10.0);
-    let peers = Peers::run("shock_spectrum_peer.py")?;
+    let peers = Peers::run("shock_spectrum_peer.py", &[])?;
     let (theirs, figure) = peers.get("lfilter")?;
     println!("shock response spectrum, 200 natural frequencies, 10⁶ samples");
     println!(

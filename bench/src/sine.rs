@@ -30,7 +30,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let peers = Peers::run("sine_peer.py")?;
+    let peers = Peers::run("sine_peer.py", &[])?;
     let channels: Vec<Vec<f64>> = (1..=4)
         .map(|seed| {
             let mut noise = noise(seed * 0x9e37_79b9);

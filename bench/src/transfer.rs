@@ -16,7 +16,7 @@ use proofmass_signal::transfer::{CrossSpectra, Estimator};
 const SAMPLES: u64 = 10_000_000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let peers = Peers::run("transfer_peer.py")?;
+    let peers = Peers::run("transfer_peer.py", &[])?;
     let input: Vec<f64> = (0..SAMPLES)
         .map(|k| ((7 * k * k + 3 * k) % 10_007) as f64 / 10_007.0 - 0.5)
         .collect();

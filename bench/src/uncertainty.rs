@@ -263,7 +263,7 @@ fn compare(
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let peers = Peers::run("uncertainty_peer.py")?;
+    let peers = Peers::run("uncertainty_peer.py", &[])?;
     let joint = end_gauge().single()?;
     let (file_joint, file) = toml::from_str::<UncertaintyModel>(MODEL_FILE)?.prepared()?;
     trials(

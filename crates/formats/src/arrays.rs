@@ -3,7 +3,7 @@
 use crate::bytes::Order;
 use crate::held_rows::HeldRows;
 use crate::names::shown;
-use crate::raw::Kind;
+use crate::raw::{Kind, Raw};
 use crate::stream::{Clock, Column, Contents, Remark, Source, Stream};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -26,13 +26,30 @@ pub(crate) struct Array {
 /// Stored numbers one after the other; they are not unfolded before they are asked for.
 #[derive(Clone)]
 pub(crate) struct Part {
-    pub(crate) bytes: Arc<Vec<u8>>,
+    pub(crate) bytes: Stored,
     /// First byte of the first number.
     pub(crate) at: usize,
     /// Bytes from one number to the next.
     pub(crate) width: usize,
     pub(crate) kind: Kind,
     pub(crate) order: Order,
+}
+
+/// Where numbers are stored.
+#[derive(Clone)]
+pub(crate) enum Stored {
+    Held(Arc<Vec<u8>>),
+    /// In the file, up to a byte of it.
+    UpTo(usize),
+}
+
+impl Stored {
+    fn end(&self) -> usize {
+        match self {
+            Self::Held(bytes) => bytes.len(),
+            Self::UpTo(end) => *end,
+        }
+    }
 }
 
 /// Collects arrays.
@@ -47,7 +64,7 @@ impl Part {
     /// Numbers side by side.
     pub(crate) fn of(bytes: Vec<u8>, kind: Kind, order: Order) -> Self {
         Self {
-            bytes: Arc::new(bytes),
+            bytes: Stored::Held(Arc::new(bytes)),
             at: 0,
             width: kind.size() as usize,
             kind,
@@ -65,16 +82,29 @@ impl Part {
 
     /// Numbers that are there.
     fn count(&self) -> u64 {
-        let bytes = self.bytes.len().saturating_sub(self.at) as u64;
+        let bytes = self.bytes.end().saturating_sub(self.at) as u64;
         let (width, size) = (self.width as u64, self.kind.size());
         (bytes + width).saturating_sub(size) / width
     }
 
     /// So many numbers from one on, every so many; nothing where they are not all there.
-    fn signal(&self, first: usize, step: usize, count: usize) -> Option<HeldRows> {
+    fn signal(&self, first: usize, step: usize, count: usize) -> Option<Source> {
         let at = first.checked_mul(self.width)?.checked_add(self.at)?;
         let width = step.checked_mul(self.width)?;
-        HeldRows::apart(&self.bytes, at, width, count, (self.kind, self.order))
+        match &self.bytes {
+            Stored::Held(bytes) => {
+                let form = (self.kind, self.order);
+                HeldRows::apart(bytes, at, width, count, form).map(Source::HeldRows)
+            }
+            Stored::UpTo(end) => {
+                let before = count.checked_sub(1)?.checked_mul(width)?;
+                let behind = before.checked_add(at)?;
+                let behind = behind.checked_add(self.kind.size() as usize)?;
+                let (at, width, count) = (at as u64, width as u64, count as u64);
+                let raw = Raw::at(self.kind, self.order, at, width, count);
+                (width > 0 && behind <= *end).then_some(Source::Raw(raw))
+            }
+        }
     }
 }
 
@@ -131,7 +161,7 @@ impl Arrays {
                     (_, false) => format!("(:,{})", signal + 1),
                 };
                 let word = if array.imaginary.is_some() { word } else { "" };
-                let column = Column::of(Source::HeldRows(numbers));
+                let column = Column::of(numbers);
                 let name = format!("{name}{place}{word}");
                 self.column(name, None, count as u64, column);
             }

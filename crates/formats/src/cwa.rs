@@ -4,10 +4,11 @@
 
 use crate::bytes::{Bytes, Order};
 use crate::calendar::days;
-use crate::raw::{Kind, Raw, bytes_at};
+use crate::raw::{Kind, Raw, filled};
 use crate::scaling::Scaling;
 use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
 use crate::{Error, Result};
+use std::io::SeekFrom;
 
 const HEADER: u64 = 1024;
 const BLOCK: u64 = 512;
@@ -123,9 +124,11 @@ fn seconds(stamp: u32) -> Option<f64> {
 pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let mut found = Found::default();
     let mut at = HEADER;
+    let mut bytes = vec![0; size.min(AT_ONCE * BLOCK) as usize];
+    file.seek(SeekFrom::Start(at))?;
     while at < size {
-        let bytes = bytes_at(file, at, AT_ONCE * BLOCK)?;
-        for (i, block) in bytes.chunks(BLOCK as usize).enumerate() {
+        let there = filled(file, &mut bytes)?;
+        for (i, block) in bytes[..there].chunks(BLOCK as usize).enumerate() {
             found.block(block, at + i as u64 * BLOCK);
         }
         at += AT_ONCE * BLOCK;

@@ -168,13 +168,9 @@ impl Axes {
             let count = match kind {
                 0 => self.packed(payload),
                 _ => {
-                    let mut b = Bytes::new(payload, Order::Little);
-                    let mut count = 0;
-                    while let (Some(x), Some(y), Some(z)) = (b.i16(), b.i16(), b.i16()) {
-                        self.push([x, y, z]);
-                        count += 1;
-                    }
-                    count
+                    let count = payload.len() / ROW;
+                    self.rows.extend_from_slice(&payload[..count * ROW]);
+                    count as u64
                 }
             };
             if count == 0 {
@@ -200,12 +196,12 @@ impl Axes {
 
 /// The check sums of the bytes before each byte, and of all: a record need not be gone through to be tried.
 fn sums(bytes: &[u8]) -> Vec<u8> {
-    let mut sums = Vec::with_capacity(bytes.len() + 1);
-    sums.push(0);
-    sums.extend(bytes.iter().scan(0, |sum, b| {
-        *sum ^= b;
-        Some(*sum)
-    }));
+    let mut sums = vec![0; bytes.len() + 1];
+    let mut sum = 0;
+    for (to, byte) in sums[1..].iter_mut().zip(bytes) {
+        sum ^= byte;
+        *to = sum;
+    }
     sums
 }
 

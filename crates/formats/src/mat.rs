@@ -4,7 +4,7 @@
 
 mod level4;
 
-use crate::arrays::{Array, Arrays, Part};
+use crate::arrays::{Array, Arrays, Part, Stored};
 use crate::bytes::{Bytes, Order, text};
 use crate::names::{shown, unpacked_bytes};
 use crate::raw::{Kind, bytes_at};
@@ -18,6 +18,8 @@ pub(crate) use level4::{is_level4, read as read_level4};
 /// Structures within structures.
 const DEEPEST: usize = 16;
 const HEADER: u64 = 128;
+/// Bytes of a variable in which its sides and its name are looked for.
+const HEAD: u64 = 4096;
 
 pub(crate) fn is_level5(head: &[u8]) -> bool {
     order(head).is_some() && matches!(head.get(124..126), Some([0, 1] | [1, 0]))
@@ -41,14 +43,28 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
         let tag = bytes_at(file, at, 8)?;
         let mut tag = Bytes::new(&tag, order);
         let (kind, length) = (tag.u32().unwrap_or(0), u64::from(tag.u32().unwrap_or(0)));
-        let bytes = bytes_at(file, at + 8, length)?;
-        if (bytes.len() as u64) < length {
+        let is_cut = size - at - 8 < length;
+        if is_cut {
             arrays.remarks.push(Remark::cut(format!(
                 "the variable at byte {at} is longer than the file of {size} bytes"
             )));
         }
-        let is_cut = (bytes.len() as u64) < length;
+        let end = size.min(at.saturating_add(8).saturating_add(length));
+        let plain = match kind {
+            14 => plain(
+                &bytes_at(file, at + 8, HEAD.min(end - at - 8))?,
+                at + 8,
+                end,
+                order,
+            ),
+            _ => None,
+        };
+        let bytes = match plain {
+            None => bytes_at(file, at + 8, length)?,
+            Some(_) => Vec::new(),
+        };
         let taken = match kind {
+            14 if plain.is_some() => plain.map(|array| arrays.put(&array)),
             14 => matrix(Bytes::new(&bytes, order), "", 0, &mut arrays),
             15 => match unpacked(&bytes, is_cut, &mut left) {
                 Unpacked::TooLong => {
@@ -95,6 +111,36 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
         ))),
     }
     Ok(arrays.contents())
+}
+
+/// A matrix of real numbers, which are left in the file, by the bytes that it begins with; nothing where it is something else.
+fn plain(head: &[u8], at: u64, end: u64, order: Order) -> Option<Array> {
+    let mut b = Bytes::new(head, order);
+    let flags = element(&mut b)?.1.u32()?;
+    let mut sizes = element(&mut b)?.1;
+    let sides = (sizes.i32()?, sizes.i32()?);
+    let (_, name) = element(&mut b)?;
+    let (tag, length) = (b.u32()?, b.u32()?);
+    if !(6..=15).contains(&(flags & 0xFF)) || flags & 0x800 != 0 || !sizes.rest().is_empty() {
+        return None;
+    }
+    let kind = kind(tag)?;
+    let begin = at + (head.len() - b.rest().len()) as u64;
+    let end = end.min(begin + u64::from(length));
+    Some(Array {
+        name: shown(&text(name.rest())),
+        rows: usize::try_from(sides.0).ok()?,
+        columns: usize::try_from(sides.1).ok()?,
+        by_rows: false,
+        real: Part {
+            bytes: Stored::UpTo(end as usize),
+            at: begin as usize,
+            width: kind.size() as usize,
+            kind,
+            order,
+        },
+        imaginary: None,
+    })
 }
 
 /// A compressed variable.
@@ -202,8 +248,14 @@ fn matrix(mut b: Bytes<'_>, outside: &str, depth: usize, arrays: &mut Arrays) ->
 
 /// The numbers of an element, which may be stored shorter than they are.
 fn part(b: &mut Bytes<'_>) -> Option<Part> {
-    let (kind, content) = element(b)?;
-    let kind = match kind {
+    let (tag, content) = element(b)?;
+    let kind = kind(tag)?;
+    Some(Part::of(content.rest().to_vec(), kind, content.order))
+}
+
+/// How the numbers of an element are stored, by its tag; nothing where it holds none, or is small.
+fn kind(tag: u32) -> Option<Kind> {
+    Some(match tag {
         1 => Kind::I8,
         2 => Kind::U8,
         3 => Kind::I16,
@@ -215,8 +267,7 @@ fn part(b: &mut Bytes<'_>) -> Option<Part> {
         12 => Kind::I64,
         13 => Kind::U64,
         _ => return None,
-    };
-    Some(Part::of(content.rest().to_vec(), kind, content.order))
+    })
 }
 
 /// The fields of a structure, of each of its elements.

@@ -2,26 +2,33 @@
 //!
 //! **Source** `[NPY]`.
 
-use crate::arrays::{Array, Arrays, Part};
+use crate::arrays::{Array, Arrays, Part, Stored};
 use crate::bytes::{Bytes, Order};
 use crate::raw::{Kind, bytes_at};
 use crate::stream::{Contents, SeekRead};
 use crate::{Error, Result};
+use std::sync::Arc;
 
 /// Bytes of a header at most.
 const LONGEST_HEADER: u32 = 1 << 16;
 
 pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let mut arrays = Arrays::default();
-    let bytes = bytes_at(file, 0, size)?;
-    array(bytes, "column", &mut arrays)?;
+    let head = bytes_at(file, 0, u64::from(LONGEST_HEADER) + 12)?;
+    described(&head, Stored::UpTo(size as usize), "column", &mut arrays)?;
     Ok(arrays.contents())
 }
 
 /// Takes in the array that bytes hold.
 pub(crate) fn array(bytes: Vec<u8>, name: &str, arrays: &mut Arrays) -> Result<()> {
+    let bytes = Arc::new(bytes);
+    described(&bytes, Stored::Held(Arc::clone(&bytes)), name, arrays)
+}
+
+/// Takes in the array that begins with a header.
+fn described(bytes: &[u8], stored: Stored, name: &str, arrays: &mut Arrays) -> Result<()> {
     let damaged = || Error::new("the header of the npy file is damaged or cut short");
-    let mut b = Bytes::new(&bytes, Order::Little);
+    let mut b = Bytes::new(bytes, Order::Little);
     b.take(6).ok_or_else(damaged)?;
     let version = b.u8().ok_or_else(damaged)?;
     b.u8();
@@ -92,9 +99,11 @@ pub(crate) fn array(bytes: Vec<u8>, name: &str, arrays: &mut Arrays) -> Result<(
     };
     let width = kind.size() as usize * if complex { 2 } else { 1 };
     let real = Part {
+        bytes: stored,
         at: begin,
         width,
-        ..Part::of(bytes, kind, order)
+        kind,
+        order,
     };
     let imaginary = complex.then(|| real.behind(kind.size() as usize));
     arrays.put(&Array {

@@ -153,6 +153,18 @@ impl Raw {
         self.extents.iter().map(|e| e.stride).max().unwrap_or(1)
     }
 
+    /// Bytes around the next `n` numbers that their neighbours, and those that are wanted behind them, may need.
+    fn around(&self, extent: &Extent, n: u64, wanted: u64) -> (u64, u64) {
+        let stride = extent.stride;
+        if extent.chunks == 1 || extent.step > SHORT {
+            return (stride, stride);
+        }
+        let more = (extent.chunks - self.place.chunk - 1).min((wanted - n).div_ceil(extent.count));
+        let ahead = (more * extent.step).min(AT_ONCE / 2);
+        // A neighbour begins again with the rest of the chunk before.
+        (stride + extent.step, stride + ahead)
+    }
+
     /// Appends the next numbers, at most so many; fewer at the end only.
     pub(crate) fn read(
         &mut self,
@@ -172,7 +184,8 @@ impl Raw {
                 + self.place.chunk * extent.step
                 + self.place.number * extent.stride;
             let length = (n - 1) * extent.stride + self.kind.size();
-            let bytes = window.get(file, at, length, extent.stride)?;
+            let around = self.around(&extent, n, wanted);
+            let bytes = window.get_around(file, at, length, around)?;
             numbers(self.kind, self.order, bytes, extent.stride as usize, to);
             wanted -= n;
             self.place.number += n;
@@ -197,12 +210,29 @@ pub(crate) fn numbers(kind: Kind, order: Order, bytes: &[u8], stride: usize, to:
         to: &mut Vec<f64>,
         of: impl Fn([u8; N]) -> f64,
     ) {
-        if stride == N {
-            to.extend(bytes.as_chunks::<N>().0.iter().map(|b| of(*b)));
-        } else {
-            let frames = bytes.chunks(stride.max(1));
-            to.extend(frames.filter_map(|f| f.first_chunk::<N>()).map(|b| of(*b)));
+        let side_by_side = bytes.as_chunks::<N>().0;
+        match (stride / N, stride % N) {
+            (1, 0) => to.extend(side_by_side.iter().map(|b| of(*b))),
+            (2, 0) => every::<N, 2>(side_by_side, to, of),
+            (3, 0) => every::<N, 3>(side_by_side, to, of),
+            (4, 0) => every::<N, 4>(side_by_side, to, of),
+            (6, 0) => every::<N, 6>(side_by_side, to, of),
+            _ => {
+                // A length that is known beforehand: the room is looked for once.
+                let frames = bytes.chunks(stride.max(1));
+                to.extend(frames.map(|f| f.first_chunk::<N>().map_or(0.0, |b| of(*b))));
+            }
         }
+    }
+    /// The first of each so many numbers.
+    fn every<const N: usize, const M: usize>(
+        bytes: &[[u8; N]],
+        to: &mut Vec<f64>,
+        of: impl Fn([u8; N]) -> f64,
+    ) {
+        let (frames, last) = bytes.as_chunks::<M>();
+        to.extend(frames.iter().map(|f| of(f[0])));
+        to.extend(last.first().map(|b| of(*b)));
     }
     macro_rules! of {
         ($type:ty) => {
@@ -289,13 +319,33 @@ impl Window {
         length: u64,
         around: u64,
     ) -> Result<&[u8]> {
+        self.get_around(file, at, length, (around, around))
+    }
+
+    /// The same with so many bytes before and behind them.
+    fn get_around(
+        &mut self,
+        file: &mut dyn SeekRead,
+        at: u64,
+        length: u64,
+        (before, behind): (u64, u64),
+    ) -> Result<&[u8]> {
         let held = |w: &Self| at >= w.start && at + length <= w.start + w.bytes.len() as u64;
         if !held(self) {
-            self.start = at.saturating_sub(around);
-            self.bytes.clear();
+            self.start = at.saturating_sub(before);
+            let wanted = at - self.start + length + behind;
             file.seek(SeekFrom::Start(self.start))?;
-            file.take(at - self.start + length + around)
-                .read_to_end(&mut self.bytes)?;
+            match wanted {
+                0..=AT_ONCE => {
+                    self.bytes.resize(wanted as usize, 0);
+                    let there = filled(file, &mut self.bytes)?;
+                    self.bytes.truncate(there);
+                }
+                _ => {
+                    self.bytes.clear();
+                    file.take(wanted).read_to_end(&mut self.bytes)?;
+                }
+            }
             if !held(self) {
                 return Err(std::io::Error::from(std::io::ErrorKind::UnexpectedEof).into());
             }
@@ -305,10 +355,82 @@ impl Window {
     }
 }
 
+/// Bytes from one chunk to the next, so few that what lies between is read as well.
+const SHORT: u64 = 1 << 14;
+/// Bytes for which room is made before it is known whether they are there.
+const AT_ONCE: u64 = 2 << 20;
+
+/// Fills as much as is there, and says how much that is.
+pub(crate) fn filled(file: &mut dyn SeekRead, to: &mut [u8]) -> Result<usize> {
+    let mut there = 0;
+    while there < to.len() {
+        match file.read(&mut to[there..]) {
+            Ok(0) => break,
+            Ok(n) => there += n,
+            Err(e) if e.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e.into()),
+        }
+    }
+    Ok(there)
+}
+
 /// Bytes of a file from a place on, at most so many.
 pub(crate) fn bytes_at(file: &mut dyn SeekRead, at: u64, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.seek(SeekFrom::Start(at))?;
     file.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    #[test]
+    fn known_numbers_at_every_distance() {
+        let bytes: Vec<u8> = (0..100).collect();
+        let at = |i: usize| f64::from(i16::from_le_bytes([bytes[i], bytes[i + 1]]));
+        for stride in 2..=14 {
+            for count in 1..=7 {
+                let mut found = Vec::new();
+                let held = &bytes[..(count - 1) * stride + 2];
+                numbers(Kind::I16, Order::Little, held, stride, &mut found);
+                let wanted: Vec<f64> = (0..count).map(|i| at(i * stride)).collect();
+                assert_eq!(found, wanted, "{stride} {count}");
+            }
+        }
+    }
+
+    /// Two neighbours in chunks of three, the last of which ends with the file, in blocks of every length.
+    #[test]
+    fn known_numbers_of_short_chunks() {
+        let bytes: Vec<u8> = (0..57).collect();
+        let raw = |at: u64| {
+            let mut raw = Raw::new(Kind::U8, Order::Little);
+            raw.push(Extent {
+                at,
+                stride: 2,
+                count: 3,
+                chunks: 6,
+                step: 10,
+            });
+            raw
+        };
+        let wanted = |at: usize| -> Vec<f64> {
+            let places = (0..6).flat_map(|chunk| (0..3).map(move |i| at + 10 * chunk + 2 * i));
+            places.map(|i| f64::from(bytes[i])).collect()
+        };
+        for most in 1..=19 {
+            let mut file = Cursor::new(bytes.clone());
+            let (mut window, mut raws) = (Window::default(), [raw(1), raw(2)]);
+            let mut found = [Vec::new(), Vec::new()];
+            for _ in 0..18_usize.div_ceil(most) {
+                for (raw, to) in raws.iter_mut().zip(&mut found) {
+                    raw.read(&mut window, &mut file, most, to).unwrap();
+                }
+            }
+            assert_eq!(found, [wanted(1), wanted(2)], "{most}");
+        }
+    }
 }

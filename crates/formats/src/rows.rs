@@ -4,8 +4,8 @@ use crate::raw::Window;
 use crate::stream::{Column, Source};
 use crate::{Container, Error, Result};
 
-/// Rows that are given at once, where a row is short.
-const ROWS: u64 = 1 << 16;
+/// Rows that are given at once, where a row is short: the numbers of a few channels stay near the processor.
+const ROWS: u64 = 1 << 14;
 /// Bytes of the file that are fetched at once.
 const FETCHED: u64 = 1 << 20;
 
@@ -108,22 +108,23 @@ fn fill(
     file: &mut dyn crate::SeekRead,
     to: &mut Vec<f64>,
 ) -> Result<()> {
-    let as_stored = !scaled || column.scaling.steps.is_empty();
-    let mut stored = Vec::with_capacity(column.sources.len());
-    for source in &mut column.sources {
-        let mut numbers = match as_stored {
-            true => std::mem::take(to),
-            false => Vec::with_capacity(n),
-        };
-        source.read(window, file, n, &mut numbers)?;
-        if as_stored {
-            *to = numbers;
-            break;
+    match &mut column.sources[..] {
+        sources if scaled && !column.scaling.is_chain() => {
+            let mut stored = Vec::with_capacity(sources.len());
+            for source in sources {
+                let mut numbers = Vec::with_capacity(n);
+                source.read(window, file, n, &mut numbers)?;
+                stored.push(numbers);
+            }
+            *to = column.scaling.apply(stored);
         }
-        stored.push(numbers);
-    }
-    if !as_stored {
-        *to = column.scaling.apply(stored);
+        [first, ..] => {
+            first.read(window, file, n, to)?;
+            if scaled {
+                column.scaling.apply_chain(to);
+            }
+        }
+        [] => {}
     }
     match to.len() == n {
         true => Ok(()),

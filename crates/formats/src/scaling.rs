@@ -78,13 +78,26 @@ impl Scaling {
                 From::Step(s) => *s < i,
             };
             match step {
-                Step::Same(from)
-                | Step::Linear { from, .. }
-                | Step::Polynomial { from, .. }
-                | Step::Table { from, .. } => there(from),
                 Step::Sum(a, b) | Step::Difference(a, b) => there(a) && there(b),
+                step => step.from().as_ref().is_some_and(there),
             }
         })
+    }
+
+    /// Whether each step takes what the one before gives, the first one the first numbers as stored.
+    pub(crate) fn is_chain(&self) -> bool {
+        self.steps.iter().enumerate().all(|(i, step)| {
+            let before = match i.checked_sub(1) {
+                None => From::Stored(0),
+                Some(before) => From::Step(before),
+            };
+            step.from() == Some(before)
+        })
+    }
+
+    /// The scaled numbers in place of the stored ones, by steps that are a chain.
+    pub(crate) fn apply_chain(&self, numbers: &mut [f64]) {
+        self.steps.iter().for_each(|step| step.apply(numbers));
     }
 
     /// The scaled numbers of the stored ones.
@@ -94,39 +107,61 @@ impl Scaling {
         };
         let mut done: Vec<Vec<f64>> = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
-            let of = |from: &From| match from {
-                From::Stored(s) => stored.get(*s),
-                From::Step(s) => done.get(*s),
-            };
-            let each = |from: &From, f: &dyn Fn(f64) -> f64| -> Vec<f64> {
-                of(from).into_iter().flatten().map(|v| f(*v)).collect()
+            let of = |from: From| match from {
+                From::Stored(s) => stored.get(s),
+                From::Step(s) => done.get(s),
             };
             let next = match step {
-                Step::Same(from) => each(from, &|v| v),
-                Step::Linear {
-                    from,
-                    slope,
-                    intercept,
-                } => of(from)
-                    .into_iter()
-                    .flatten()
-                    .map(|v| v * slope + intercept)
-                    .collect(),
-                Step::Polynomial { from, coefficients } => each(from, &|v| {
-                    let terms = coefficients.iter().rev();
-                    terms.copied().reduce(|sum, c| sum * v + c).unwrap_or(0.0)
-                }),
-                Step::Table {
-                    from,
-                    stored,
-                    scaled,
-                } => each(from, &|v| between(stored, scaled, v)),
-                Step::Sum(a, b) => pairs(of(a), of(b), |a, b| a + b),
-                Step::Difference(a, b) => pairs(of(a), of(b), |a, b| b - a),
+                Step::Sum(a, b) => pairs(of(*a), of(*b), |a, b| a + b),
+                Step::Difference(a, b) => pairs(of(*a), of(*b), |a, b| b - a),
+                step => {
+                    let mut numbers = step.from().and_then(of).cloned().unwrap_or_default();
+                    step.apply(&mut numbers);
+                    numbers
+                }
             };
             done.push(next);
         }
         done.swap_remove(last)
+    }
+}
+
+impl Step {
+    /// Where the numbers come from; nothing where they come from two places.
+    fn from(&self) -> Option<From> {
+        match self {
+            Self::Same(from)
+            | Self::Linear { from, .. }
+            | Self::Polynomial { from, .. }
+            | Self::Table { from, .. } => Some(*from),
+            Self::Sum(..) | Self::Difference(..) => None,
+        }
+    }
+
+    /// Puts what comes out in place of each number; a step that takes two is not asked.
+    fn apply(&self, numbers: &mut [f64]) {
+        match self {
+            Self::Same(_) | Self::Sum(..) | Self::Difference(..) => {}
+            Self::Linear {
+                slope, intercept, ..
+            } => {
+                for v in numbers {
+                    *v = *v * slope + intercept;
+                }
+            }
+            Self::Polynomial { coefficients, .. } => {
+                for v in numbers {
+                    let terms = coefficients.iter().rev();
+                    let sum = terms.copied().reduce(|sum, c| sum * *v + c);
+                    *v = sum.unwrap_or(0.0);
+                }
+            }
+            Self::Table { stored, scaled, .. } => {
+                for v in numbers {
+                    *v = between(stored, scaled, *v);
+                }
+            }
+        }
     }
 }
 
@@ -181,6 +216,10 @@ mod tests {
         assert!(scaling.holds(1) && !scaling.holds(0));
         // 2·v + 1 = 1, 3, 5; 1 + 3·x² = 4, 28, 76; the table ends at 28.
         assert_eq!(scaling.apply(vec![vec![0.0, 1.0, 2.0]]), [0.0, 12.0, 12.0]);
+        let mut numbers = [0.0, 1.0, 2.0];
+        scaling.apply_chain(&mut numbers);
+        assert!(scaling.is_chain());
+        assert_eq!(numbers, [0.0, 12.0, 12.0]);
         assert_eq!(
             scaling.words().as_deref(),
             Some("linear then polynomial then table")
@@ -188,6 +227,7 @@ mod tests {
         let two = Scaling {
             steps: vec![Step::Difference(From::Stored(0), From::Stored(1))],
         };
+        assert!(!two.is_chain());
         assert_eq!(two.apply(vec![vec![1.0], vec![5.0]]), [4.0]);
     }
 }

@@ -7,7 +7,7 @@ use crate::raw::{Kind, Window, bytes_at, numbers};
 use crate::stream::SeekRead;
 use crate::{Error, Result};
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A chunk that is there.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,8 @@ pub(crate) struct Table {
     pub(super) filters: Vec<Filter>,
     /// In the order of their numbers; those that are missing or damaged are not in it.
     pub(super) chunks: Vec<Chunk>,
+    /// Some of them as they came out when they were checked, until they are asked for.
+    pub(super) checked: Mutex<HashMap<u64, Vec<u8>>>,
 }
 
 impl Table {
@@ -117,6 +119,11 @@ impl Chunked {
                 Some(left_off) => {
                     let key = (Arc::as_ptr(&self.table) as usize, chunk.number);
                     let whole = window.unpacked.get(key, || {
+                        let checked = table.checked.lock();
+                        let mut checked = checked.unwrap_or_else(PoisonError::into_inner);
+                        if let Some(whole) = checked.remove(&chunk.number) {
+                            return Ok(whole);
+                        }
                         let stored = bytes_at(file, chunk.at, chunk.stored)?;
                         let whole =
                             unpacked(&table.filters, left_off, stored, table.bytes() as usize);
@@ -146,7 +153,7 @@ pub(crate) struct Unpacked {
 }
 
 /// Bytes of unpacked chunks after which the older ones are let go.
-const HELD: usize = 24 << 20;
+pub(super) const HELD: usize = 24 << 20;
 
 impl Unpacked {
     fn get(

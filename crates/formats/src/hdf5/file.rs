@@ -1,5 +1,6 @@
 //! The bytes of an HDF5 file by its own addresses, and what can be wrong with them.
 
+use super::chunked::HELD;
 use crate::bytes::{Bytes, Order};
 use crate::raw::bytes_at;
 use crate::stream::{Remark, SeekRead};
@@ -79,6 +80,8 @@ pub(super) struct File<'a> {
     allowance: u64,
     /// Bytes of samples that may still be laid claim to: parts of a sound file do not overlap.
     unclaimed: u64,
+    /// Bytes of unpacked chunks that may still be kept.
+    room: u64,
 }
 
 /// Whether a file begins so, behind 512, 1024 or 2048 bytes of somebody else too.
@@ -123,6 +126,7 @@ impl<'a> File<'a> {
             lengths: 8,
             allowance: size.saturating_mul(4).saturating_add(1 << 16),
             unclaimed: size,
+            room: HELD as u64,
         };
         match opened.superblock(whole) {
             Some(Ok((root, end))) => Ok((opened, root, end)),
@@ -200,6 +204,13 @@ impl<'a> File<'a> {
     pub(super) fn claim(&mut self, bytes: u64) -> bool {
         let rest = self.unclaimed.checked_sub(bytes);
         self.unclaimed = rest.unwrap_or(self.unclaimed);
+        rest.is_some()
+    }
+
+    /// Counts bytes of unpacked chunks that are kept; whether there is room for them.
+    pub(super) fn keep(&mut self, bytes: u64) -> bool {
+        let rest = self.room.checked_sub(bytes);
+        self.room = rest.unwrap_or(0);
         rest.is_some()
     }
 

@@ -216,3 +216,15 @@ fn known_foreign_filter_and_false_claims() {
     );
     assert_eq!(columns(container, 0)[0].len(), 6);
 }
+
+/// What was kept when the chunks were checked is gone after the first pass.
+#[test]
+fn law_a_second_pass_gives_the_same_numbers() {
+    let mut rows = open(OLD).unwrap().rows(1, &[0, 1]).unwrap();
+    let mut passes = [vec![Vec::new(); 2], vec![Vec::new(); 2]];
+    for pass in &mut passes {
+        rows.restart(&[0, 1]).unwrap();
+        assert_eq!(rows.next_block(pass).unwrap(), 7);
+    }
+    assert_eq!(passes[0], passes[1]);
+}

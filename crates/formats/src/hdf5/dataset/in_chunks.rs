@@ -10,7 +10,7 @@ use crate::hdf5::layout::{Filter, Grid, Space};
 use crate::names::unpacked_bytes;
 use crate::raw::bytes_at;
 use crate::stream::{Remark, Source};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Bytes that a packed chunk may unpack to.
 const MOST_UNPACKED: u64 = 1 << 28;
@@ -40,6 +40,7 @@ impl File<'_> {
             element: *element,
             filters,
             chunks: Vec::new(),
+            checked: Mutex::default(),
         };
         let counts = [dataset.sides[0].div_ceil(sides[0]), table.across];
         counts[0].checked_mul(counts[1]).ok_or_else(wrong)?;
@@ -87,6 +88,7 @@ impl File<'_> {
         bad: &mut Bad,
     ) -> Found<()> {
         let (at, wanted) = (self.place(entry.at), table.bytes());
+        let number = entry.place[0] * table.across + entry.place[1];
         let behind = |stored: u64| at.checked_add(stored).is_none_or(|end| end > self.size);
         let stored = if filtered { entry.stored } else { wanted };
         if behind(stored) {
@@ -102,16 +104,19 @@ impl File<'_> {
             // The check sums are checked here, so that a gap is known before the first sample is read.
             let possible = wanted <= unpacked_bytes(stored);
             let stored = bytes_at(self.raw(), at, stored)?;
-            let sound = |stored| {
-                unpacked(&table.filters, entry.left_off, stored, wanted as usize).is_some()
-            };
-            if !possible || !sound(stored) {
+            let whole = || unpacked(&table.filters, entry.left_off, stored, wanted as usize);
+            let Some(whole) = possible.then(whole).flatten() else {
                 bad.damaged.put(at);
                 return Ok(());
+            };
+            if self.keep(wanted) {
+                let checked = table.checked.get_mut();
+                let checked = checked.unwrap_or_else(PoisonError::into_inner);
+                checked.insert(number, whole);
             }
         }
         table.chunks.push(Chunk {
-            number: entry.place[0] * table.across + entry.place[1],
+            number,
             at,
             stored,
             left_off: filtered.then_some(entry.left_off),
