@@ -119,6 +119,14 @@ impl Apply {
             },
         );
         let outcome = self.job().evaluate(&data, &Progress::new())?;
+        let device = match calibration.device().line() {
+            none if none.is_empty() => "a device that it does not name".to_owned(),
+            device => device,
+        };
+        console::note(format!(
+            "calibration: {} of {device}",
+            self.calibration.display()
+        ));
         self.tell(&outcome);
         Ok(Outcome::Done)
     }

@@ -186,6 +186,11 @@ impl Head {
         1 + u64::from(self.complex) + u64::from(!self.even)
     }
 
+    /// Bytes of a number of a binary data set.
+    fn value(&self) -> u64 {
+        if self.double { 8 } else { 4 }
+    }
+
     /// Whether the abscissa is a time in seconds.
     fn is_time(&self) -> bool {
         let unit = self.abscissa_unit.as_deref();
@@ -214,11 +219,25 @@ fn set(lines: &mut Lines<'_>, first: &[u8], at: u64, size: u64, found: &mut Foun
         };
         head_lines.push(line.to_vec());
     }
-    let Some(head) = Head::of(&head_lines) else {
+    let Some(mut head) = Head::of(&head_lines) else {
         let what = format!("the head of the data set at byte {at} is not that of a function");
         found.remarks.push(Remark::damaged(what));
         return Ok(true);
     };
+    if binary
+        && !head.even
+        && claimed(first)
+            == head
+                .points
+                .saturating_mul((head.width() - 1) * head.value())
+        && head.points > 0
+    {
+        let what =
+            format!("the data set at byte {at} says that its abscissa is uneven, and holds none");
+        found.remarks.push(Remark::damaged(what));
+        head.even = true;
+        head.step = 0.0;
+    }
     let (mut sources, whole) = match binary {
         true => bytes(lines, first, &head, size)?,
         false => numbers(lines, &head)?,
@@ -290,6 +309,11 @@ impl Found {
     }
 }
 
+/// Bytes of numbers that the first line of a binary data set says.
+fn claimed(first: &[u8]) -> u64 {
+    number(columns(first, 31, 43)).map_or(0, |n| n as u64)
+}
+
 /// The numbers of a binary data set, and whether it is whole.
 fn bytes(
     lines: &mut Lines<'_>,
@@ -309,15 +333,15 @@ fn bytes(
     }
     let at = lines.place();
     let there = size.saturating_sub(at);
-    let claimed = number(columns(first, 31, 43)).map_or(0, |n| n as u64);
-    let (kind, value) = match head.double {
-        true => (Kind::F64, 8),
-        false => (Kind::F32, 4),
+    let value = head.value();
+    let kind = match head.double {
+        true => Kind::F64,
+        false => Kind::F32,
     };
     // Some programs write the abscissa in single precision before doubles.
     let short = !head.even
         && head.double
-        && claimed == head.points.saturating_mul(head.width() * 8 - 4)
+        && claimed(first) == head.points.saturating_mul(head.width() * 8 - 4)
         && head.points > 0;
     let frame = head.width() * value - if short { 4 } else { 0 };
     let rows = head.points.min(there / frame);
@@ -337,7 +361,7 @@ fn bytes(
         return Ok((sources, false));
     }
     // What stands behind the numbers up to the end of the set is a line end or nothing.
-    let end = at + length.max(claimed.min(there));
+    let end = at + length.max(claimed(first).min(there));
     lines.go_to(end)?;
     for _ in 0..3 {
         if lines.next_line()?.is_none_or(|l| l.trim_ascii() == b"-1") {

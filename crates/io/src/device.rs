@@ -20,6 +20,15 @@ pub struct Device {
     pub description: Option<String>,
 }
 
+impl Device {
+    /// Maker, type and serial number in a line; empty where nothing is said.
+    pub fn line(&self) -> String {
+        let words = [&self.manufacturer, &self.model, &self.serial];
+        let words: Vec<&str> = words.into_iter().flatten().map(String::as_str).collect();
+        words.join(" ")
+    }
+}
+
 /// Conditions of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

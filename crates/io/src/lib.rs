@@ -25,7 +25,7 @@
 //! - Outputs appear whole or not at all.
 //!
 //! # Not covered
-//! Times of day without a date, missing rows, UTF-16, binary recordings other than raw 32-bit floats and those of [`formats`].
+//! Missing rows, UTF-16, binary recordings other than raw 32-bit floats and those of [`formats`].
 
 mod addressed;
 mod any_calibration;

@@ -106,6 +106,7 @@ impl Job for ApplyJob {
         let mut source = self.reading.choice.stream_of(source);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let (mut columns, mut headings) = (Vec::new(), Vec::new());
+        let exchanged = self.reading.exchanged(calibration, &layout);
         let unit = match calibration {
             AnyCalibration::FrequencyResponse(file) => file.output_unit,
             AnyCalibration::Triaxial(file) => file.output_unit,
@@ -170,6 +171,7 @@ impl Job for ApplyJob {
         }
         work.end_of_stretch()?;
         let mut findings = reader.findings();
+        findings.extend(exchanged);
         let Work {
             compensation,
             figures,

@@ -40,16 +40,9 @@ impl Record {
         if let Some(title) = &self.title {
             return title.clone();
         }
-        let device = &self.device;
-        let words: Vec<&str> = [&device.manufacturer, &device.model, &device.serial]
-            .into_iter()
-            .flatten()
-            .map(String::as_str)
-            .collect();
-        if words.is_empty() {
-            without.to_owned()
-        } else {
-            format!("{of} {}", words.join(" "))
+        match self.device.line().as_str() {
+            "" => without.to_owned(),
+            device => format!("{of} {device}"),
         }
     }
 

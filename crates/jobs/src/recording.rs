@@ -1,12 +1,14 @@
 //! How a recording of a calibrated sensor is to be read.
 
 use crate::channels::{ChannelReading, WantedChannel};
+use crate::findings;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading,
     Recording, RecordingOptions, TimeUnit, Unit,
 };
+use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
 /// Columns, units and time of a recording, as far as it does not say them itself.
@@ -97,6 +99,34 @@ impl RecordingReading {
             ))
             .with_hint(format!("add --columns {names}"))),
         }
+    }
+
+    /// That the columns are those of the calibration in another order.
+    pub(crate) fn exchanged(
+        &self,
+        calibration: &AnyCalibration,
+        layout: &Layout,
+    ) -> Option<Finding> {
+        let known = match calibration {
+            AnyCalibration::FrequencyResponse(file) => file.columns.clone()?,
+            AnyCalibration::Triaxial(file) => file.columns.as_ref()?.to_vec(),
+            _ => return None,
+        };
+        let indices = |columns: &[ColumnRef]| -> Option<Vec<usize>> {
+            columns.iter().map(|c| layout.find(c).ok()).collect()
+        };
+        let (given, known) = (indices(self.columns.as_deref()?)?, indices(&known)?);
+        let sorted = |columns: &[usize]| {
+            let mut sorted = columns.to_vec();
+            sorted.sort_unstable();
+            sorted
+        };
+        let names = |columns: &[usize]| {
+            let names: Vec<String> = columns.iter().map(|i| layout.name(*i)).collect();
+            names.join(", ")
+        };
+        (given != known && sorted(&given) == sorted(&known))
+            .then(|| findings::columns_exchanged(&names(&given), &names(&known)))
     }
 
     /// The same for a job of one channel.

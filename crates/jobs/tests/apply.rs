@@ -375,6 +375,26 @@ fn refuses_ways_and_ranges_that_a_calibration_does_not_have() {
         trouble.place()[0].starts_with("recording.csv:"),
         "{trouble:?}"
     );
+    let AnyCalibration::Triaxial(mut file) = matrix else {
+        panic!("it is one matrix");
+    };
+    let codes = |columns: [&str; 3], file: &CalibrationFile| -> Vec<String> {
+        let mut job = ApplyJob::default();
+        job.reading.columns = Some(columns.map(Into::into).to_vec());
+        let source = Source::from_bytes("recording.csv", recording()).expect("source");
+        let (mut written, matrix) = (Vec::new(), AnyCalibration::from(file.clone()));
+        let data = ApplyData::new(&matrix, source, Destination::Bytes(&mut written));
+        let outcome = job.evaluate(&data, &Unwatched).expect("an outcome");
+        outcome
+            .findings()
+            .iter()
+            .map(|f| f.code().to_owned())
+            .collect()
+    };
+    file.acceleration_range = None;
+    file.columns = Some(["x", "y", "z"].map(Into::into));
+    assert!(codes(["x", "y", "z"], &file).is_empty());
+    assert_eq!(codes(["y", "x", "z"], &file), ["columns-exchanged"]);
     let mut design = FilterDesign::default();
     design.beyond = Beyond::Hold;
     let text = serde_json::to_string(&CompensationMethod::Filter(design)).expect("JSON");

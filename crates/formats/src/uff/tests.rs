@@ -186,6 +186,11 @@ fn known_binary_sets_beside_text_and_others() {
         .concat()
     };
     let little: Vec<u8> = [3_f32, 4.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    // A head that says of an even set that it is uneven: its bytes are those of the ordinates alone.
+    let mut uneven = binary(1, little.clone());
+    let spacing = b"         2         1";
+    let at = uneven.windows(20).position(|w| w == spacing).unwrap();
+    uneven[at + 19] = b'0';
     let big: Vec<u8> = [5_f32, 6.0].iter().flat_map(|v| v.to_be_bytes()).collect();
     let file = [
         text.clone().into_bytes(),
@@ -199,6 +204,10 @@ fn known_binary_sets_beside_text_and_others() {
     assert_eq!(container.remarks()[0].kind, RemarkKind::PassedOver);
     assert_eq!(columns(container, 0), [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]);
     survives(&file);
+    let container = open(&uneven).unwrap();
+    assert_eq!(container.remarks()[0].kind, RemarkKind::Damaged);
+    assert_eq!(container.streams()[0].clock, Clock::Unsaid);
+    assert_eq!(columns(container, 0), [[3.0, 4.0]]);
 }
 
 #[test]

@@ -21,6 +21,14 @@ findings! {
         evidence "{samples}",
         advice "calibrate over a larger range, or refuse such samples";
 
+    /// Columns of a recording are those of its calibration, in another order.
+    columns_exchanged(given: &str, known: &str) =
+        "columns-exchanged", [Decision],
+        what "the outputs are read from columns {given}; the calibration was made with {known}",
+        evidence "the same columns in another order",
+        advice "leave --columns away, since the calibration names its columns; or be sure that the wires were exchanged",
+        false_alarms "none: the names are compared";
+
     /// A compensation filter deviates from the inverse of the sensitivity.
     filter_too_short(taps: usize, departure: f64) =
         "filter-too-short", [Warning],

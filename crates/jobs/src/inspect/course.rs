@@ -31,7 +31,10 @@ pub(super) fn plot(inspection: &Inspection, traces: &[Trace]) -> Option<(String,
         }
     }
     let time = inspection.time.as_ref().map(|time| time.column.as_str());
-    let signals = inspection.columns.iter().filter(|c| Some(c.name.as_str()) != time);
+    let signals = inspection
+        .columns
+        .iter()
+        .filter(|c| Some(c.name.as_str()) != time);
     let seen = signals.filter(|c| c.statistics.is_some());
     left_out += seen.count().saturating_sub(traces.len());
     let x = match inspection.time.is_some() || inspection.reading.time.rate_hz.is_some() {
