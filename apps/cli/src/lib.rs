@@ -383,8 +383,8 @@ mod tests {
         let calls = calls("docs/tasks.md");
         assert_eq!(
             calls.len(),
-            24,
-            "twenty-two tasks and two calls with a file"
+            25,
+            "twenty-two tasks, a picture, and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))

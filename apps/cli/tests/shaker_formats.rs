@@ -111,7 +111,7 @@ fn law_the_format_of_the_recordings_changes_nothing() {
         "--duration",
         "0.5",
         "--repeats",
-        "1",
+        "2",
     ]);
     let described = campaign.join("campaign.toml");
     let told = fs::read_to_string(&described).unwrap();
