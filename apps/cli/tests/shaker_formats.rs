@@ -32,7 +32,15 @@ fn tdms(samples: &[f32]) -> Vec<u8> {
         // Length of the index, single precision, one dimension.
         metadata.extend([20_u32, 9, 1].map(u32::to_le_bytes).concat());
         metadata.extend(((samples.len() / CHANNELS) as u64).to_le_bytes());
-        metadata.extend(1_u32.to_le_bytes());
+        metadata.extend(2_u32.to_le_bytes());
+        metadata.extend(
+            [
+                word("unit_string"),
+                0x20_u32.to_le_bytes().to_vec(),
+                word("V"),
+            ]
+            .concat(),
+        );
         metadata.extend([word("wf_increment"), 10_u32.to_le_bytes().to_vec()].concat());
         metadata.extend((1.0 / RATE).to_le_bytes());
         raw.extend(channel(samples, number).flat_map(f32::to_le_bytes));
@@ -113,6 +121,8 @@ fn law_the_format_of_the_recordings_changes_nothing() {
         "--repeats",
         "2",
     ]);
+    // It lists the recordings as they were simulated.
+    fs::remove_file(campaign.join("manifest.json")).unwrap();
     let described = campaign.join("campaign.toml");
     let told = fs::read_to_string(&described).unwrap();
     let raw = format!("format = \"f32\"\nsampling_rate_Hz = {rate}\nfull_scale_V = 10\n");
@@ -141,7 +151,7 @@ fn law_the_format_of_the_recordings_changes_nothing() {
         (
             "MAT",
             mat,
-            format!("sampling_rate_Hz = {rate}\nfull_scale_V = 16\n"),
+            format!("sampling_rate_Hz = {rate}\nfull_scale_V = 16\nunit = \"V\"\n"),
         ),
     ] {
         for (run, samples) in runs.iter().zip(&samples) {
