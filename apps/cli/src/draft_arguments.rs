@@ -46,6 +46,9 @@ pub(crate) struct DraftArguments {
     /// Sampling rate in hertz, where there is no time column
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
+    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it
+    #[arg(long, value_name = "NAME")]
+    source: Option<String>,
     /// Read the rows from one time on and before another, in seconds
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)]
     between: Option<Vec<f64>>,
@@ -88,6 +91,7 @@ impl DraftArguments {
             time: self.time.clone(),
             time_unit: self.time_unit,
             rate_hz: self.rate,
+            source: self.source.clone(),
             between: self
                 .between
                 .as_deref()

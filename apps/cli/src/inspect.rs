@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
 #[derive(clap::Args)]
 pub(crate) struct Inspect {
-    /// Delimited text of any common shape, plain or packed with gzip or zstd; `-` is standard input
+    /// Delimited text or a format that `proofmass formats` lists, plain or packed with gzip or zstd; `-` is standard input
     file: PathBuf,
     /// List every damaged place, up to ten thousand, instead of the first
     #[arg(long)]

@@ -17,6 +17,7 @@ use ::parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, ParquetMet
 use ::parquet::schema::types::ColumnDescriptor;
 use chunks::Chunk;
 use numbers::Meaning;
+use std::ops::Range;
 use std::panic::catch_unwind;
 
 pub(crate) use chunks::{Chunks, words};
@@ -31,12 +32,25 @@ const ROWS_ANYHOW: u64 = 1 << 22;
 const NAMED: usize = 5;
 /// Key of the unit of a column, before its name.
 const UNIT_KEY: &str = "unit.";
+/// Key of the recordings of a table that `convert` wrote: a line for each, its row groups and its name.
+pub(crate) const RECORDINGS: &str = "recordings";
 
 pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let (index, data_end) = index(file, size)?;
     let rows = rows(&index, size)?;
     let about = index.file_metadata();
-    let mut stream = Stream::new("table", Clock::Unsaid, rows);
+    let parts = recordings(&index);
+    let mut streams: Vec<Stream> = match &parts[..] {
+        [_] => vec![Stream::new("table", Clock::Unsaid, rows)],
+        parts => {
+            let stream = |(name, groups): &(String, Range<usize>)| {
+                let groups = &index.row_groups()[groups.clone()];
+                let rows = groups.iter().map(|g| g.num_rows() as u64).sum();
+                Stream::new(name.as_str(), Clock::Unsaid, rows)
+            };
+            parts.iter().map(stream).collect()
+        }
+    };
     let mut remarks = Vec::new();
     let (mut passed_over, mut times) = (Vec::new(), None);
     for (number, column) in about.schema_descr().columns().iter().enumerate() {
@@ -60,29 +74,59 @@ pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
         let pairs = about.key_value_metadata().into_iter().flatten();
         let mut units = pairs.filter(|p| p.key.strip_prefix(UNIT_KEY) == Some(&name));
         let unit = units.next().and_then(|p| p.value.clone());
-        let source = Source::Parquet(Box::new(Chunks::new(
-            name.clone(),
-            column.clone(),
-            meaning,
-            chunks,
-        )));
-        match meaning {
-            Meaning::Time { is_stamp: true, .. } if times.is_none() => times = Some((name, source)),
-            Meaning::Time { .. } => stream.push(name, Some("s".to_owned()), Column::of(source)),
-            _ => stream.push(name, unit, Column::of(source)),
+        let mut chunks = chunks.into_iter();
+        let sources = parts.iter().map(|(_, groups)| {
+            let chunks = chunks.by_ref().take(groups.len()).collect();
+            let chunks = Chunks::new(name.clone(), column.clone(), meaning, chunks);
+            Source::Parquet(Box::new(chunks))
+        });
+        let sources: Vec<Source> = sources.collect();
+        let unit = match meaning {
+            Meaning::Time { is_stamp: true, .. } if times.is_none() => {
+                times = Some((name, sources));
+                continue;
+            }
+            Meaning::Time { .. } => Some("s".to_owned()),
+            _ => unit,
+        };
+        for (stream, source) in streams.iter_mut().zip(sources) {
+            stream.push(name.clone(), unit.clone(), Column::of(source));
         }
     }
     if let Some((name, times)) = times {
-        stream.clock = Clock::Times;
-        stream.push(name, Some("s".to_owned()), Column::of(times));
+        for (stream, times) in streams.iter_mut().zip(times) {
+            stream.clock = Clock::Times;
+            stream.push(name.clone(), Some("s".to_owned()), Column::of(times));
+        }
     }
     if let Some(remark) = remark(&passed_over) {
         remarks.push(remark);
     }
-    Ok(Contents {
-        streams: vec![stream],
-        remarks,
-    })
+    Ok(Contents { streams, remarks })
+}
+
+/// Names of the recordings of a table, and their row groups: one where nothing says that there are several.
+fn recordings(index: &ParquetMetaData) -> Vec<(String, Range<usize>)> {
+    let groups = index.num_row_groups();
+    let pairs = index.file_metadata().key_value_metadata();
+    let said = pairs.into_iter().flatten().find(|p| p.key == RECORDINGS);
+    let said = said.and_then(|p| p.value.as_deref()).unwrap_or_default();
+    let (mut all, mut begin) = (Vec::new(), 0_usize);
+    for line in said.lines() {
+        let Some((count, name)) = line.split_once('\t') else {
+            break;
+        };
+        let Some(end) = count.parse().ok().and_then(|n: usize| begin.checked_add(n)) else {
+            break;
+        };
+        all.push((name.to_owned(), begin..end));
+        begin = end;
+    }
+    // Another program may have copied the words and changed the groups.
+    match begin == groups && all.len() > 1 {
+        true => all,
+        false => vec![(String::new(), 0..groups)],
+    }
 }
 
 /// The index, and where it begins.

@@ -102,7 +102,7 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "uff",
         name: "a universal file of modal analysis (UFF)",
-        limits: "data sets 58 and 58b of all types, even and uneven; other data sets are passed over, floats of DEC and IBM refused",
+        limits: "data sets 58 and 58b of all types, even and uneven, written as 58b; other data sets are passed over, floats of DEC and IBM refused",
         mark: Mark::Test(uff::is_universal),
         reader: Some(Reader::Alone(uff::read)),
     },
@@ -123,14 +123,14 @@ pub const FORMATS: &[Format] = &[
     Format {
         word: "mat",
         name: "a MATLAB file (level 5)",
-        limits: "vectors, matrices and fields of structures, compressed too, held in memory; the longer side is the time; no rate is in it; cells, objects and sparse matrices are passed over",
+        limits: "vectors, matrices and fields of structures, compressed too; what is compressed or complex is held in memory; the longer side is the time; no rate is in it; cells, objects and sparse matrices are passed over",
         mark: Mark::Test(mat::is_level5),
         reader: Some(Reader::Alone(mat::read)),
     },
     Format {
         word: "npy",
         name: "an array of numpy (npy)",
-        limits: "one or two dimensions of any number, held in memory; the longer side is the time; no rate is in it; no records",
+        limits: "one or two dimensions of any number; the longer side is the time; no rate is in it; no records",
         mark: Mark::Bytes(b"\x93NUMPY"),
         reader: Some(Reader::Alone(npy::read)),
     },

@@ -138,12 +138,18 @@ impl Stream {
         }
     }
 
-    /// When its times are zero, by the clock of the file: date and time to the second. Nothing where the file does not say so, or its clock
+    /// When its times are zero, by the clock of the file: date and time. Nothing where the file does not say so, or its clock
     /// counts from something else than a date: before 1990, after 2099.
     pub fn start(&self) -> Option<String> {
         const DATES: std::ops::Range<i64> = 631_152_000..4_102_444_800;
-        let seconds = self.origin_ns?.div_euclid(1_000_000_000);
-        DATES.contains(&seconds).then(|| date_time(seconds))
+        const SECOND: i64 = 1_000_000_000;
+        let origin = self.origin_ns?;
+        let seconds = origin.div_euclid(SECOND);
+        let text = DATES.contains(&seconds).then(|| date_time(seconds))?;
+        Some(match origin.rem_euclid(SECOND) {
+            0 => text,
+            part => format!("{text}.{part:09}").trim_end_matches('0').to_owned(),
+        })
     }
 
     /// One more channel behind the others.

@@ -4,7 +4,7 @@
 
 use crate::bytes::{Order, text};
 use crate::raw::{Kind, Raw};
-use crate::stream::{Clock, Column, Contents, Remark, SeekRead, Source, Stream};
+use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
 use crate::text::{Lines, columns, number};
 use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
@@ -294,6 +294,19 @@ impl Found {
             self.even.insert(key, number);
         }
         let stream = &mut self.streams[number];
+        if head.even && !time && step && known.is_none() {
+            let line = Line {
+                count: rows,
+                first: head.start,
+                step: head.step,
+            };
+            let abscissa = Column::of(Source::lines(vec![line]));
+            stream.push(
+                head.abscissa_name.clone(),
+                head.abscissa_unit.clone(),
+                abscissa,
+            );
+        }
         for (part, ordinate) in parts.iter().zip(ordinates) {
             let name = format!("{}{part}", head.name);
             stream.push(name, head.unit.clone(), Column::of(ordinate));

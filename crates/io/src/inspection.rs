@@ -80,6 +80,9 @@ pub struct TimeSummary {
     pub jitter_s: Option<f64>,
     /// What else the stamps tell about their clock: uncertainty of the rate, resolution, bursts, wraps.
     pub clock: Clock,
+    /// Time of the first sample, s.
+    #[serde(default)]
+    pub first_s: f64,
     /// From first to last sample and one step more, s.
     pub duration_s: f64,
     /// The first hundred gaps.
@@ -495,6 +498,7 @@ impl Times {
             unit,
             rate_hz: clock.rate_hz,
             rate_is_stated: false,
+            first_s: start,
             jitter_s: clock.jitter_s,
             clock,
             duration_s: last.since(first) / self.per_second + 1.0 / clock.rate_hz,

@@ -42,6 +42,9 @@ pub struct StreamLayout {
     pub timed: bool,
     #[serde(skip)]
     pub(crate) findings: Vec<Finding>,
+    /// Nanoseconds since 1970 at which its times are zero, where the clock of the file shows a date.
+    #[serde(skip)]
+    pub(crate) origin_ns: Option<i64>,
 }
 
 /// A stream of a file, as `inspect` lists it.
@@ -244,6 +247,7 @@ impl Layout {
                 full_scale: None,
                 timed: false,
                 findings: remarks,
+                origin_ns: None,
             },
         )
     }
@@ -341,6 +345,7 @@ fn layout(rows: &mut Rows, all: &[usize]) -> Result<Layout> {
             full_scale: stream.full_scale,
             timed: rate_hz.is_some() || stream.clock == Clock::Times,
             findings,
+            origin_ns: stream.origin_ns.filter(|_| stream.start().is_some()),
         },
     );
     let mut block = vec![Vec::new(); all.len()];

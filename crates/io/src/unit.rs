@@ -462,6 +462,7 @@ impl<'de> Deserialize<'de> for Unit {
 /// assert_eq!(split_heading("acc_x_m/s2"), ("acc_x", Some(Unit::MetrePerSecondSquared)));
 /// assert_eq!(split_heading("t (ms)"), ("t", Some(Unit::Millisecond)));
 /// assert_eq!(split_heading("acc_x"), ("acc_x", None));
+/// assert_eq!(split_heading("acc[1]"), ("acc[1]", None));
 /// ```
 pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
     let heading = heading.trim();
@@ -471,6 +472,11 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
                 .match_indices(open)
                 .find_map(|(at, _)| Some((at, Unit::recognise(&inner[at + open.len_utf8()..])?)))
         {
+            // `acc[1]` is the second of several, `ratio [1]` a ratio.
+            let index = open == '[' && unit == Unit::One;
+            if index && inner[..at].ends_with(|c: char| c.is_alphanumeric() || c == ']') {
+                return (heading, None);
+            }
             // `s_V/(m/s2)`: of the quotient of two units none is known.
             if let Some(over) = inner[..at].strip_suffix('/') {
                 let apart = over.rfind(['_', ' ', ',']);

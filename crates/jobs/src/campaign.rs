@@ -324,6 +324,14 @@ impl CampaignFile {
         })
     }
 
+    /// The file itself as an input of a result: none where it was drafted from a recording, which is all that there is to fetch.
+    pub(crate) fn as_inputs(&self) -> Vec<Input> {
+        match self.drafted_from {
+            Some(_) => Vec::new(),
+            None => vec![self.input.clone()],
+        }
+    }
+
     /// Reads the text as the table of one kind.
     ///
     /// # Errors

@@ -112,6 +112,7 @@ impl FreeLivingCampaign {
             return self.load_floats(source, watch);
         }
         let name = source.name().display().to_string();
+        source = source.with_stream(table.source.as_deref(), false);
         let layout = Layout::of(&mut source, &table.layout())?;
         let axes = [&table.columns.x, &table.columns.y, &table.columns.z];
         let mut selected = Vec::new();
@@ -232,7 +233,8 @@ impl FreeLivingCampaign {
             reading.time.rate_hz = Some((rows - 1) as f64 / duration);
         }
         let recording = reader.finish()?.with_reading(reading);
-        let inputs = vec![self.source.input.clone(), recording];
+        let mut inputs = self.source.as_inputs();
+        inputs.push(recording);
         Ok(FreeLivingWindows {
             seen: windows.seen(),
             still: windows.finish(),

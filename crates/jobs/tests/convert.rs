@@ -315,6 +315,8 @@ fn known_recordings_that_continue_each_other() {
     rate.reading.rate = Some(100.0);
     let (_, outcome) = convert(&rate, &[one.as_bytes(), early.as_bytes()]).unwrap();
     assert_eq!(outcome.rows(), 1005);
+    let told = outcome.lost().join("\n");
+    assert!(told.contains("the times of column time"), "{told}");
 }
 
 #[test]
@@ -405,6 +407,33 @@ fn law_what_is_listed_as_written_is_written() {
         let target = ConvertJob::default().target(Some(Path::new(name)));
         assert_eq!(target.unwrap().name(), to);
     }
+}
+
+/// Logs of 2023-11-14 whose times count from their first message: they continue each other by the clock of the files.
+#[test]
+fn known_dates_of_files_join_recordings() {
+    let corpus = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../fuzz/corpus/streams/three.cwa"
+    );
+    let whole = std::fs::read(corpus).unwrap();
+    // A header of two blocks, then blocks of half a kilobyte.
+    let (first, rest) = (&whole[..1536], [&whole[..1024], &whole[1536..]].concat());
+    let csv = job(ConvertFormat::Csv);
+    let (joined, _) = convert(&csv, &[first, &rest]).unwrap();
+    let (alone, _) = convert(&csv, &[&whole]).unwrap();
+    let times = |text: &[u8]| -> Vec<f64> {
+        let text = String::from_utf8(text.to_vec()).unwrap();
+        let rows = text.lines().skip(1);
+        rows.map(|row| row.split(',').next().unwrap().parse().unwrap())
+            .collect()
+    };
+    let (joined, alone) = (times(&joined), times(&alone));
+    assert!(joined[0] > 946_684_800.0 && joined.len() == alone.len());
+    let apart = joined.iter().zip(&alone).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 0.02);
+    let told = refused(&csv, &[&rest, first]);
+    assert!(told.contains("begins at"), "{told}");
 }
 
 #[test]
@@ -547,6 +576,19 @@ mod parquet {
             .map(|i| i.path.as_str())
             .collect();
         assert_eq!(inputs, ["devices.csv", "late.csv", "early.csv"]);
+        // Read again, each is a stream of its own.
+        let told = refused(&job(ConvertFormat::Csv), &[&file]);
+        assert!(
+            told.contains("\"0012 late.csv\" (3 samples") && told.contains("--source"),
+            "{told}"
+        );
+        let mut one = job(ConvertFormat::Csv);
+        one.reading.choice.source = Some("0013 early.csv".to_owned());
+        let (again, _) = convert(&one, &[&file]).unwrap();
+        assert_eq!(
+            String::from_utf8(again).unwrap(),
+            "time_s,a_g\n0,-1.5\n0.02,-2.5\n"
+        );
         // The words of the row groups, as they stand in the dictionaries.
         let holds = |word: &[u8]| file.windows(word.len()).any(|w| w == word);
         assert!(

@@ -32,7 +32,7 @@ impl ParquetWriter {
     ///
     /// # Errors
     /// None.
-    pub fn end(self) -> Result<Vec<u8>> {
+    pub fn end(self, _recordings: &[(String, usize)]) -> Result<Vec<u8>> {
         match self.0 {}
     }
 }

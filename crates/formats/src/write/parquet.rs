@@ -3,6 +3,7 @@
 //! **Source** `[PARQUET]`.
 
 use super::{ParquetColumn, ParquetKind};
+use crate::parquet::RECORDINGS;
 use crate::{Error, Result};
 use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use ::parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
@@ -138,11 +139,20 @@ impl ParquetWriter {
         Ok(())
     }
 
-    /// The index at the end.
+    /// The index at the end. Of a table of several recordings it says how many row groups each of them has, by the name that it is chosen
+    /// by when the table is read.
     ///
     /// # Errors
     /// None but those of the crate behind it.
-    pub fn end(mut self) -> Result<Vec<u8>> {
+    pub fn end(mut self, recordings: &[(String, usize)]) -> Result<Vec<u8>> {
+        if recordings.len() > 1 {
+            let lines = recordings
+                .iter()
+                .map(|(name, groups)| format!("{groups}\t{name}"));
+            let lines = lines.collect::<Vec<_>>().join("\n");
+            let about = KeyValue::new(RECORDINGS.to_owned(), lines);
+            self.writer.append_key_value_metadata(about);
+        }
         self.writer.finish().map_err(refusal)?;
         Ok(self.taken())
     }

@@ -39,7 +39,12 @@ pub struct TimedLayout {
     pub left_out: Vec<String>,
     /// Question for the clock, where nobody states one.
     pub no_clock: Option<String>,
+    /// Column of times that a stated rate stands for, with the gaps that may be in it.
+    pub times_set_aside: Option<String>,
 }
+
+/// Parts of a second in a nanosecond.
+const NANOSECOND: i128 = 1_000_000;
 
 /// The rows of a recording, block by block. A field without a sample is NaN.
 pub struct TimedRows {
@@ -49,6 +54,8 @@ pub struct TimedRows {
     selected: Vec<usize>,
     signals: usize,
     findings: Vec<Finding>,
+    /// When its times are zero by the clock of the file, in parts of a second.
+    origin: Option<i128>,
 }
 
 impl TimedRows {
@@ -116,6 +123,10 @@ impl TimedRows {
             unit.as_ref(),
             clock,
         );
+        // Recordings continue each other by the clock of their files.
+        let origin = layout.stream.as_ref().and_then(|s| s.origin_ns);
+        let origin = origin.filter(|_| when.time.is_some_and(|i| Some(i) == time_column(&layout)));
+        let origin = origin.map(|ns| i128::from(ns) * NANOSECOND);
         let part = part.unwrap_or(0..signals.len());
         let mut selected = signals[part].to_vec();
         let window = match (window, options.between) {
@@ -142,6 +153,7 @@ impl TimedRows {
             selected,
             signals,
             findings,
+            origin,
         })
     }
 
@@ -162,6 +174,10 @@ impl TimedRows {
         let text =
             |i: &usize| options.columns.is_empty() && !layout.numeric[*i] && when.time != Some(*i);
         let left_out = (0..layout.columns).filter(text).map(|i| layout.name(i));
+        let aside = time_column(layout).filter(|i| {
+            let stated = options.sampling_rate_hz.is_some() && when.time.is_none();
+            stated && layout.stated_rate(*i).is_none() && !signals.contains(i)
+        });
         let no_clock = matches!(clock, RowClock::Order).then(|| layout.ask_clock().to_string());
         TimedLayout {
             names: signals.iter().map(|i| layout.name(*i)).collect(),
@@ -170,6 +186,7 @@ impl TimedRows {
             left_out: left_out.collect(),
             reading,
             no_clock,
+            times_set_aside: aside.map(|i| layout.name(i)),
         }
     }
 
@@ -188,9 +205,13 @@ impl TimedRows {
     /// # Errors
     /// A field that is neither a finite number nor empty nor NaN, a time that is none, a row of another width.
     pub fn next_block(&mut self) -> Result<Option<RowBlock>> {
-        let Some(block) = self.reader.next_block()? else {
+        let Some(mut block) = self.reader.next_block()? else {
             return Ok(None);
         };
+        if let Some(origin) = self.origin {
+            let stamps = block.stamps.iter_mut().flatten();
+            stamps.for_each(|stamp| stamp.parts += origin);
+        }
         for bad in &block.bad {
             let text = bad.text.trim();
             let absent = text.is_empty() || text.eq_ignore_ascii_case("nan");

@@ -34,6 +34,8 @@ pub struct Draft {
     pub latitude_deg: Option<f64>,
     /// Height above the sea, m; unknown: 300 m with a standard uncertainty of 300 m.
     pub height_m: Option<f64>,
+    /// Stream of a file that holds several.
+    pub source: Option<String>,
     /// Stretch of the recording that is read, s.
     pub between: Option<[f64; 2]>,
     /// Model of the fit.
@@ -48,7 +50,8 @@ impl Draft {
     /// # Errors
     /// A file that cannot be read, or whose columns cannot be told.
     pub fn text(&self, recording: &Path) -> Result<String> {
-        let mut source = Source::open(recording)?;
+        let source = Source::open(recording)?;
+        let mut source = source.with_stream(self.source.as_deref(), false);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let columns = match &self.columns {
             Some(columns) => columns.clone(),
@@ -128,6 +131,9 @@ impl Draft {
                     .into(),
             ),
         }
+        if let Some(name) = &self.source {
+            line(format!("source = {name:?}"));
+        }
         if let Some([from, to]) = self.between {
             line(format!("between_s = [{from:?}, {to:?}]"));
         }
@@ -206,7 +212,8 @@ impl Draft {
 
     /// Everything that neither the recording nor the draft says, in one refusal with the command to type.
     fn check(&self, recording: &Path) -> Result<()> {
-        let mut source = Source::open(recording)?;
+        let source = Source::open(recording)?;
+        let mut source = source.with_stream(self.source.as_deref(), false);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let mut missing: Vec<(String, String)> = Vec::new();
         if !self.free_living && self.gravity.is_none() && self.latitude_deg.is_none() {
@@ -315,7 +322,7 @@ impl Draft {
 
 /// The option behind a key of a drafted campaign; any other word is a value that was typed.
 pub(super) fn option_of(key: &str) -> String {
-    const OPTIONS: [(&str, &str); 11] = [
+    const OPTIONS: [(&str, &str); 12] = [
         ("latitude_deg", "--latitude"),
         ("height_m", "--height"),
         ("value", "--gravity"),
@@ -325,6 +332,7 @@ pub(super) fn option_of(key: &str) -> String {
         ("time_unit", "--time-unit"),
         ("sampling_rate_Hz", "--rate"),
         ("between_s", "--between"),
+        ("source", "--source"),
         ("temperature", "--temperature"),
         ("model", "--model"),
     ];

@@ -73,6 +73,8 @@ pub struct StreamTable {
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
+    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+    pub(crate) source: Option<String>,
     /// The segment that is read, from one time on and before another, s.
     pub(crate) between_s: Option<[f64; 2]>,
     /// Temperature column, by name or number.

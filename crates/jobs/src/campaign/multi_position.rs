@@ -105,6 +105,8 @@ pub struct RecordingTable {
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
+    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+    pub(crate) source: Option<String>,
     /// The segment that is read, from one time on and before another, s.
     pub(crate) between_s: Option<[f64; 2]>,
     /// Temperature column, by name or number.
@@ -549,6 +551,7 @@ impl MultiPositionCampaign {
             table: t.rows == RowsAre::Readings && t.time.is_none(),
             temperature: t.temperature.clone(),
             between: t.between_s,
+            stream: t.source.clone(),
             unit: t.unit,
             ..RecordingOptions::default()
         }

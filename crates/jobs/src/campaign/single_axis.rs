@@ -86,6 +86,8 @@ pub struct SingleAxisTable {
     /// Sampling rate, Hz, instead of a time column.
     #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
     pub(crate) sampling_rate_hz: Option<f64>,
+    /// Stream of files that hold several, by its name as `proofmass inspect` lists it.
+    pub(crate) source: Option<String>,
     /// The segment of every file that is read, from one time on and before another, s.
     pub(crate) between_s: Option<[f64; 2]>,
     /// Unit of the output.
@@ -283,6 +285,7 @@ impl SingleAxisCampaign {
             sampling_rate_hz: t.sampling_rate_hz,
             table: self.is_table() && t.time.is_none(),
             between: t.between_s,
+            stream: t.source.clone(),
             ..RecordingOptions::default()
         };
         t.file

@@ -13,7 +13,7 @@ pub struct Device {
     pub file: String,
     /// Serial number.
     pub serial: String,
-    /// Batch that it was made in, where the table has batches.
+    /// Batch that it was made in, where the table has batches; empty where nobody knows it.
     pub batch: Option<String>,
 }
 
@@ -44,7 +44,7 @@ impl DeviceTable {
     /// Columns `file`, `serial` and, where it is known, `batch`.
     ///
     /// # Errors
-    /// A missing column, an empty field, a recording that stands twice, no row.
+    /// A missing column, a recording without a name or a serial number, one that stands twice, no row.
     pub fn read(source: Source) -> Result<Self> {
         let mut sheet = Sheet::from_source(source, "table of devices")?;
         let (file, serial, batch) = (
@@ -64,7 +64,7 @@ impl DeviceTable {
             let device = Device {
                 file: word(file)?,
                 serial: word(serial)?,
-                batch: batch.map(word).transpose()?,
+                batch: batch.map(|place| row.text(place).trim().to_owned()),
             };
             if !seen.insert(device.file.clone()) {
                 return Err(row.refuse(file, "the recording stands twice").into());

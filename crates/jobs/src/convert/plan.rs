@@ -268,6 +268,11 @@ impl Check<'_> {
                 layout.left_out.join(", ")
             ));
         }
+        if let Some(times) = &layout.times_set_aside {
+            lost.push(format!(
+                "the times of column {times}, and gaps in them: --rate stands for them"
+            ));
+        }
         if !form.holds_names() {
             let word = if form.holds_times() {
                 "column"

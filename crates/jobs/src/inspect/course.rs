@@ -1,6 +1,6 @@
 //! The course of the signals of a recording as a picture: a panel for each unit.
 
-use proofmass_io::{ColumnSummary, Inspection, Trace, Unit};
+use proofmass_io::{ColumnSummary, Gap, Inspection, Trace, Unit};
 use proofmass_report::{Axis, Series, XyPlot};
 
 /// Panels under each other, and signals in one.
@@ -48,6 +48,11 @@ pub(super) fn plot(inspection: &Inspection, traces: &[Trace]) -> Option<(String,
             _ => Axis::linear(unit, ""),
         }
     };
+    let gaps: Vec<(f64, f64)> = inspection.time.as_ref().map_or_else(Vec::new, |time| {
+        let begin = |gap: &Gap| gap.at_s - time.first_s;
+        let ends = |gap: &Gap| (begin(gap), begin(gap) + gap.step_s);
+        time.gaps.iter().map(ends).collect()
+    });
     let mut plot: Option<XyPlot> = None;
     for (unit, signals) in &panels {
         let y = axis(*unit, signals);
@@ -58,7 +63,7 @@ pub(super) fn plot(inspection: &Inspection, traces: &[Trace]) -> Option<(String,
         for (column, trace) in signals {
             panel = panel.series(Series::line(column.name.clone(), &trace.x, &trace.y));
         }
-        plot = Some(panel);
+        plot = Some(panel.shade("gap", &gaps));
     }
     let more = match left_out {
         0 => String::new(),

@@ -56,7 +56,7 @@ impl MultiPositionCampaign {
         }
         all.tumble = self.recording.rows == RowsAre::Tumble;
         all.columns = [columns.x.clone(), columns.y.clone(), columns.z.clone()];
-        all.inputs.insert(0, self.source.input.clone());
+        all.inputs.splice(0..0, self.source.as_inputs());
         all.inputs.extend(table);
         Ok(all)
     }

@@ -14,6 +14,8 @@ pub(super) struct RowGroups {
     writer: ParquetWriter,
     /// Words of every row of the recording.
     words: Vec<String>,
+    /// Names of the recordings and how many row groups each has.
+    recordings: Vec<(String, usize)>,
     /// Numbers of the rows that wait, a column each.
     waiting: Vec<Vec<f64>>,
     /// Rows of a full group.
@@ -44,6 +46,7 @@ impl RowGroups {
         Ok(Self {
             writer: ParquetWriter::new(columns)?,
             words: words_of(plan),
+            recordings: vec![(name_of(plan), 0)],
             waiting: vec![Vec::new(); numbers],
             full: (NUMBERS / numbers.max(1)).max(1),
         })
@@ -74,6 +77,9 @@ impl RowGroups {
             return Ok(Vec::new());
         }
         let bytes = self.writer.rows(&self.words, &self.waiting)?;
+        if let Some((_, groups)) = self.recordings.last_mut() {
+            *groups += 1;
+        }
         self.waiting.iter_mut().for_each(Vec::clear);
         Ok(bytes)
     }
@@ -82,14 +88,25 @@ impl RowGroups {
     pub(super) fn next_recording(&mut self, plan: &ConversionPlan) -> Result<Vec<u8>> {
         let bytes = self.group()?;
         self.words = words_of(plan);
+        self.recordings.push((name_of(plan), 0));
         Ok(bytes)
     }
 
     /// The rows that wait, and the index.
     pub(super) fn end(mut self) -> Result<Vec<u8>> {
         let mut bytes = self.group()?;
-        bytes.extend(self.writer.end()?);
+        bytes.extend(self.writer.end(&self.recordings)?);
         Ok(bytes)
+    }
+}
+
+/// What a recording is chosen by when the table is read: its words, the first and the last.
+fn name_of(plan: &ConversionPlan) -> String {
+    let words: Vec<&str> = plan.words.iter().map(|(_, word)| word.as_str()).collect();
+    match words[..] {
+        [first, .., last] => format!("{first} {last}"),
+        [one] => one.to_owned(),
+        [] => String::new(),
     }
 }
 
