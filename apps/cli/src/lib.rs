@@ -147,6 +147,19 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
     }
 }
 
+/// Keeps quiet about panics that are caught and told as errors: those of the reader of Parquet over damaged pages.
+pub fn handle_panics() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let is_caught = panic
+            .location()
+            .is_some_and(|at| at.file().contains("/parquet-"));
+        if !is_caught {
+            usual(panic);
+        }
+    }));
+}
+
 /// Removes what is being written when the user or the system ends the process, and ends it with 128 and the number of the
 /// signal, as a shell tells it: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 129 after SIGHUP. Results in place are the old ones
 /// or the new ones. Without it the next run would remove what was being written.

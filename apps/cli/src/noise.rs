@@ -172,6 +172,9 @@ impl Noise {
             ));
         }
         let (job, watch) = (self.job(), Progress::new());
+        if let Some(yaml) = &self.imu_yaml {
+            self.delivery.keep(yaml)?;
+        }
         let (outcome, input) = if stream {
             let mut recording = self.reading.stream(source)?;
             let outcome = job.evaluate(&recording.data(), &watch)?;

@@ -29,6 +29,7 @@ impl WrittenFile {
     /// Refuses a place that may not be taken, and says so where a signature goes with what is replaced.
     pub(crate) fn begin(&self) -> Result<Replacement, Failure> {
         let replaced = self.may_replace()?;
+        self.list_may_stand()?;
         let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;
         let replaced_key = Provenance::of(&self.output)
             .ok()
@@ -60,6 +61,26 @@ impl WrittenFile {
             self.output.display()
         ))
         .hint("name another file, or replace it with --force"))
+    }
+
+    /// Refuses to replace what stands where the list goes and is none.
+    fn list_may_stand(&self) -> Result<(), Failure> {
+        let place = Provenance::place(&self.output);
+        let to_stdout = self.output == Path::new("-");
+        if to_stdout
+            || !console::stands(&place)
+            || matches!(Provenance::of(&self.output), Ok(Some(_)))
+        {
+            return Ok(());
+        }
+        if console::may_replace(&place, self.force) {
+            return Ok(());
+        }
+        Err(Failure::new(format!(
+            "{} is there, and is no provenance that `proofmass` wrote; it would be replaced",
+            place.display()
+        ))
+        .hint("name another output, or replace both with --force"))
     }
 
     /// The list beside the file, signed where there is a key. It is written before the file itself: a run that is killed in between

@@ -4,6 +4,7 @@
 
 use crate::bytes::{Bytes, Order, text};
 use crate::held_rows::HeldRows;
+use crate::names::shown;
 use crate::raw::Kind;
 use crate::scaling::Scaling;
 use crate::stream::{Clock, Column, Contents, Line, Remark, SeekRead, Source, Stream};
@@ -42,9 +43,14 @@ pub(crate) fn read(
         true => 341.0,
         false => 256.0,
     };
-    let per_g = number("Acceleration Scale")
-        .filter(|s| *s > 1.0)
-        .unwrap_or(usual);
+    let scale = number("Acceleration Scale").filter(|s| *s > 1.0 && s.is_finite());
+    if let (None, Some(said)) = (scale, value(&info, "Acceleration Scale")) {
+        remarks.push(Remark::damaged(format!(
+            "the scale that info.txt says, \"{}\", is none: that of the device is taken, {usual} for 1 g",
+            shown(said)
+        )));
+    }
+    let per_g = scale.unwrap_or(usual);
     let mut axes = Axes::default();
     let clock = match old {
         true => {

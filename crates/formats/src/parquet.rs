@@ -212,6 +212,9 @@ fn place(
     column: &ColumnDescriptor,
 ) -> Result<Chunk> {
     let name = column.path().string();
+    if rows == 0 {
+        return Ok(Chunk::new(group, MARK, MARK, 0, chunk.compression()));
+    }
     if chunk.file_path().is_some_and(|path| !path.is_empty()) {
         return Err(Error::new(format!("has its column {name} in another file"))
             .with_hint("name that file, or write all columns into one"));

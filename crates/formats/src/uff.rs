@@ -274,6 +274,12 @@ impl Found {
             (false, true) => Clock::Times,
             _ => Clock::Unsaid,
         };
+        if head.even && time && !step {
+            self.remarks.push(Remark::damaged(format!(
+                "the step of \"{}\", {} s, is none: it has no times",
+                head.name, head.step
+            )));
+        }
         let name = match (head.even, time) {
             (true, true) => format!("every {} s", head.step),
             (true, false) => format!("{} every {}", head.abscissa_name, head.step),
@@ -294,6 +300,10 @@ impl Found {
             self.even.insert(key, number);
         }
         let stream = &mut self.streams[number];
+        for (part, ordinate) in parts.iter().zip(ordinates) {
+            let name = format!("{}{part}", head.name);
+            stream.push(name, head.unit.clone(), Column::of(ordinate));
+        }
         if head.even && !time && step && known.is_none() {
             let line = Line {
                 count: rows,
@@ -306,10 +316,6 @@ impl Found {
                 head.abscissa_unit.clone(),
                 abscissa,
             );
-        }
-        for (part, ordinate) in parts.iter().zip(ordinates) {
-            let name = format!("{}{part}", head.name);
-            stream.push(name, head.unit.clone(), Column::of(ordinate));
         }
         match abscissa {
             Some(abscissa) if time => stream.push_times(abscissa),

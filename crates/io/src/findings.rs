@@ -82,7 +82,7 @@ findings! {
     preamble_skipped(line: u64, text: &str, more: &str) =
         "preamble-skipped", [Note],
         what "lines above the data that are not marked as comments were skipped",
-        evidence "line {line}, \"{text}\"{more}",
+        evidence "line {line}{text}{more}",
         advice "if one of them is a damaged row of data, correct or remove it; otherwise put # in front of them";
 
     /// A file of another format ends before what it announces.

@@ -83,7 +83,7 @@ pub struct Layout {
     pub header: Option<Vec<String>>,
     /// Units, where a second header line carries them.
     pub(crate) unit_line: Option<Vec<Option<Unit>>>,
-    /// Lines above the data that are neither comment, nor heading, nor skipped by request: number and beginning.
+    /// Lines above the data that are neither comment, nor heading, nor skipped by request: number, and the beginning of those that may be rows.
     pub passed_over: Vec<(u64, String)>,
     /// Number of columns of a row.
     pub columns: usize,
@@ -174,7 +174,11 @@ impl Layout {
                 self.passed_over[n - 1].0
             ),
         };
-        vec![findings::preamble_skipped(*line, text, &more)]
+        let text = match text.as_str() {
+            "" => String::new(),
+            text => format!(", \"{text}\""),
+        };
+        vec![findings::preamble_skipped(*line, &text, &more)]
     }
 
     /// Name of a column without its unit; `column 3` without a header.
@@ -311,7 +315,7 @@ impl Layout {
     }
 
     /// The columns, each pattern in the place of those that it stands for: `acc_*` is every column whose name begins so, in the order of
-    /// the file.
+    /// the file; the times are none of them.
     ///
     /// # Errors
     /// A pattern that no column matches.
@@ -325,7 +329,11 @@ impl Layout {
                     continue;
                 }
             };
+            let time = self.time_column();
             let matches = |i: &usize| {
+                if Some(*i) == time {
+                    return false;
+                }
                 let heading = self.header.as_ref().and_then(|h| h.get(*i));
                 heading.is_some_and(|heading| {
                     is_like(pattern.trim(), heading.trim())

@@ -201,14 +201,21 @@ impl fmt::Display for Reading {
             let skipped =
                 self.columns.len() > SHOWN && i >= SHOWN - 1 && i + 1 < self.columns.len();
             let next = self.columns.get(i + 1);
-            let alike = next.is_some_and(|n| (n.unit, n.unit_by) == (column.unit, column.unit_by));
+            let same = |n: &ReadColumn| (n.unit, n.unit_by) == (column.unit, column.unit_by);
+            // Behind the last one that is shown only the end of the row is.
+            let ends = self.columns.len() > SHOWN && i + 2 == SHOWN;
+            let alike = match ends {
+                true => self.columns[i + 1..].iter().all(same),
+                false => next.is_some_and(same),
+            };
             if !skipped {
                 write!(f, "{}", if i > from { ", " } else { "" })?;
                 column_by(f, column.number, column.heading.as_deref())?;
             } else if i == SHOWN - 1 {
-                write!(f, ", …")?;
+                write!(f, "{}…", if i > from { ", " } else { "" })?;
             }
-            if alike {
+            // What is told by "…" has no unit of its own here, but at the end.
+            if alike || (skipped && next.is_some()) {
                 continue;
             }
             match (column.unit, column.unit_by) {

@@ -258,6 +258,12 @@ impl Source {
         if !self.is_file || !matches!(self.body, Body::Plain(_)) || !place.is_file() {
             return Ok(None);
         }
+        // A link may lead to anything that the reader of the program may read.
+        let folder = place.parent().filter(|p| !p.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize()?;
+        if place.canonicalize()?.parent() != Some(&folder) {
+            return Ok(None);
+        }
         let file = File::open(&place)?;
         if !self.beside.contains(&place) {
             self.beside.push(place);

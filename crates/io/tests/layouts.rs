@@ -130,7 +130,7 @@ fn lines_that_were_passed_over_are_told() {
     );
     assert_eq!(
         r.layout.passed_over,
-        [(1, "Logger 7".to_string()), (3, "left,right".to_string())]
+        [(1, String::new()), (3, String::new())]
     );
     assert!(r.findings()[0].to_string().contains("1 more up to line 3"));
     // Comments, headings and units are no such lines, nor is what the user skips.

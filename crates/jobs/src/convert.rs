@@ -10,6 +10,7 @@ pub use outcome::ConvertOutcome;
 use crate::destination::Destination;
 use crate::outcome::Job;
 use crate::recording::RecordingReading;
+use crate::stored_result::doubts_of_inputs;
 use crate::trouble::{Result, Trouble};
 use plan::Plan;
 use proofmass_core::Watch;
@@ -268,6 +269,7 @@ impl Job for ConvertJob {
             }));
             inputs.extend(seen.into_iter().map(|s| s.input));
         }
+        findings.extend(doubts_of_inputs(&inputs));
         match to {
             Destination::File { beside, .. } => {
                 written.settle()?;

@@ -303,7 +303,7 @@ impl StoredResult {
 }
 
 /// What there is to doubt about the files themselves: one that was changed after it was written, copies that pass for repeats.
-fn doubts_of_inputs(inputs: &[Input]) -> Vec<Finding> {
+pub(crate) fn doubts_of_inputs(inputs: &[Input]) -> Vec<Finding> {
     let mut doubts: Vec<Finding> = inputs.iter().flat_map(Input::findings).collect();
     let mut recordings: BTreeMap<&str, Vec<&Input>> = BTreeMap::new();
     for input in inputs.iter().filter(|i| i.reading.is_some()) {

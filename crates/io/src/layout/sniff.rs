@@ -156,7 +156,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     let head = crate::column_head::of(rows, separator, decimal, &comment, columns);
     let passed_over = preamble
         .iter()
-        .map(|l| (l.number, crate::field::shown(l.text.trim_ascii())))
+        .map(|l| (l.number, row_like(l.text.trim_ascii())))
         .collect();
     Ok(Layout {
         separator,
@@ -478,5 +478,13 @@ pub(crate) fn decode(field: &[u8]) -> String {
     {
         Some(inside) => text(inside).replace("\"\"", "\""),
         None => text(field),
+    }
+}
+
+/// A line that may be a damaged row, which begins like a number; of words nothing is kept, since heads of files name persons.
+fn row_like(line: &[u8]) -> String {
+    match line.first() {
+        Some(b'0'..=b'9' | b'-' | b'+' | b'.' | b',' | b';') => crate::field::shown(line),
+        _ => String::new(),
     }
 }

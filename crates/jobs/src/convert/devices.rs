@@ -59,6 +59,12 @@ impl DeviceTable {
         for row in sheet.rows() {
             let word = |place| match row.text(place).trim() {
                 "" => Err(row.refuse(place, "the field is empty")),
+                word if word.chars().any(char::is_control) => Err(row
+                    .refuse(
+                        place,
+                        "the field holds a line break or another control character",
+                    )
+                    .with_hint("a quotation mark may not be closed")),
                 word => Ok(word.to_owned()),
             };
             let device = Device {
