@@ -402,12 +402,16 @@ impl Sums {
             .into_iter()
             .fold(self.max, larger);
         if !self.continuous {
-            self.recent.resize(1 << Self::RECENT, Self::NOTHING);
+            // Not for the few rows of a table of very many columns.
+            if self.count > 1 << Self::RECENT {
+                self.recent.resize(1 << Self::RECENT, Self::NOTHING);
+            }
             for &v in values {
                 // Adding zero makes −0 and 0 one value.
                 let bits = (v + 0.0).to_bits();
                 let place = bits.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (64 - Self::RECENT);
-                if std::mem::replace(&mut self.recent[place as usize], bits) == bits {
+                let seen = self.recent.get_mut(place as usize);
+                if seen.is_some_and(|seen| std::mem::replace(seen, bits) == bits) {
                     continue;
                 }
                 self.distinct.insert(bits);
