@@ -271,6 +271,13 @@ impl Found {
                 continue;
             }
             let clock = own.clock();
+            if let (Clock::Unsaid, Some(step)) = (clock, own.number("wf_increment"))
+                && step != 0.0
+            {
+                self.remarks.push(Remark::damaged(format!(
+                    "the step of channel {name}, {step} s, is none: it has no times"
+                )));
+            }
             let unit = own.text("unit_string").filter(|u| !u.trim().is_empty());
             let column = Column {
                 sources: data.into_iter().map(|(_, raw)| Source::Raw(raw)).collect(),

@@ -192,6 +192,10 @@ fn head(page: Report, inspection: &Inspection) -> Report {
             "The file holds {}: choose one with --source NAME.",
             count(inspection.streams.len(), "stream")
         )),
+        0 if backward(inspection) > 0 => page.question(format!(
+            "The time does not run forward on {}: no command takes such a clock. State one with --rate, or read a part with --between.",
+            count(backward(inspection), "line")
+        )),
         0 => page.verdict(format!(
             "All {} are whole.",
             count(inspection.rows as usize, "row")
@@ -256,6 +260,14 @@ fn head(page: Report, inspection: &Inspection) -> Report {
 fn evidence(finding: &Finding) -> Option<String> {
     let said = finding.evidence_text();
     (!said.is_empty()).then(|| format!("{}: {said}", finding.code()))
+}
+
+/// Lines on which the time repeats or runs backwards, as far as they are listed.
+fn backward(inspection: &Inspection) -> usize {
+    inspection
+        .time
+        .as_ref()
+        .map_or(0, |time| time.backward_lines.len())
 }
 
 /// Whether there are several streams, and none was chosen.

@@ -58,7 +58,8 @@ impl<'a> Calibrations<'a> {
                 Ok(polynomial) => polynomial,
                 Err(number) => {
                     let name = self.name(channel, field);
-                    self.remarks.push(Remark::passed_over(format!(
+                    // Numbers without their calibration are no small matter.
+                    self.remarks.push(Remark::damaged(format!(
                         "calibration {number} of {name} is not in the file, and not applied"
                     )));
                     continue;
