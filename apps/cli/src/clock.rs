@@ -1,6 +1,7 @@
 //! The date of a report.
 
 use proofmass::io::Input;
+use proofmass::io::formats::calendar::date_time;
 use proofmass::jobs::Record;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -34,19 +35,10 @@ pub(crate) fn record(title: String, inputs: Vec<Input>) -> Record {
     }
 }
 
-/// Civil date of a day counted from 1970-01-01: Gregorian calendar in years that begin in March.
+/// Date of a day counted from 1970-01-01.
 fn date(days: u64) -> String {
-    let z = days + 719_468;
-    let era = z / 146_097;
-    let day_of_era = z % 146_097;
-    let year_of_era =
-        (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = year_of_era + era * 400 + u64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
+    let time = date_time((days * 86_400) as i64);
+    time.split('T').next().unwrap_or_default().to_owned()
 }
 
 #[cfg(test)]

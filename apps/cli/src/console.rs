@@ -69,6 +69,15 @@ pub(crate) fn may_replace(file: &Path, agreed: bool) -> bool {
     read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
 }
 
+/// Refuses to replace a file that nobody said may go.
+pub(crate) fn keep(file: &Path, force: bool) -> Result<(), Failure> {
+    if !stands(file) || may_replace(file, force) {
+        return Ok(());
+    }
+    Err(Failure::new(format!("{} is there already", file.display()))
+        .hint("name another file, or replace it with --force"))
+}
+
 /// Says on standard error what was written where.
 pub(crate) fn note(text: impl AsRef<str>) {
     complain(&format!("{}\n", Visible(text.as_ref())));

@@ -33,11 +33,7 @@ impl Delivery {
 
     /// Refuses to replace a file beside the folder that nobody said may go.
     pub(crate) fn keep(&self, file: &Path) -> Result<(), Failure> {
-        if !console::stands(file) || console::may_replace(file, self.force) {
-            return Ok(());
-        }
-        Err(Failure::new(format!("{} is there already", file.display()))
-            .hint("name another file, or replace it with --force"))
+        console::keep(file, self.force)
     }
 
     /// Begins the folder, where one is asked for: a place that is taken, or that holds results of another kind, is

@@ -37,12 +37,7 @@ impl Inspect {
         job.reading = self.reading;
         job.plot = self.plot.is_some();
         let plot = self.plot.as_deref();
-        if let Some(taken) =
-            plot.filter(|p| console::stands(p) && !console::may_replace(p, self.force))
-        {
-            return Err(Failure::new(format!("{} is there", taken.display()))
-                .hint("choose another name, or replace it with --force"));
-        }
+        plot.map_or(Ok(()), |path| console::keep(path, self.force))?;
         let data = InspectData::new(Source::open(&self.file)?);
         let outcome = job.evaluate(&data, &Progress::new())?;
         if let Some(path) = plot {

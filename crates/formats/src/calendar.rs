@@ -1,29 +1,31 @@
 //! Days of dates.
 
-/// Days from some day on to a date of the Gregorian calendar.
-pub(crate) fn days(year: i64, month: i64, day: i64) -> i64 {
+/// Days from 1970-01-01 to a date of the Gregorian calendar.
+pub fn days(year: i64, month: i64, day: i64) -> i64 {
     // Months from March on, so that the day of the leap year is the last one.
     let (year, month) = match month > 2 {
         true => (year, month - 3),
         false => (year - 1, month + 9),
     };
     let leaps = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
-    365 * year + leaps + (153 * month + 2) / 5 + day
+    365 * year + leaps + (153 * month + 2) / 5 + day - BEFORE_1970
 }
 
+/// Days that the count of years from zero on has at 1970-01-01.
+const BEFORE_1970: i64 = 719_469;
+
 /// Date and time to the second of a day in the Gregorian calendar, in the form of ISO 8601; of so many seconds since 1970.
-pub(crate) fn date_time(seconds: i64) -> String {
+pub fn date_time(seconds: i64) -> String {
     let day = seconds.div_euclid(86_400);
     let second = seconds.rem_euclid(86_400);
-    let since_1970 = |year, month, day| days(year, month, day) - days(1970, 1, 1);
-    // Years and months are at most one too many.
-    let mut year = 1970 + day.div_euclid(365);
-    while since_1970(year, 1, 1) > day {
+    // By the mean length of a year, at most one too many.
+    let mut year = 1971 + (400 * day).div_euclid(146_097);
+    while days(year, 1, 1) > day {
         year -= 1;
     }
-    let month = (2..=12).find(|month| since_1970(year, *month, 1) > day);
+    let month = (2..=12).find(|month| days(year, *month, 1) > day);
     let month = month.map_or(12, |next| next - 1);
-    let of_month = day - since_1970(year, month, 1) + 1;
+    let of_month = day - days(year, month, 1) + 1;
     let (hour, minute) = (second / 3600, second / 60 % 60);
     let second = second % 60;
     format!("{year:04}-{month:02}-{of_month:02}T{hour:02}:{minute:02}:{second:02}")
@@ -50,10 +52,10 @@ mod tests {
 
     #[test]
     fn known_days_between_dates() {
-        let since_1970 = |y, m, d| days(y, m, d) - days(1970, 1, 1);
-        assert_eq!(since_1970(2000, 2, 29), 11_016);
-        assert_eq!(since_1970(2001, 3, 1), 11_382);
-        assert_eq!(since_1970(2025, 3, 17), 20_164);
+        assert_eq!(days(1970, 1, 1), 0);
+        assert_eq!(days(2000, 2, 29), 11_016);
+        assert_eq!(days(2001, 3, 1), 11_382);
+        assert_eq!(days(2025, 3, 17), 20_164);
         assert_eq!(days(1900, 3, 1) - days(1900, 2, 28), 1);
     }
 }

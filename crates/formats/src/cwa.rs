@@ -229,7 +229,7 @@ impl Found {
         };
         let rows = self.times.iter().map(|l| l.count).sum();
         let mut stream = Stream::new("samples", Clock::Times, rows);
-        let since_1970 = (days(2000, 1, 1) - days(1970, 1, 1)) as f64 * 86_400.0 + self.first_time;
+        let since_1970 = days(2000, 1, 1) as f64 * 86_400.0 + self.first_time;
         stream.origin_ns = Some((since_1970 * 1e9) as i64);
         let acceleration = match form.packed {
             true => 1.0 / 256.0,

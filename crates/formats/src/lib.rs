@@ -30,7 +30,7 @@
 mod archive;
 mod arrays;
 mod bytes;
-mod calendar;
+pub mod calendar;
 mod cwa;
 mod error;
 mod geneactiv;

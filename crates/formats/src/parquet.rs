@@ -37,20 +37,15 @@ pub(crate) const RECORDINGS: &str = "recordings";
 
 pub(crate) fn read(file: &mut dyn SeekRead, size: u64) -> Result<Contents> {
     let (index, data_end) = index(file, size)?;
-    let rows = rows(&index, size)?;
+    check_rows(&index, size)?;
     let about = index.file_metadata();
     let parts = recordings(&index);
-    let mut streams: Vec<Stream> = match &parts[..] {
-        [_] => vec![Stream::new("table", Clock::Unsaid, rows)],
-        parts => {
-            let stream = |(name, groups): &(String, Range<usize>)| {
-                let groups = &index.row_groups()[groups.clone()];
-                let rows = groups.iter().map(|g| g.num_rows() as u64).sum();
-                Stream::new(name.as_str(), Clock::Unsaid, rows)
-            };
-            parts.iter().map(stream).collect()
-        }
+    let stream = |(name, groups): &(String, Range<usize>)| {
+        let groups = &index.row_groups()[groups.clone()];
+        let rows = groups.iter().map(|g| g.num_rows() as u64).sum();
+        Stream::new(name.as_str(), Clock::Unsaid, rows)
     };
+    let mut streams: Vec<Stream> = parts.iter().map(stream).collect();
     let mut remarks = Vec::new();
     let (mut passed_over, mut times) = (Vec::new(), None);
     for (number, column) in about.schema_descr().columns().iter().enumerate() {
@@ -125,7 +120,7 @@ fn recordings(index: &ParquetMetaData) -> Vec<(String, Range<usize>)> {
     // Another program may have copied the words and changed the groups.
     match begin == groups && all.len() > 1 {
         true => all,
-        false => vec![(String::new(), 0..groups)],
+        false => vec![("table".to_owned(), 0..groups)],
     }
 }
 
@@ -166,8 +161,8 @@ fn index(file: &mut dyn SeekRead, size: u64) -> Result<(ParquetMetaData, u64)> {
     }
 }
 
-/// Rows of the file, of which every column of every group must have as many.
-fn rows(index: &ParquetMetaData, size: u64) -> Result<u64> {
+/// Refuses a file whose columns and row groups do not have as many rows as it says.
+fn check_rows(index: &ParquetMetaData, size: u64) -> Result<()> {
     let different = |what: &str| {
         Error::new(format!("is a Parquet file {what}"))
             .with_hint("it was written wrongly: write it again, with another writer")
@@ -198,7 +193,7 @@ fn rows(index: &ParquetMetaData, size: u64) -> Result<u64> {
         )));
     }
     match sum <= ROWS_ANYHOW.saturating_add(size.saturating_mul(ROWS_PER_BYTE)) {
-        true => Ok(sum),
+        true => Ok(()),
         false => Err(different(&format!("of {size} bytes that says {sum} rows"))),
     }
 }

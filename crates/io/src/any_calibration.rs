@@ -1,5 +1,6 @@
 //! A calibration file of whatever kind.
 
+use crate::layout::ColumnRef;
 use crate::software::Schema;
 use crate::source::LARGEST_DOCUMENT;
 use crate::{
@@ -104,6 +105,14 @@ impl AnyCalibration {
         match self {
             Self::Triaxial(file) => &file.device,
             Self::FrequencyResponse(file) => &file.device,
+        }
+    }
+
+    /// Columns of its outputs in the recording that it came from, where it names them.
+    pub fn columns(&self) -> Option<Vec<ColumnRef>> {
+        match self {
+            Self::Triaxial(file) => file.columns.as_ref().map(|c| c.to_vec()),
+            Self::FrequencyResponse(file) => file.columns.clone(),
         }
     }
 

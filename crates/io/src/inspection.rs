@@ -147,7 +147,9 @@ pub fn inspect_source(
     listed: usize,
 ) -> Result<Inspection> {
     let name = source.name().to_path_buf();
-    inspect_inner(source, options, listed, &mut None).map_err(|e: Error| e.at(&name))
+    let seen = inspect_inner(source, options, listed, 0);
+    seen.map(|(inspection, _)| inspection)
+        .map_err(|e: Error| e.at(&name))
 }
 
 /// As [`inspect_source`], and the course of the first columns that are looked at.
@@ -160,18 +162,15 @@ pub fn inspect_traced(
     listed: usize,
 ) -> Result<(Inspection, Vec<Trace>)> {
     let name = source.name().to_path_buf();
-    let mut traces = Some(Vec::new());
-    let inspection = inspect_inner(source, options, listed, &mut traces);
-    let inspection = inspection.map_err(|e: Error| e.at(&name))?;
-    Ok((inspection, traces.unwrap_or_default()))
+    inspect_inner(source, options, listed, TRACED).map_err(|e: Error| e.at(&name))
 }
 
 fn inspect_inner(
     mut source: Source,
     options: &RecordingOptions,
     listed: usize,
-    traces: &mut Option<Vec<Trace>>,
-) -> Result<Inspection> {
+    traced: usize,
+) -> Result<(Inspection, Vec<Trace>)> {
     let path = source.name().to_path_buf();
     source = source.with_stream(options.stream.as_deref(), options.as_stored);
     crate::stream::open(&mut source)?;
@@ -179,7 +178,7 @@ fn inspect_inner(
     let streams = opened.map_or_else(Vec::new, |o| o.streams.clone());
     if let Some(several) = opened.filter(|o| o.one().is_err()) {
         let layout = several.layout.clone();
-        return Ok(Inspection {
+        let inspection = Inspection {
             path,
             rows: 0,
             columns: Vec::new(),
@@ -193,7 +192,8 @@ fn inspect_inner(
             layout,
             streams,
             sha256: source.finish()?.sha256,
-        });
+        };
+        return Ok((inspection, Vec::new()));
     }
     let layout = Layout::of(&mut source, &options.layout)?;
     let rate = options.sampling_rate_hz;
@@ -226,7 +226,7 @@ fn inspect_inner(
     let window = options.between.map(window).transpose()?;
     let mut times: Option<Times> = None;
     let mut sums: Vec<Sums> = selected.iter().map(|_| Sums::default()).collect();
-    let traced = traces.as_ref().map_or(0, |_| signals.min(TRACED));
+    let traced = signals.min(traced);
     let mut tracers: Vec<Tracer> = (0..traced).map(|_| Tracer::new()).collect();
     // Place of each row of a block on the axis of the traces.
     let mut places: Vec<f64> = Vec::new();
@@ -248,20 +248,24 @@ fn inspect_inner(
                 }
             }
         }
-        places.clear();
-        places.resize(block.rows(), f64::NAN);
+        if traced > 0 {
+            let place = |row| match time_at {
+                Some(_) => f64::NAN,
+                None => (rows as f64 + row as f64) / rate.unwrap_or(1.0),
+            };
+            places.clear();
+            places.extend((0..block.rows()).map(place));
+        }
         for (row, stamp) in block.stamps().iter().enumerate() {
             let Some(stamp) = *stamp else { continue };
             let scale = clock.as_ref().map_or(1.0, |c| c.per_second);
             let times = times.get_or_insert_with(|| Times::new(scale));
             let line = block.line(row);
             let at = times.clock.add(rows as usize + row, line, stamp);
-            let first = times.clock.first().unwrap_or(at);
-            places[row] = at.since(first) / scale;
-        }
-        if time_at.is_none() {
-            let place = |row| (rows as f64 + row as f64) / rate.unwrap_or(1.0);
-            places = (0..block.rows()).map(place).collect();
+            if let Some(place) = places.get_mut(row) {
+                let first = times.clock.first().unwrap_or(at);
+                *place = at.since(first) / scale;
+            }
         }
         for (i, tracer) in tracers.iter_mut().enumerate() {
             let rows = places.iter().zip(block.column(i));
@@ -286,10 +290,10 @@ fn inspect_inner(
         return Err(Error::new(ErrorKind::Time, window.nothing()));
     }
     let sha256 = reader.sha256()?;
-    if let Some(traces) = traces {
-        let tracers = tracers.into_iter().zip(&selected);
-        traces.extend(tracers.map(|(tracer, index)| tracer.trace(index + 1)));
-    }
+    let traces = tracers.into_iter().zip(&selected);
+    let traces = traces
+        .map(|(tracer, index)| tracer.trace(index + 1))
+        .collect();
     let columns = (0..layout.columns)
         .map(|index| ColumnSummary {
             name: layout.name(index),
@@ -318,7 +322,7 @@ fn inspect_inner(
     if let Some(time) = &time {
         reading.time.rate_hz = Some(time.rate_hz);
     }
-    Ok(Inspection {
+    let inspection = Inspection {
         path,
         sha256,
         layout,
@@ -332,7 +336,8 @@ fn inspect_inner(
         reading,
         streams,
         findings,
-    })
+    };
+    Ok((inspection, traces))
 }
 
 /// The columns that are looked at, with their units: those that are named, else every column of numbers but the times.

@@ -202,7 +202,12 @@ impl Recording {
                 ),
             );
         }
-        let mut selected = layout.find_all(&options.columns)?;
+        // Each by itself: which signal is which is told by their order.
+        let mut selected = options
+            .columns
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<Vec<_>>>()?;
         let signals = selected.len();
         // The rows of a table follow one another as if one came every second.
         let rate = options.sampling_rate_hz.or(options.table.then_some(1.0));

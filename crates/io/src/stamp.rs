@@ -1,6 +1,7 @@
 //! One time stamp, exactly as it stands: nanoseconds since 1970 lose nothing.
 
 use crate::field::parse_number;
+use proofmass_formats::calendar::days;
 use proofmass_uncertainty::DecimalMark;
 
 /// Parts of a unit that are told apart: 10⁻¹⁵.
@@ -323,16 +324,6 @@ fn decimals_of(field: &[u8], mut at: usize) -> (i128, u8, usize) {
     }
     let parts = fraction * i128::from(power(DECIMALS - decimals));
     (parts, decimals as u8, at)
-}
-
-/// Days of the Gregorian calendar since 1970-01-01, in years that begin in March.
-fn days(year: i64, month: i64, day: i64) -> i64 {
-    let y = year - i64::from(month <= 2);
-    let era = y.div_euclid(400);
-    let year_of_era = y.rem_euclid(400);
-    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
-    let day_of_era = year_of_era * 365 + year_of_era / 4 - year_of_era / 100 + day_of_year;
-    era * 146_097 + day_of_era - 719_468
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Shapes of text that must be read without a word from the user.
 
-use proofmass_io::{ColumnRef, DecimalMark, Layout, Recording, RecordingOptions, Separator};
+use proofmass_io::{
+    ColumnRef, DecimalMark, Layout, Recording, RecordingOptions, Separator, Source,
+};
 
 fn read(bytes: &[u8], columns: &[usize]) -> Recording {
     let folder = tempfile::tempdir().unwrap();
@@ -211,4 +213,19 @@ fn known_times_beside_a_stated_rate_are_told() {
     );
     let plain = read(b"y,x\n0,1\n0.1,2\n0.2,4\n", &[2]);
     assert!(plain.findings().is_empty(), "{:?}", plain.findings());
+}
+
+#[test]
+fn refuses_patterns_where_each_column_is_one_signal() {
+    let text = b"t_s,acc_x_g,acc_y_g\n0,1,2\n0.1,1,2\n0.2,1,2\n";
+    let options = RecordingOptions {
+        columns: vec!["acc_*".into(), "acc_y".into()],
+        ..RecordingOptions::default()
+    };
+    let source = Source::from_bytes("r.csv", &text[..]).unwrap();
+    let refusal = Recording::from_source(source, &options).unwrap_err();
+    assert!(
+        refusal.to_string().contains("there is no such column"),
+        "{refusal}"
+    );
 }

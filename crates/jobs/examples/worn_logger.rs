@@ -49,11 +49,8 @@ impl Wear {
         let before = (self.sample as f64 - 1.0) / self.rate;
         if self.sample == 0 || (time / POSTURE).floor() > (before / POSTURE).floor() {
             let v: [f64; 3] = std::array::from_fn(|_| self.draw());
-            let length = v.iter().map(|c| c * c).sum::<f64>().sqrt().max(0.1);
-            let length = if length < 0.2 { 1.0 } else { length };
+            let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
             self.up = v.map(|c| c / length);
-            let unit = self.up.iter().map(|c| c * c).sum::<f64>().sqrt();
-            self.up = self.up.map(|c| c / unit);
         }
         self.sample += 1;
         let moved = time % POSTURE > 0.8 * POSTURE;

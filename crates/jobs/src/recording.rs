@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 #[non_exhaustive]
 pub struct RecordingReading {
-    /// Columns of the outputs (x, y and z of a triaxial sensor) by name, number (from 1) or pattern (`acc_*`)
-    /// [default: those of the calibration]
+    /// Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1); `convert` and
+    /// `inspect` take patterns (`acc_*`) too [default: those of the calibration]
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(
         feature = "clap",
@@ -72,14 +72,12 @@ impl RecordingReading {
     /// # Errors
     /// Neither says it, or their number is not that of the outputs.
     pub fn signals(&self, calibration: &AnyCalibration) -> Result<Vec<ColumnRef>> {
-        let (outputs, known) = match calibration {
-            AnyCalibration::FrequencyResponse(file) => (file.outputs.clone(), file.columns.clone()),
-            AnyCalibration::Triaxial(file) => (
-                ["x", "y", "z"].map(str::to_owned).to_vec(),
-                file.columns.as_ref().map(|c| c.to_vec()),
-            ),
+        let outputs = match calibration {
+            AnyCalibration::FrequencyResponse(file) => file.outputs.clone(),
+            AnyCalibration::Triaxial(_) => ["x", "y", "z"].map(str::to_owned).to_vec(),
             _ => return Err(Trouble::request("a calibration of an unknown kind")),
         };
+        let known = calibration.columns();
         let names = outputs.join(",").to_uppercase();
         match self.columns.clone().or(known) {
             Some(columns) if columns.len() == outputs.len() => Ok(columns),
@@ -107,15 +105,13 @@ impl RecordingReading {
         calibration: &AnyCalibration,
         layout: &Layout,
     ) -> Option<Finding> {
-        let known = match calibration {
-            AnyCalibration::FrequencyResponse(file) => file.columns.clone()?,
-            AnyCalibration::Triaxial(file) => file.columns.as_ref()?.to_vec(),
-            _ => return None,
-        };
         let indices = |columns: &[ColumnRef]| -> Option<Vec<usize>> {
             columns.iter().map(|c| layout.find(c).ok()).collect()
         };
-        let (given, known) = (indices(self.columns.as_deref()?)?, indices(&known)?);
+        let (given, known) = (
+            indices(self.columns.as_deref()?)?,
+            indices(&calibration.columns()?)?,
+        );
         let sorted = |columns: &[usize]| {
             let mut sorted = columns.to_vec();
             sorted.sort_unstable();

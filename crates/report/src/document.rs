@@ -313,7 +313,6 @@ impl Report {
         self
     }
 
-    /// Whether there is neither an answer nor a finding: a collection of sections.
     /// What the findings say of the result as a whole, where there is one.
     pub(crate) fn standing(&self) -> String {
         match self.answer.open {
@@ -322,6 +321,7 @@ impl Report {
         }
     }
 
+    /// Whether there is neither an answer nor a finding: a collection of sections.
     pub(crate) fn says_nothing(&self) -> bool {
         is_default(&self.answer) && self.findings.is_empty()
     }

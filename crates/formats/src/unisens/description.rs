@@ -291,7 +291,7 @@ fn nanoseconds(text: &str) -> Option<i64> {
     if !there {
         return None;
     }
-    let day = days(year, month, day) - days(1970, 1, 1);
+    let day = days(year, month, day);
     let second = day * 86_400 + (hour * 60 + minute) * 60 + second;
     let part: i64 = format!("{fraction:0<9}").parse().ok()?;
     second.checked_mul(1_000_000_000)?.checked_add(part)

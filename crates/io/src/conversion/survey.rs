@@ -223,12 +223,12 @@ impl Surveyed {
     pub fn stands_behind(&self, first: &Self, first_file: &Path) -> Result<()> {
         same_columns(&first.layout, &self.layout, first_file)?;
         let is_timed = |of: &Self| of.layout.clock != RowClock::Order;
-        let (times, none) = match (is_timed(first), is_timed(self)) {
+        let (own, other) = match (is_timed(first), is_timed(self)) {
             (true, false) => ("has no clock", "has times"),
             (false, true) => ("has times", "has no clock"),
             _ => return Ok(()),
         };
-        let what = format!("{times}, {} {none}", first_file.display());
+        let what = format!("{own}, {} {other}", first_file.display());
         Err(Error::new(ErrorKind::Time, what)
             .with_hint("rows of one table all have times, or none: --rate HZ says a clock for all"))
     }

@@ -129,7 +129,7 @@ impl<'a> Conversion<'a> {
             TargetForm::Npy => npy_head(plan.rows, signals + usize::from(timing.is_told())),
             TargetForm::Wav(form) => {
                 let rate = plan.rate_hz.unwrap_or_default() as u32;
-                wav_head(form, signals, rate, plan.rows).map_err(|e| to.refusal(e.to_string()))?
+                wav_head(form, signals, rate, plan.rows).map_err(|e| refused(&to, &e))?
             }
             TargetForm::Uff | TargetForm::Parquet => Vec::new(),
         };
@@ -297,8 +297,7 @@ impl<'a> Conversion<'a> {
                     return Ok(());
                 };
                 let bytes = groups.rows(&times.seconds(), columns);
-                let bytes = bytes.map_err(|e| refused(&self.to, &e))?;
-                self.to.write_all(&bytes)
+                self.put(bytes)
             }
         }
     }
@@ -333,7 +332,7 @@ impl<'a> Conversion<'a> {
     /// Goes on to another recording, whose rows stand behind those before: in a file of columns.
     ///
     /// # Errors
-    /// Other columns or units, a disk that refuses.
+    /// The disk refuses.
     pub fn next_recording(
         &mut self,
         plan: &'a ConversionPlan,
@@ -341,8 +340,7 @@ impl<'a> Conversion<'a> {
     ) -> Result<()> {
         if let Some(groups) = &mut self.groups {
             let bytes = groups.next_recording(plan);
-            let bytes = bytes.map_err(|e| refused(&self.to, &e))?;
-            self.to.write_all(&bytes)?;
+            self.put(bytes)?;
         }
         (self.plan, self.surveyed) = (plan, surveyed);
         Ok(())
@@ -354,10 +352,14 @@ impl<'a> Conversion<'a> {
     /// The disk refuses.
     pub fn end(mut self) -> Result<Written> {
         if let Some(groups) = self.groups.take() {
-            let bytes = groups.end().map_err(|e| refused(&self.to, &e))?;
-            self.to.write_all(&bytes)?;
+            self.put(groups.end())?;
         }
         Ok(self.to)
+    }
+
+    fn put(&mut self, bytes: proofmass_formats::Result<Vec<u8>>) -> Result<()> {
+        let bytes = bytes.map_err(|e| refused(&self.to, &e))?;
+        self.to.write_all(&bytes)
     }
 
     fn uff_head(&self, signal: usize) -> Vec<u8> {

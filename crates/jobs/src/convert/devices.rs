@@ -57,8 +57,7 @@ impl DeviceTable {
         let serial = sheet.required(serial, "serial")?;
         let (mut devices, mut seen) = (Vec::new(), BTreeSet::new());
         for row in sheet.rows() {
-            let word = |place| match row.text(place).trim() {
-                "" => Err(row.refuse(place, "the field is empty")),
+            let text = |place| match row.text(place).trim() {
                 word if word.chars().any(char::is_control) => Err(row
                     .refuse(
                         place,
@@ -67,10 +66,14 @@ impl DeviceTable {
                     .with_hint("a quotation mark may not be closed")),
                 word => Ok(word.to_owned()),
             };
+            let word = |place| match text(place)? {
+                none if none.is_empty() => Err(row.refuse(place, "the field is empty")),
+                word => Ok(word),
+            };
             let device = Device {
                 file: word(file)?,
                 serial: word(serial)?,
-                batch: batch.map(|place| row.text(place).trim().to_owned()),
+                batch: batch.map(text).transpose()?,
             };
             if !seen.insert(device.file.clone()) {
                 return Err(row.refuse(file, "the recording stands twice").into());
