@@ -4,7 +4,8 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::draft_arguments::DraftArguments;
 use crate::number_arguments::coverage_factor;
-use crate::{Failure, Outcome, clock};
+use crate::{Failure, Outcome, clock, host};
+use proofmass::io::is_lent;
 use proofmass::jobs::campaign::Campaign;
 use std::path::PathBuf;
 
@@ -37,7 +38,8 @@ impl Calibrate {
     /// Whether a campaign is named, and not a recording.
     pub(crate) fn is_of_a_campaign(&self) -> bool {
         let toml = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("toml");
-        !self.campaign.is_file() || self.campaign.extension().is_some_and(toml)
+        let is_recording = is_lent(&self.campaign) || self.campaign.is_file();
+        !is_recording || self.campaign.extension().is_some_and(toml)
     }
 
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
@@ -57,22 +59,27 @@ impl Calibrate {
         if let Some(k) = self.coverage_factor {
             campaign.state_with(k)?;
         }
-        let place = self.delivery.output.clone();
-        let place = place.unwrap_or_else(|| campaign.source().resolve("result"));
+        let beside = || campaign.source().resolve("result");
+        let place = match self.delivery.output.clone() {
+            // A host asks for files where it wants them.
+            None if host::host().is_some() => None,
+            place => Some(place.unwrap_or_else(beside)),
+        };
         let mut outcome = Outcome::Done;
         let mut each = Vec::new();
         // Every folder is begun before the work: a place that is taken is told before, not after it.
         for (name, campaign) in campaign.of_each_device() {
-            let place = name.map_or_else(|| place.clone(), |name| place.join(name));
+            let own = |place: PathBuf| name.map_or(place.clone(), |name| place.join(name));
             let source = campaign.source();
-            let folder = self
-                .delivery
-                .begin_at(place, campaign.result_kind(), &[&source.path])?;
-            each.push((folder, campaign));
+            let begin = |place| {
+                self.delivery
+                    .begin_at(own(place), campaign.result_kind(), &[&source.path])
+            };
+            each.push((place.clone().map(begin).transpose()?, campaign));
         }
         for (folder, campaign) in each {
             let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
-            outcome = outcome.or(self.delivery.deliver(Some(folder), &result)?);
+            outcome = outcome.or(self.delivery.deliver(folder, &result)?);
         }
         Ok(outcome)
     }

@@ -1,16 +1,17 @@
-//! What goes to the terminal: results to standard output, everything else to standard error.
+//! What goes to the terminal, results to standard output, everything else to standard error; or to the host in whose process the command runs.
 
 use crate::Failure;
+use crate::host::{self, Host};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use proofmass::core::Visible;
 use proofmass::io::Input;
-use proofmass::jobs::Watch;
+use proofmass::jobs::{StoredResult, Watch};
 use proofmass::report::{Report, terminal};
 use proofmass::uncertainty::{Finding, Severity};
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
@@ -24,8 +25,19 @@ pub(crate) fn show(report: &Report) -> Result<(), Failure> {
     print(&terminal::render(report, &options)?)
 }
 
+/// Prints the summary of a result; a host is given the result itself.
+pub(crate) fn show_result(result: &StoredResult) -> Result<(), Failure> {
+    match host::tell(|host| host.result(result.clone())) {
+        true => Ok(()),
+        false => show(&result.summary()),
+    }
+}
+
 /// Prints text to standard output; a reader that went away is an error of its own kind.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    if host::tell(|host| host.output(text.as_bytes())) {
+        return Ok(());
+    }
     let mut out = anstream::stdout().lock();
     out.write_all(text.as_bytes())?;
     out.flush()?;
@@ -34,6 +46,9 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 
 /// Prints a value as JSON to standard output.
 pub(crate) fn print_json(bytes: &[u8]) -> Result<(), Failure> {
+    if host::tell(|host| host.output(bytes)) {
+        return Ok(());
+    }
     let mut out = std::io::stdout().lock();
     out.write_all(bytes)?;
     if !bytes.ends_with(b"\n") {
@@ -59,7 +74,8 @@ pub(crate) fn may_replace(file: &Path, agreed: bool) -> bool {
     if agreed {
         return true;
     }
-    if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
+    let is_a_person = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    if !is_a_person || host::host().is_some() {
         return false;
     }
     let question = format!("replace {}?", file.display());
@@ -80,6 +96,9 @@ pub(crate) fn keep(file: &Path, force: bool) -> Result<(), Failure> {
 
 /// Says on standard error what was written where.
 pub(crate) fn note(text: impl AsRef<str>) {
+    if host::tell(|host| host.note(text.as_ref())) {
+        return;
+    }
     complain(&format!("{}\n", Visible(text.as_ref())));
 }
 
@@ -101,6 +120,9 @@ pub(crate) fn doubt(input: &Input) {
 
 /// Says a finding on standard error.
 pub(crate) fn finding(finding: &Finding) {
+    if host::tell(|host| host.finding(finding)) {
+        return;
+    }
     let text = match finding.evidence_text() {
         "" => format!("{}: {}", finding.severity(), finding.what()),
         evidence => format!("{}: {}; {evidence}", finding.severity(), finding.what()),
@@ -125,6 +147,8 @@ const OPEN: &str = "{spinner} {msg}, step {pos}, {elapsed}";
 pub(crate) struct Progress {
     bar: ProgressBar,
     stage: Mutex<Stage>,
+    /// Who is told in the place of a person.
+    host: Option<Arc<dyn Host>>,
     /// Dropped with the bar, which tells who waits to show it.
     _over: Sender<()>,
 }
@@ -151,7 +175,8 @@ impl Stage {
 impl Progress {
     pub(crate) fn new() -> Self {
         let (bar, over) = (ProgressBar::hidden(), mpsc::channel());
-        if std::io::stderr().is_terminal() {
+        let host = host::host();
+        if host.is_none() && std::io::stderr().is_terminal() {
             let shown = bar.clone();
             std::thread::spawn(move || {
                 if over.1.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
@@ -163,6 +188,7 @@ impl Progress {
         let progress = Self {
             bar,
             stage: Mutex::new(Stage::new("starting", false)),
+            host,
             _over: over.0,
         };
         progress.begin(&Stage::new("starting", false));
@@ -202,6 +228,9 @@ fn time_left(elapsed: Duration, done: u64, of: u64) -> Option<Duration> {
 
 impl Watch for Progress {
     fn progress(&self, name: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        if let Some(host) = &self.host {
+            return host.progress(name, done, of);
+        }
         // Whoever comes while another thread tells something tells it next time.
         let Ok(mut stage) = self.stage.try_lock() else {
             return ControlFlow::Continue(());

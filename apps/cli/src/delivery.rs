@@ -98,7 +98,7 @@ impl Delivery {
         if self.json {
             console::print_json(&result.to_json()?)?;
         } else {
-            console::show(&result.summary())?;
+            console::show_result(result)?;
         }
         if let Some(place) = place {
             console::note(format!("written: {}", place.display()));

@@ -2,104 +2,91 @@
 
 use proofmass::core::Visible;
 use proofmass::io;
+use proofmass::jobs::{Trouble, TroubleKind};
 use std::fmt;
 
 /// Why a command ended without a result.
 #[derive(Debug)]
-pub(crate) struct Failure {
-    what: String,
-    details: Vec<String>,
-    hint: Option<String>,
-    broken_pipe: bool,
-}
+pub(crate) struct Failure(Trouble);
 
 impl Failure {
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self {
-            what: what.into(),
-            details: Vec::new(),
-            hint: None,
-            broken_pipe: false,
-        }
+        Self(Trouble::request(what))
     }
 
     /// A line that says where, or on what evidence.
-    pub(crate) fn detail(mut self, detail: impl Into<String>) -> Self {
-        self.details.push(detail.into());
-        self
+    pub(crate) fn detail(self, detail: impl Into<String>) -> Self {
+        Self(self.0.detail(detail))
     }
 
     /// What to do about it.
-    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
+    pub(crate) fn hint(self, hint: impl Into<String>) -> Self {
+        Self(self.0.with_hint(hint))
     }
 
     /// The same with its remedy in the words of who typed it.
-    pub(crate) fn read_by(mut self, person: io::Addressee) -> Self {
-        self.hint = self.hint.map(|hint| person.read(&hint));
-        self
+    pub(crate) fn read_by(self, person: io::Addressee) -> Self {
+        match self.0.hint().map(|hint| person.read(hint)) {
+            Some(hint) => self.hint(hint),
+            None => self,
+        }
     }
 
     /// Whether nobody reads standard output any more (`proofmass … | head`).
     pub(crate) fn is_broken_pipe(&self) -> bool {
-        self.broken_pipe
+        self.0.kind() == TroubleKind::Closed
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\x1b[1;31merror\x1b[0m: {}", Visible(&self.what))?;
-        for detail in &self.details {
+        writeln!(f, "\x1b[1;31merror\x1b[0m: {}", Visible(&self.0.to_string()))?;
+        for detail in self.0.place() {
             writeln!(f, "  {}", Visible(detail))?;
         }
-        if let Some(hint) = &self.hint {
+        if let Some(hint) = self.0.hint() {
             writeln!(f, "\x1b[1;36mhint\x1b[0m: {}", Visible(hint))?;
         }
         Ok(())
     }
 }
 
-impl From<io::Error> for Failure {
-    fn from(error: io::Error) -> Self {
-        let failure = Self {
-            broken_pipe: error.kind() == io::ErrorKind::Closed,
-            ..Self::new(error.to_string())
-        };
-        match error.hint() {
-            Some(hint) => failure.hint(hint),
-            None => failure,
-        }
+impl From<Trouble> for Failure {
+    fn from(trouble: Trouble) -> Self {
+        Self(trouble)
     }
 }
 
-impl From<proofmass::jobs::Trouble> for Failure {
-    fn from(trouble: proofmass::jobs::Trouble) -> Self {
-        let mut failure = Self::new(trouble.to_string());
-        failure.details = trouble.place().to_vec();
-        failure.hint = trouble.hint().map(str::to_owned);
-        failure.broken_pipe = trouble.kind() == proofmass::jobs::TroubleKind::Closed;
-        failure
+impl From<Failure> for Trouble {
+    fn from(failure: Failure) -> Self {
+        failure.0
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self(error.into())
     }
 }
 
 impl From<proofmass::core::Error> for Failure {
     fn from(error: proofmass::core::Error) -> Self {
-        Self::new(error.to_string())
+        Self(error.into())
     }
 }
 
 impl From<proofmass::report::Error> for Failure {
     fn from(error: proofmass::report::Error) -> Self {
-        Self::new(format!("the report cannot be drawn: {error}"))
+        Self(error.into())
     }
 }
 
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
-        Self {
-            broken_pipe: error.kind() == std::io::ErrorKind::BrokenPipe,
-            ..Self::new(error.to_string())
-        }
+        let kind = match error.kind() {
+            std::io::ErrorKind::BrokenPipe => TroubleKind::Closed,
+            _ => TroubleKind::Output,
+        };
+        Self(Trouble::new(kind, error.to_string()))
     }
 }

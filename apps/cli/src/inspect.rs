@@ -51,7 +51,7 @@ impl Inspect {
                 .map_err(|e| Failure::new(format!("the inspection cannot be written: {e}")))?;
             console::print_json(&json)?;
         } else {
-            console::show(&StoredResult::new(Record::default(), &outcome)?.summary())?;
+            console::show_result(&StoredResult::new(Record::default(), &outcome)?)?;
         }
         if let Some(path) = plot {
             console::note(format!("written: {}", path.display()));

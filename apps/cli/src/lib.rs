@@ -17,6 +17,7 @@ mod formats;
 mod glossary;
 mod gravity_arguments;
 mod help;
+mod host;
 mod import;
 mod init;
 mod inspect;
@@ -37,6 +38,7 @@ mod written_file;
 use clap::error::{ContextKind, ContextValue};
 use clap::{FromArgMatches, Parser, Subcommand};
 use failure::Failure;
+pub use host::{Host, call};
 use proofmass::io::Addressee;
 use std::ffi::OsString;
 
@@ -210,6 +212,16 @@ fn begin_threads() -> Result<(), Failure> {
     }
 }
 
+/// Carries out a command, its threads begun.
+fn begun(arguments: Arguments) -> Result<Outcome, Failure> {
+    begin_threads().and_then(|()| execute(arguments))
+}
+
+/// Every command with its options, as it stands in the help: what a page, a completion or another language is made from.
+pub fn commands() -> clap::Command {
+    help::command()
+}
+
 /// The arguments as a request, or the exit code after help, the version or an error was shown.
 fn parsed<I, T>(arguments: I) -> Result<Arguments, u8>
 where
@@ -258,7 +270,7 @@ where
         Err(code) => return code,
     };
     let person = arguments.command.typed_by();
-    match begin_threads().and_then(|()| execute(arguments)) {
+    match begun(arguments) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Doubtful) => 3,
         Err(failure) if failure.is_broken_pipe() => 0,

@@ -454,6 +454,9 @@ impl Layout {
 
 /// Refuses what can be read only once, where a file is to be opened twice.
 pub(crate) fn regular(path: &Path) -> Result<()> {
+    if crate::is_lent(path) {
+        return Ok(());
+    }
     let meta = std::fs::metadata(path).map_err(|e| Error::access(path, "open", e))?;
     if meta.is_file() || meta.is_dir() {
         return Ok(());

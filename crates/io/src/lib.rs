@@ -46,6 +46,7 @@ mod gmsh;
 mod imu_yaml;
 mod inspection;
 mod layout;
+mod loan;
 mod model_file;
 mod output;
 mod reading;
@@ -99,6 +100,7 @@ pub use inspection::{
     inspect_traced,
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
+pub use loan::{Content, Loan, is_lent, lend};
 pub use model_file::{
     ColumnTrouble, check as check_model, explain as explain_model, fill_columns,
     parse as parse_model, read_budget, read_model,

@@ -3,6 +3,7 @@
 mod zstd;
 
 use crate::rows::hexadecimal;
+use crate::loan::{self, Content, ContentReader};
 use crate::stream::Opened;
 use crate::verification::doubt_of;
 use crate::{Error, ErrorKind, Input, Result};
@@ -11,6 +12,7 @@ use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use zstd::ZstdReader;
 
 /// Most bytes of a document that has to be held whole: a campaign, a table, a calibration, a result.
@@ -55,6 +57,8 @@ pub struct Source {
     at_end: bool,
     /// A file that can be opened a second time under its name.
     is_file: bool,
+    /// Content in memory that can be read a second time.
+    lent: Option<Arc<Content>>,
     /// Which stream of a file with several.
     pub(crate) stream: Option<String>,
     /// Numbers as stored, without the scaling that the file declares.
@@ -115,7 +119,7 @@ impl Read for Tap {
 }
 
 impl Source {
-    /// Opens a file, a named pipe or, for `-`, standard input.
+    /// Opens a file, a named pipe, what is [lent](crate::lend) under the name or, for `-`, standard input.
     ///
     /// # Errors
     /// Nothing there, a folder, no permission.
@@ -123,6 +127,12 @@ impl Source {
         let path = path.as_ref();
         if path == Path::new("-") {
             return Self::new("-", io::stdin());
+        }
+        if let Some(content) = loan::lent(path) {
+            let mut source = Self::new(path, ContentReader::new(Arc::clone(&content)))?;
+            source.size = Some(content.size());
+            source.lent = Some(content);
+            return Ok(source);
         }
         let file = File::open(path).map_err(|e| Error::access(path, "open", e))?;
         let meta = file
@@ -194,6 +204,7 @@ impl Source {
             at: 0,
             at_end: false,
             is_file: false,
+            lent: None,
             stream: None,
             as_stored: false,
             beside: Vec::new(),
@@ -221,6 +232,9 @@ impl Source {
         if self.is_file && matches!(self.body, Body::Plain(_)) {
             let file = File::open(&self.name).map_err(|e| Error::access(&self.name, "open", e))?;
             return Ok(Box::new(file));
+        }
+        if let (Some(content), Body::Plain(_)) = (&self.lent, &self.body) {
+            return Ok(Box::new(ContentReader::new(Arc::clone(content))));
         }
         let mut wanted = UNPACKED;
         while !self.ahead(wanted)?.1 && wanted < LARGEST_HELD {

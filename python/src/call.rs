@@ -1,0 +1,225 @@
+//! One command in the process of the interpreter: run beside it, watched by it, stopped by its signals.
+
+use crate::buffer::Bytes;
+use crate::stored_result::StoredResult;
+use proofmass::io::{Content, lend};
+use proofmass::jobs::{StoredResult as Inner, Trouble, TroubleKind};
+use proofmass::uncertainty::Finding;
+use proofmass_cli::Host;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+/// How long a signal may wait until the interpreter sees it.
+const SIGNALS: Duration = Duration::from_millis(50);
+
+/// What a command said.
+#[derive(Default)]
+struct Said {
+    results: Vec<Inner>,
+    output: Vec<u8>,
+    findings: Vec<Finding>,
+    notes: Vec<String>,
+    /// Stage, steps behind, steps in all.
+    progress: Option<(&'static str, u64, u64)>,
+}
+
+/// Keeps what a command says, and stops it where it is told to.
+#[derive(Default)]
+struct Listener {
+    said: Mutex<Said>,
+    stop: AtomicBool,
+}
+
+impl Listener {
+    fn with(&self, keep: impl FnOnce(&mut Said)) {
+        if let Ok(mut said) = self.said.lock() {
+            keep(&mut said);
+        }
+    }
+}
+
+impl Host for Listener {
+    fn result(&self, result: Inner) {
+        self.with(|said| said.results.push(result));
+    }
+
+    fn output(&self, text: &[u8]) {
+        self.with(|said| said.output.extend_from_slice(text));
+    }
+
+    fn finding(&self, finding: &Finding) {
+        self.with(|said| said.findings.push(finding.clone()));
+    }
+
+    fn note(&self, text: &str) {
+        self.with(|said| said.notes.push(text.to_owned()));
+    }
+
+    fn progress(&self, stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        // Whoever comes while another thread tells something tells it next time.
+        if let Ok(mut said) = self.said.try_lock() {
+            said.progress = Some((stage, done, of));
+        }
+        match self.stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}
+
+/// What a command said, and why it failed where it did.
+#[pyclass(frozen)]
+pub(crate) struct Call {
+    said: Said,
+    trouble: Option<Trouble>,
+}
+
+#[pymethods]
+impl Call {
+    /// Kind, sentence, places and remedy of the error, where there was one.
+    #[getter]
+    fn error(&self) -> Option<(&'static str, String, Vec<String>, Option<String>)> {
+        let trouble = self.trouble.as_ref()?;
+        let kind = match trouble.kind() {
+            TroubleKind::Request => "request",
+            TroubleKind::Output => "output",
+            TroubleKind::Cancelled => "cancelled",
+            _ => "data",
+        };
+        let hint = trouble.hint().map(str::to_owned);
+        Some((kind, trouble.to_string(), trouble.place().to_vec(), hint))
+    }
+
+    #[getter]
+    fn results(&self) -> Vec<StoredResult> {
+        self.said.results.iter().cloned().map(StoredResult).collect()
+    }
+
+    #[getter]
+    fn output<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.said.output)
+    }
+
+    /// Findings that stand in no result, as JSON.
+    #[getter]
+    fn findings(&self) -> PyResult<String> {
+        serde_json::to_string(&self.said.findings).map_err(|e| PyRuntimeError::new_err(e.to_string()))
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.said.notes.clone()
+    }
+}
+
+/// The threads of the calculation, and the process they belong to.
+static THREADS: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// Threads to calculate with: those of a process that was forked are not its child's.
+fn threads() -> Result<Arc<ThreadPool>, Trouble> {
+    let mut known = THREADS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let process = std::process::id();
+    match &*known {
+        Some((owner, pool)) if *owner == process => Ok(Arc::clone(pool)),
+        _ => {
+            let pool = ThreadPoolBuilder::new().build().map_err(|e| {
+                Trouble::request(format!("the system gives no threads to calculate with: {e}"))
+            })?;
+            let pool = Arc::new(pool);
+            // Threads of the parent are none here, and wait for no end.
+            std::mem::forget(known.replace((process, Arc::clone(&pool))));
+            Ok(pool)
+        }
+    }
+}
+
+/// Runs a command; `lent` are names, heads and buffers of what is in memory.
+///
+/// The interpreter goes on in its other threads; its signals are seen within a twentieth of a second.
+#[pyfunction]
+pub(crate) fn call(
+    py: Python<'_>,
+    arguments: Vec<String>,
+    lent: Vec<(String, Vec<u8>, Bound<'_, PyAny>)>,
+    watch: Option<Bound<'_, PyAny>>,
+) -> PyResult<Call> {
+    let lent = lent
+        .into_iter()
+        .map(|(name, head, buffer)| Ok((name, Content::new(head, Bytes::of(&buffer)?))))
+        .collect::<PyResult<Vec<_>>>()?;
+    let listener = Arc::new(Listener::default());
+    let (told, mut ended) = mpsc::channel();
+    let heard = Arc::clone(&listener);
+    let work = move || {
+        let evaluate = || {
+            let _loans: Vec<_> = lent.into_iter().map(|(name, c)| lend(name, c)).collect();
+            let program = std::iter::once("proofmass".to_owned());
+            proofmass_cli::call(program.chain(arguments), heard)
+        };
+        let ended = catch_unwind(AssertUnwindSafe(evaluate)).unwrap_or_else(|panic| {
+            let text = panic.downcast_ref::<String>().cloned();
+            let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+            Err(Trouble::data(format!(
+                "proofmass failed where it should not: {}",
+                text.unwrap_or_default()
+            ))
+            .with_hint("tell its developers what you called, and with which data"))
+        });
+        let _ = told.send(ended);
+    };
+    let pool = py.detach(threads);
+    match pool {
+        Ok(pool) => pool.spawn(work),
+        Err(trouble) => {
+            let said = Said::default();
+            return Ok(Call { said, trouble: Some(trouble) });
+        }
+    }
+    let mut raised = None;
+    let ended = loop {
+        let waited;
+        (ended, waited) = py.detach(move || {
+            let waited = ended.recv_timeout(SIGNALS);
+            (ended, waited)
+        });
+        match waited {
+            Ok(result) => break result,
+            Err(RecvTimeoutError::Disconnected) => {
+                break Err(Trouble::data("the calculation ended without an answer"));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        let stop = py.check_signals().and_then(|()| tell(&listener, watch.as_ref()));
+        if let Err(error) = stop {
+            listener.stop.store(true, Ordering::Relaxed);
+            raised.get_or_insert(error);
+        }
+    };
+    if let Some(error) = raised {
+        return Err(error);
+    }
+    let said = listener.said.lock().map(|mut said| std::mem::take(&mut *said));
+    let said = said.map_err(|_| PyRuntimeError::new_err("what was said is lost"))?;
+    Ok(Call { said, trouble: ended.err() })
+}
+
+/// Calls the function that wants to know how far it is; what it raises stops the command.
+fn tell(listener: &Listener, watch: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    let Some(watch) = watch else {
+        return Ok(());
+    };
+    let mut now = None;
+    listener.with(|said| now = said.progress);
+    match now {
+        Some((stage, done, of)) => watch.call1((stage, done, of)).map(drop),
+        None => Ok(()),
+    }
+}

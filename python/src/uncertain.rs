@@ -1,0 +1,235 @@
+//! Numbers that carry their uncertainty and its causes.
+
+use crate::stored_result::refused;
+use proofmass::uncertainty::{DegreesOfFreedom, Uncertain as Inner};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+/// A value with the causes of its uncertainty.
+#[pyclass(frozen, module = "proofmass._proofmass")]
+pub(crate) struct Uncertain(Inner);
+
+/// A number of this kind, or one without uncertainty.
+struct Operand(Inner);
+
+impl<'py> FromPyObject<'_, 'py> for Operand {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(number) = object.cast::<Uncertain>() {
+            return Ok(Self(number.get().0.clone()));
+        }
+        let value: f64 = object.extract()?;
+        match value.is_finite() {
+            true => Ok(Self(Inner::exact(value))),
+            false => Err(PyValueError::new_err(format!("{value} is no number to calculate with"))),
+        }
+    }
+}
+
+/// A result that is a number, or an error.
+fn finite(result: Inner) -> PyResult<Uncertain> {
+    if result.value().is_finite() && result.standard_uncertainty().is_finite() {
+        return Ok(Uncertain(result));
+    }
+    Err(PyValueError::new_err(
+        "the result is no finite number, or its derivative is none",
+    ))
+}
+
+#[pymethods]
+impl Uncertain {
+    #[staticmethod]
+    fn new(cause: String, value: f64, u: f64, dof: f64) -> PyResult<Self> {
+        let number = Inner::new(cause, value, u).map_err(refused)?;
+        let dof = DegreesOfFreedom::new(dof)
+            .ok_or_else(|| PyValueError::new_err(format!("{dof} degrees of freedom are none")))?;
+        Ok(Self(number.dof(dof)))
+    }
+
+    #[getter]
+    fn value(&self) -> f64 {
+        self.0.value()
+    }
+
+    #[getter]
+    fn u(&self) -> f64 {
+        self.0.standard_uncertainty()
+    }
+
+    #[getter]
+    fn dof(&self) -> f64 {
+        self.0.effective_dof().get()
+    }
+
+    #[pyo3(name = "U", signature = (probability = 0.95))]
+    fn expanded(&self, probability: f64) -> f64 {
+        self.0.expanded(probability)
+    }
+
+    fn covariance(&self, other: Operand) -> f64 {
+        self.0.covariance(&other.0)
+    }
+
+    fn correlation(&self, other: Operand) -> Option<f64> {
+        self.0.correlation(&other.0)
+    }
+
+    /// Cause and contribution, the largest first.
+    fn budget(&self) -> Vec<(String, f64)> {
+        let lines = self.0.budget().into_iter();
+        lines.map(|line| (line.key, line.contribution)).collect()
+    }
+
+    #[pyo3(signature = (unit = String::new()))]
+    fn text(&self, unit: String) -> String {
+        self.0.in_unit(unit).to_string()
+    }
+
+    fn __str__(&self) -> String {
+        self.0.to_string()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<{}>", self.0)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        let json = serde_json::to_vec(&self.0).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let read = py.get_type::<Self>().getattr("read")?;
+        Ok((read, (PyBytes::new(py, &json),)))
+    }
+
+    #[staticmethod]
+    fn read(json: &[u8]) -> PyResult<Self> {
+        let number = serde_json::from_slice(json).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        finite(number)
+    }
+
+    fn __add__(&self, other: Operand) -> PyResult<Self> {
+        finite(&self.0 + &other.0)
+    }
+
+    fn __radd__(&self, other: Operand) -> PyResult<Self> {
+        finite(&other.0 + &self.0)
+    }
+
+    fn __sub__(&self, other: Operand) -> PyResult<Self> {
+        finite(&self.0 - &other.0)
+    }
+
+    fn __rsub__(&self, other: Operand) -> PyResult<Self> {
+        finite(&other.0 - &self.0)
+    }
+
+    fn __mul__(&self, other: Operand) -> PyResult<Self> {
+        finite(&self.0 * &other.0)
+    }
+
+    fn __rmul__(&self, other: Operand) -> PyResult<Self> {
+        finite(&other.0 * &self.0)
+    }
+
+    fn __truediv__(&self, other: Operand) -> PyResult<Self> {
+        finite(&self.0 / &other.0)
+    }
+
+    fn __rtruediv__(&self, other: Operand) -> PyResult<Self> {
+        finite(&other.0 / &self.0)
+    }
+
+    fn __pow__(&self, exponent: Bound<'_, PyAny>, modulo: Option<i64>) -> PyResult<Self> {
+        if modulo.is_some() {
+            return Err(PyTypeError::new_err("a power of an uncertain number has no modulus"));
+        }
+        if let Ok(n) = exponent.extract::<i32>() {
+            return finite(self.0.powi(n));
+        }
+        let exponent: Operand = exponent.extract()?;
+        finite(self.0.powf(&exponent.0))
+    }
+
+    fn __rpow__(&self, base: Operand, modulo: Option<i64>) -> PyResult<Self> {
+        match modulo {
+            None => finite(base.0.powf(&self.0)),
+            Some(_) => Err(PyTypeError::new_err("a power of an uncertain number has no modulus")),
+        }
+    }
+
+    fn __neg__(&self) -> Self {
+        Self(-&self.0)
+    }
+
+    fn __pos__(&self) -> Self {
+        Self(self.0.clone())
+    }
+
+    fn __abs__(&self) -> PyResult<Self> {
+        finite(self.0.abs())
+    }
+
+    fn __float__(&self) -> f64 {
+        self.0.value()
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| other.get().0 == self.0)
+    }
+
+    fn exp(&self) -> PyResult<Self> {
+        finite(self.0.exp())
+    }
+
+    fn log(&self) -> PyResult<Self> {
+        finite(self.0.ln())
+    }
+
+    fn log10(&self) -> PyResult<Self> {
+        finite(self.0.log10())
+    }
+
+    fn sqrt(&self) -> PyResult<Self> {
+        finite(self.0.sqrt())
+    }
+
+    fn sin(&self) -> PyResult<Self> {
+        finite(self.0.sin())
+    }
+
+    fn cos(&self) -> PyResult<Self> {
+        finite(self.0.cos())
+    }
+
+    fn tan(&self) -> PyResult<Self> {
+        finite(self.0.tan())
+    }
+
+    fn arcsin(&self) -> PyResult<Self> {
+        finite(self.0.asin())
+    }
+
+    fn arccos(&self) -> PyResult<Self> {
+        finite(self.0.acos())
+    }
+
+    fn arctan(&self) -> PyResult<Self> {
+        finite(self.0.atan())
+    }
+
+    fn arctan2(&self, other: Operand) -> PyResult<Self> {
+        finite(self.0.atan2(&other.0))
+    }
+
+    fn sinh(&self) -> PyResult<Self> {
+        finite(self.0.sinh())
+    }
+
+    fn cosh(&self) -> PyResult<Self> {
+        finite(self.0.cosh())
+    }
+
+    fn tanh(&self) -> PyResult<Self> {
+        finite(self.0.tanh())
+    }
+}
