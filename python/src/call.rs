@@ -3,7 +3,10 @@
 use crate::buffer::Bytes;
 use crate::stored_result::StoredResult;
 use proofmass::io::{Content, lend};
-use proofmass::jobs::{StoredResult as Inner, Trouble, TroubleKind};
+use proofmass::jobs::campaign::Campaign;
+use proofmass::jobs::{
+    AnyData, AnyJob, Memory, Record, StoredResult as Inner, Trouble, TroubleKind, Watch,
+};
 use proofmass::uncertainty::Finding;
 use proofmass_cli::Host;
 use pyo3::exceptions::PyRuntimeError;
@@ -75,6 +78,12 @@ impl Host for Listener {
     }
 }
 
+impl Watch for Listener {
+    fn progress(&self, stage: &'static str, done: u64, of: u64) -> ControlFlow<()> {
+        Host::progress(self, stage, done, of)
+    }
+}
+
 /// What a command said, and why it failed where it did.
 #[pyclass(frozen)]
 pub(crate) struct Call {
@@ -142,8 +151,6 @@ fn threads() -> Result<Arc<ThreadPool>, Trouble> {
 }
 
 /// Runs a command; `lent` are names, heads and buffers of what is in memory.
-///
-/// The interpreter goes on in its other threads; its signals are seen within a twentieth of a second.
 #[pyfunction]
 pub(crate) fn call(
     py: Python<'_>,
@@ -155,16 +162,63 @@ pub(crate) fn call(
         .into_iter()
         .map(|(name, head, buffer)| Ok((name, Content::new(head, Bytes::of(&buffer)?))))
         .collect::<PyResult<Vec<_>>>()?;
+    watched(py, watch, move |listener| {
+        let _loans: Vec<_> = lent.into_iter().map(|(name, c)| lend(name, c)).collect();
+        let program = std::iter::once("proofmass".to_owned());
+        proofmass_cli::call(program.chain(arguments), Arc::clone(listener) as Arc<dyn Host>)
+    })
+}
+
+/// Evaluates a campaign whose files are in memory, `campaign.toml` among them.
+#[pyfunction]
+pub(crate) fn campaign(
+    py: Python<'_>,
+    files: Vec<(String, Vec<u8>)>,
+    date: Option<String>,
+    watch: Option<Bound<'_, PyAny>>,
+) -> PyResult<Call> {
+    watched(py, watch, move |listener| {
+        let files = files.into_iter();
+        let store = files.fold(Memory::new(), |store, (name, bytes)| store.file(name, bytes));
+        let campaign = Campaign::read(Arc::new(store), "campaign.toml")?;
+        for (_, campaign) in campaign.of_each_device() {
+            listener.result(campaign.evaluate(date.clone(), listener.as_ref())?);
+        }
+        Ok(())
+    })
+}
+
+/// Evaluates a request that needs no data.
+#[pyfunction]
+pub(crate) fn request(
+    py: Python<'_>,
+    json: Vec<u8>,
+    date: Option<String>,
+    watch: Option<Bound<'_, PyAny>>,
+) -> PyResult<Call> {
+    watched(py, watch, move |listener| {
+        let job = AnyJob::from_json(&json)?;
+        let record = Record {
+            date,
+            ..Record::default()
+        };
+        let result = job.evaluate(&AnyData::None, record, listener.as_ref())?;
+        listener.result(result);
+        Ok(())
+    })
+}
+
+/// Does a work beside the interpreter, which goes on in its other threads; its signals are seen within a twentieth of a second.
+fn watched(
+    py: Python<'_>,
+    watch: Option<Bound<'_, PyAny>>,
+    work: impl FnOnce(&Arc<Listener>) -> Result<(), Trouble> + Send + 'static,
+) -> PyResult<Call> {
     let listener = Arc::new(Listener::default());
     let (told, mut ended) = mpsc::channel();
     let heard = Arc::clone(&listener);
     let work = move || {
-        let evaluate = || {
-            let _loans: Vec<_> = lent.into_iter().map(|(name, c)| lend(name, c)).collect();
-            let program = std::iter::once("proofmass".to_owned());
-            proofmass_cli::call(program.chain(arguments), heard)
-        };
-        let ended = catch_unwind(AssertUnwindSafe(evaluate)).unwrap_or_else(|panic| {
+        let ended = catch_unwind(AssertUnwindSafe(|| work(&heard))).unwrap_or_else(|panic| {
             let text = panic.downcast_ref::<String>().cloned();
             let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
             Err(Trouble::data(format!(

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 mod _proofmass {
     #[pymodule_export]
-    use super::call::{Call, call};
+    use super::call::{Call, call, campaign, request};
     #[pymodule_export]
     use super::commands::commands;
     #[pymodule_export]

@@ -1,5 +1,6 @@
 //! A result, as Python holds it.
 
+use crate::uncertain::Uncertain;
 use proofmass::io::OutputFolder;
 use proofmass::jobs::{StoredResult as Inner, Trouble};
 use proofmass::report::terminal;
@@ -59,6 +60,27 @@ impl StoredResult {
 
     fn html(&self, py: Python<'_>) -> PyResult<String> {
         py.detach(|| self.0.html()).map_err(refused)
+    }
+
+    /// The plot that shows the result, as SVG, where there is one.
+    fn picture(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let Some(figure) = self.0.report().answer.figure else {
+            return Ok(None);
+        };
+        let drawn = py.detach(|| figure.svg("figure"));
+        drawn.map(Some).map_err(refused)
+    }
+
+    /// A parameter of the joint estimate, with its causes.
+    fn uncertain(&self, name: &str) -> PyResult<Option<Uncertain>> {
+        let estimate = self.0.estimate().map_err(refused)?;
+        Ok(estimate.and_then(|e| proofmass::uncertainty::Uncertain::of(e, name)).map(Uncertain))
+    }
+
+    /// Files that stand beside result.json alone.
+    fn beside<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
+        let files = self.0.beside().iter();
+        files.map(|(name, bytes)| (name.clone(), PyBytes::new(py, bytes))).collect()
     }
 
     /// The summary as a terminal shows it, so many columns wide.

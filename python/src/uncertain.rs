@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 
 /// A value with the causes of its uncertainty.
 #[pyclass(frozen, module = "proofmass._proofmass")]
-pub(crate) struct Uncertain(Inner);
+pub(crate) struct Uncertain(pub(crate) Inner);
 
 /// A number of this kind, or one without uncertainty.
 struct Operand(Inner);
@@ -80,6 +80,24 @@ impl Uncertain {
     fn budget(&self) -> Vec<(String, f64)> {
         let lines = self.0.budget().into_iter();
         lines.map(|line| (line.key, line.contribution)).collect()
+    }
+
+    /// Name, contribution with its sign and degrees of freedom of every cause.
+    fn causes(&self) -> Vec<(String, f64, f64)> {
+        let causes = self.0.causes();
+        causes.map(|(name, c, dof)| (name.to_owned(), c, dof.get())).collect()
+    }
+
+    /// A number of such causes; a name that stands twice is one cause.
+    #[staticmethod]
+    fn with_causes(value: f64, causes: Vec<(String, f64, f64)>) -> PyResult<Self> {
+        let mut number = Inner::exact(value);
+        for (name, contribution, dof) in causes {
+            let dof = DegreesOfFreedom::new(dof)
+                .ok_or_else(|| PyValueError::new_err(format!("{dof} degrees of freedom are none")))?;
+            number = number.with_cause(name, contribution, dof);
+        }
+        finite(number)
     }
 
     #[pyo3(signature = (unit = String::new()))]

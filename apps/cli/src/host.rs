@@ -69,9 +69,10 @@ where
         let failure = crate::number_arguments::no_number(&wrong);
         failure.map_or_else(|| refused(&wrong), Trouble::from)
     })?;
+    let person = arguments.command.typed_by();
     match begun(arguments) {
         Ok(Outcome::Done | Outcome::Doubtful) => Ok(()),
-        Err(failure) => Err(failure.into()),
+        Err(failure) => Err(failure.read_by(person).into()),
     }
 }
 

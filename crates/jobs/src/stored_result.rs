@@ -228,6 +228,11 @@ impl StoredResult {
         self.document.extra.get(name)
     }
 
+    /// The files that stand beside result.json alone, by name: what [`StoredResult::with_files_beside`] asks for.
+    pub fn beside(&self) -> &[(String, Vec<u8>)] {
+        &self.beside
+    }
+
     /// What to doubt.
     pub fn findings(&self) -> &[Finding] {
         &self.document.findings

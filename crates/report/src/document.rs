@@ -233,6 +233,16 @@ pub struct Figure {
     pub(crate) plot: Plot,
 }
 
+impl Figure {
+    /// The drawing; `id` makes its names different from those of other drawings of a page.
+    ///
+    /// # Errors
+    /// A number that cannot be drawn.
+    pub fn svg(&self, id: &str) -> Result<String, crate::Error> {
+        self.plot.svg(&self.caption, id)
+    }
+}
+
 impl Report {
     /// An empty report in English.
     pub fn new(title: impl Into<String>) -> Self {

@@ -181,9 +181,7 @@ impl Page {
     fn figure(&mut self, figure: &Figure) {
         self.figures += 1;
         let (number, caption) = (self.figures, marked(&figure.caption));
-        let drawn = figure
-            .plot
-            .svg(&figure.caption, &format!("figure-{number}"));
+        let drawn = figure.svg(&format!("figure-{number}"));
         let _ = match drawn {
             Ok(svg) => writeln!(
                 self.out,

@@ -170,6 +170,24 @@ impl Uncertain {
         Some(result)
     }
 
+    /// The causes: name, change of the value when the cause changes by its standard uncertainty, degrees of freedom.
+    pub fn causes(&self) -> impl Iterator<Item = (&str, f64, DegreesOfFreedom)> {
+        let causes = self.causes.iter();
+        causes.map(|(name, cause)| (name.as_str(), cause.contribution, cause.dof))
+    }
+
+    /// The same number with what one more cause, or more of one that it has, contributes.
+    #[must_use]
+    pub fn with_cause(
+        mut self,
+        name: impl Into<String>,
+        contribution: f64,
+        dof: DegreesOfFreedom,
+    ) -> Self {
+        self.add_cause(name.into(), contribution, dof, None);
+        self
+    }
+
     fn add_cause(
         &mut self,
         name: String,

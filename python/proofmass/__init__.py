@@ -1,0 +1,50 @@
+"""The open accelerometer laboratory: numpy in, numpy out, every number with its uncertainty.
+
+>>> import proofmass
+>>> result = proofmass.calibrate("examples/hand-held")   # a campaign folder, a recording, an array
+>>> result.estimate["scale.x"].value, result.estimate["scale.x"].U
+>>> result.write("result")                               # the folder that the command line writes
+
+Every command of the command line is a function with its options as keywords; findings are warnings of the class
+`ProofmassWarning`, errors are `ProofmassError`. Notes go to the logger `proofmass`.
+"""
+
+from . import simulate, test, velocity
+from ._calibration import Calibration
+from ._campaign import calibrate_campaign, run
+from ._commands import *  # noqa: F403
+from ._commands import __all__ as _commands_all
+from ._errors import DataError, OutputError, ProofmassError, ProofmassWarning, RequestError
+from ._result import Covariance, Estimates, Finding, Quantity, Result, read
+from ._signals import DeviationCurve, Sine, allan_deviation, fit_sine
+from ._uncertain import UncertainArray, UncertainNumber, uarray, ufloat
+
+__all__ = [
+    *_commands_all,
+    "Calibration",
+    "Covariance",
+    "DataError",
+    "DeviationCurve",
+    "Estimates",
+    "Finding",
+    "OutputError",
+    "ProofmassError",
+    "ProofmassWarning",
+    "Quantity",
+    "RequestError",
+    "Result",
+    "Sine",
+    "UncertainArray",
+    "UncertainNumber",
+    "allan_deviation",
+    "calibrate_campaign",
+    "fit_sine",
+    "read",
+    "run",
+    "simulate",
+    "test",
+    "uarray",
+    "ufloat",
+    "velocity",
+]
+__version__ = "0.1.0"

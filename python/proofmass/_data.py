@@ -1,0 +1,149 @@
+"""Data that is in memory already, as a recording that a command reads."""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ._calibration import finite
+from ._errors import DataError, RequestError
+
+#: A name, the bytes before the numbers, the numbers.
+Lent = tuple[str, bytes, Any]
+
+
+class Recording:
+    """A recording that was lent, and what has to be said of it."""
+
+    def __init__(self, lent: Lent, columns: int | None, plain: bool):
+        self.lent = lent
+        #: How many columns without names it has.
+        self.columns = columns
+        #: Whether its unit is not said by a heading.
+        self.plain = plain
+
+
+def is_place(data: Any) -> bool:
+    """Whether it is the name of a file or folder."""
+    return isinstance(data, str | os.PathLike)
+
+
+def recording(data: Any, name: str) -> Recording:
+    """An array, arrays by name, a table, a file object or bytes as a recording of this name."""
+    if isinstance(data, bytes | bytearray | memoryview):
+        return Recording((name, b"", memoryview(data).cast("B")), None, False)
+    if hasattr(data, "read"):
+        content = data.read()
+        content = content.encode() if isinstance(content, str) else content
+        return Recording((_named(data, name), b"", memoryview(content)), None, False)
+    columns = _columns(data)
+    if columns is not None:
+        return Recording(_by_name(columns, name), None, False)
+    return _array(data, name)
+
+
+def _named(data: Any, name: str) -> str:
+    given = getattr(data, "name", None)
+    return os.path.basename(given) if isinstance(given, str) and given else name
+
+
+def _columns(data: Any) -> Mapping[str, Any] | None:
+    """The columns of a mapping, of a data frame, of a table of Arrow, of an array with fields; `None` for a plain array."""
+    if isinstance(data, Mapping):
+        return {str(k): v for k, v in data.items()}
+    if isinstance(data, np.ndarray) and data.dtype.names:
+        return {name: data[name] for name in data.dtype.names}
+    if hasattr(data, "columns") and hasattr(data, "__getitem__") and not isinstance(data, np.ndarray):
+        names = getattr(data, "column_names", None) or list(data.columns)
+        return {str(name): data[name] for name in names}
+    if hasattr(data, "__arrow_c_stream__"):
+        raise RequestError(
+            f"{type(data).__name__} is a stream of Arrow without columns by name", hint="read it into a table first"
+        )
+    return None
+
+
+def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
+    """Columns with names, once copied, as an archive of arrays."""
+    if not columns:
+        raise RequestError(f"{name} has no columns")
+    arrays, length = {}, None
+    for heading, values in columns.items():
+        values = values.to_numpy() if hasattr(values, "to_numpy") else values
+        array, heading = _seconds(np.asarray(values), heading)
+        array = _numbers(array, f"{name}[{heading!r}]")
+        if array.ndim != 1:
+            raise RequestError(f"{name}[{heading!r}] has shape {array.shape}, not one dimension")
+        if length is not None and len(array) != length[1]:
+            raise RequestError(f"{name}[{heading!r}] has {len(array)} values, {name}[{length[0]!r}] has {length[1]}")
+        length = length or (heading, len(array))
+        arrays[heading] = array
+    if length is None or length[1] == 0:
+        raise DataError(f"{name} is empty")
+    archive = io.BytesIO()
+    np.savez(archive, **arrays)
+    return name, b"", archive.getbuffer()
+
+
+def _seconds(array: np.ndarray, heading: str) -> tuple[np.ndarray, str]:
+    """Dates as seconds since 1970."""
+    if array.dtype.kind not in "mM":
+        return array, heading
+    if np.isnat(array).any():
+        raise DataError(f"{heading!r} has a date that is none, at index {int(np.argmax(np.isnat(array)))}")
+    steps = array.astype(f"{array.dtype.kind}8[ns]").astype(np.int64)
+    return steps / 1e9, f"{heading}_s"
+
+
+def _numbers(array: np.ndarray, name: str) -> np.ndarray:
+    """Numbers in a form that is read without a copy: floats as they are, integers and Booleans as float64."""
+    if np.ma.isMaskedArray(array):
+        raise RequestError(f"{name} is masked", hint="leave the masked samples out, or mark the gap by the times")
+    if array.dtype.kind == "c":
+        raise RequestError(f"{name} is complex", hint="give real and imaginary parts as columns")
+    if array.dtype.kind not in "fiub":
+        raise RequestError(f"{name} is of type {array.dtype}, which holds no numbers", hint="convert it with .astype(float)")
+    wanted = array.dtype.newbyteorder("<") if array.dtype in (np.float64, np.float32) else np.dtype("<f8")
+    if math.prod(array.shape) > sys.maxsize // 16 or _stride_trick(array):
+        raise RequestError(f"{name} claims {math.prod(array.shape)} numbers that stand in less memory", hint="copy it first")
+    array = np.ascontiguousarray(array, dtype=wanted)
+    finite(array, name)
+    return array
+
+
+def _stride_trick(array: np.ndarray) -> bool:
+    """Whether an array shows the same memory many times."""
+    return array.size > 1 << 24 and any(s == 0 and n > 1 for s, n in zip(array.strides, array.shape, strict=True))
+
+
+def _array(data: Any, name: str) -> Recording:
+    """A plain array: one channel, or a row for each sample."""
+    if np.ma.isMaskedArray(data):
+        array = data
+    else:
+        try:
+            array = np.asarray(data)
+        except (ValueError, TypeError) as error:
+            raise RequestError(f"{name} is of type {type(data).__name__}, which is no array") from error
+    if array.ndim not in (1, 2):
+        raise RequestError(f"{name} has shape {array.shape}", hint="give it shape (n,) or (n, channels)")
+    if array.size == 0:
+        raise DataError(f"{name} is empty")
+    if array.ndim == 2 and array.shape[1] > array.shape[0] and array.shape[0] <= 12:
+        raise RequestError(
+            f"{name} has shape {array.shape}: {array.shape[0]} samples of {array.shape[1]} channels",
+            hint="give a row for each sample, such as array.T",
+        )
+    array = _numbers(array, name)
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(
+        head, {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
+    )
+    channels = 1 if array.ndim == 1 else array.shape[1]
+    return Recording((name, head.getvalue(), memoryview(array.reshape(-1)).cast("B")), channels, True)

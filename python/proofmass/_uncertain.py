@@ -1,0 +1,382 @@
+"""Numbers and arrays that carry their uncertainty, and what they have in common."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _proofmass
+from ._calibration import finite
+from ._errors import DataError, RequestError
+
+UncertainNumber = _proofmass.Uncertain
+
+#: Names of causes that nobody named; other processes have others.
+_process = uuid.uuid4().hex[:12]
+_counter = itertools.count(1)
+#: Most coefficients that a sum or product may hold.
+_MOST = 50_000_000
+
+
+def _cause() -> str:
+    return f"{_process}-{next(_counter)}"
+
+
+def ufloat(value: float, u: float, name: str | None = None, *, dof: float = float("inf")) -> UncertainNumber:
+    """A number with its standard uncertainty.
+
+    Two numbers that name the same cause share it; without a name the cause is its own.
+    """
+    try:
+        return UncertainNumber.new(name or _cause(), float(value), float(u), float(dof))
+    except ValueError as error:
+        raise DataError(str(error)) from None
+
+
+def uarray(values: ArrayLike, u: ArrayLike, name: str | None = None, *, dof: float = float("inf")) -> UncertainArray:
+    """An array of independent numbers with their standard uncertainties; `u` is one for each, or one size for all.
+
+    What all have in common is a number of its own: `uarray(readings, noise) * ufloat(1, gain_u, "gain")`.
+    """
+    array = np.array(values, dtype=np.float64)
+    sizes = np.array(np.broadcast_to(np.asarray(u, dtype=np.float64), array.shape))
+    finite(array, "values")
+    finite(sizes, "u")
+    if (sizes < 0).any():
+        raise DataError(f"u[{int(np.argmax(sizes.reshape(-1) < 0))}] is negative")
+    if not dof > 0:
+        raise DataError(f"{dof} degrees of freedom are none")
+    block = name or _cause()
+    return UncertainArray(array, [_Part(block, float(dof), np.arange(array.size), sizes.reshape(-1))])
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Contributions of causes to the elements of an array, each element with one cause of the block."""
+
+    block: str
+    dof: float
+    #: Which cause of the block each element has; -1 is the one that the block is named after.
+    index: np.ndarray
+    #: Change of each element when its cause changes by its standard uncertainty.
+    contribution: np.ndarray
+
+    def taken(self, where: np.ndarray) -> _Part:
+        return _Part(self.block, self.dof, self.index[where], self.contribution[where])
+
+    def scaled(self, factor: np.ndarray | float) -> _Part:
+        return _Part(self.block, self.dof, self.index, self.contribution * factor)
+
+
+def _joined(parts: list[_Part]) -> list[_Part]:
+    """Parts in which no element has a cause twice."""
+    joined: list[_Part] = []
+    for part in parts:
+        for k, other in enumerate(joined):
+            if other.block != part.block:
+                continue
+            if other.index is part.index or np.array_equal(other.index, part.index):
+                joined[k] = _Part(part.block, part.dof, part.index, other.contribution + part.contribution)
+                break
+            same = other.index == part.index
+            if same.any():
+                joined[k] = _Part(part.block, part.dof, other.index, other.contribution + np.where(same, part.contribution, 0))
+                part = _Part(part.block, part.dof, part.index, np.where(same, 0, part.contribution))
+        else:
+            joined.append(part)
+    return joined
+
+
+def _name(block: str, index: int) -> str:
+    """The name of a cause: that of its block with its number, or alone where a number brought it."""
+    return block if index < 0 else f"{block}[{index}]"
+
+
+_ELEMENT = re.compile(r"(.*)\[(\d+)\]")
+
+
+class UncertainArray:
+    """An array of numbers that carry their uncertainty; numpy's functions and operators work on it."""
+
+    __array_priority__ = 1000
+
+    def __init__(self, value: np.ndarray, parts: list[_Part]):
+        self._value = value
+        self._parts = parts
+
+    @classmethod
+    def _of(cls, other: Any, size: int | None = None) -> UncertainArray:
+        """An array, numbers without uncertainty, or one number with its causes."""
+        if isinstance(other, UncertainArray):
+            return other
+        if isinstance(other, UncertainNumber):
+            parts = []
+            for name, contribution, dof in other.causes():
+                match = _ELEMENT.fullmatch(name)
+                block, index = (match.group(1), int(match.group(2))) if match else (name, -1)
+                parts.append(_Part(block, dof, np.array([index]), np.array([contribution])))
+            return cls(np.array(other.value), parts)
+        value = np.asarray(other)
+        if value.dtype == object:
+            numbers = [cls._of(x) for x in value.reshape(-1)]
+            return _stacked(numbers, value.shape)
+        value = value.astype(np.float64)
+        finite(value, "operand")
+        return cls(value, [])
+
+    @property
+    def value(self) -> np.ndarray:
+        """The values."""
+        return self._value.copy()
+
+    @property
+    def u(self) -> np.ndarray:
+        """The standard uncertainties."""
+        return np.sqrt(self._variance())
+
+    @property
+    def nu(self) -> np.ndarray:
+        """The effective degrees of freedom."""
+        fourth = np.zeros(self._value.size)
+        for part in self._parts:
+            np.add(fourth, part.contribution**4 / part.dof, out=fourth)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nu = np.where(fourth > 0, self._variance().reshape(-1) ** 2 / fourth, np.inf)
+        return nu.reshape(self._value.shape)
+
+    def _variance(self) -> np.ndarray:
+        variance = np.zeros(self._value.size)
+        for part in self._parts:
+            variance += part.contribution**2
+        return variance.reshape(self._value.shape)
+
+    def covariance(self) -> np.ndarray:
+        """The covariance matrix of the elements, flattened in their order."""
+        size = self._value.size
+        if size * size > _MOST:
+            raise RequestError(f"the covariance of {size} numbers does not fit", hint="take fewer of them")
+        total = np.zeros((size, size))
+        for part, other in itertools.product(self._parts, self._parts):
+            if part.block == other.block:
+                same = part.index[:, None] == other.index[None, :]
+                total += np.where(same, part.contribution[:, None] * other.contribution[None, :], 0)
+        return total
+
+    shape = property(lambda self: self._value.shape, doc="The shape.")
+    size = property(lambda self: self._value.size, doc="How many numbers.")
+    ndim = property(lambda self: self._value.ndim, doc="How many dimensions.")
+
+    def __len__(self) -> int:
+        return len(self._value)
+
+    def __getitem__(self, key: Any) -> UncertainArray | UncertainNumber:
+        where = np.arange(self._value.size).reshape(self._value.shape)[key]
+        if np.ndim(where) == 0:
+            at = int(where)
+            causes = [(_name(p.block, p.index[at]), float(p.contribution[at]), p.dof) for p in self._parts]
+            return UncertainNumber.with_causes(float(self._value.reshape(-1)[at]), causes)
+        flat = where.reshape(-1)
+        return UncertainArray(self._value[key], [p.taken(flat) for p in self._parts])
+
+    def __iter__(self):
+        return (self[k] for k in range(len(self)))
+
+    def reshape(self, *shape: Any) -> UncertainArray:
+        """The same numbers in another shape."""
+        return UncertainArray(self._value.reshape(*shape), self._parts)
+
+    @property
+    def T(self) -> UncertainArray:
+        """The transpose."""
+        where = np.arange(self._value.size).reshape(self._value.shape).T
+        return self[np.unravel_index(where, self._value.shape)] if self.ndim > 1 else self
+
+    def sum(self) -> UncertainNumber:
+        """The sum of all elements."""
+        causes: list[tuple[str, float, float]] = []
+        for part in self._parts:
+            index, place = np.unique(part.index, return_inverse=True)
+            if len(causes) + len(index) > _MOST // 50:
+                raise RequestError(f"a sum of {self.size} numbers has too many causes", hint="sum fewer of them")
+            totals = np.bincount(place, weights=part.contribution, minlength=len(index))
+            causes += [(_name(part.block, i), float(c), part.dof) for i, c in zip(index, totals, strict=True)]
+        return UncertainNumber.with_causes(float(self._value.sum()), causes)
+
+    def mean(self) -> UncertainNumber:
+        """The mean of all elements."""
+        return self.sum() / self.size
+
+    def __matmul__(self, other: Any) -> Any:
+        return _product(self, other)
+
+    def __rmatmul__(self, other: Any) -> Any:
+        return _product(other, self)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, out: Any = None, **options: Any) -> Any:
+        if method != "__call__" or out is not None or options:
+            return NotImplemented
+        if ufunc is np.matmul:
+            return _product(*inputs)
+        if ufunc in _ONE:
+            return _one(ufunc, *inputs)
+        if ufunc in _TWO:
+            return _two(ufunc, *inputs)
+        return NotImplemented
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        raise TypeError("the uncertainty would be lost without a word: take .value")
+
+    def __add__(self, other: Any) -> Any:
+        return _two(np.add, self, other)
+
+    def __radd__(self, other: Any) -> Any:
+        return _two(np.add, other, self)
+
+    def __sub__(self, other: Any) -> Any:
+        return _two(np.subtract, self, other)
+
+    def __rsub__(self, other: Any) -> Any:
+        return _two(np.subtract, other, self)
+
+    def __mul__(self, other: Any) -> Any:
+        return _two(np.multiply, self, other)
+
+    def __rmul__(self, other: Any) -> Any:
+        return _two(np.multiply, other, self)
+
+    def __truediv__(self, other: Any) -> Any:
+        return _two(np.true_divide, self, other)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return _two(np.true_divide, other, self)
+
+    def __pow__(self, other: Any) -> Any:
+        return _two(np.power, self, other)
+
+    def __rpow__(self, other: Any) -> Any:
+        return _two(np.power, other, self)
+
+    def __neg__(self) -> UncertainArray:
+        return _one(np.negative, self)
+
+    def __abs__(self) -> UncertainArray:
+        return _one(np.absolute, self)
+
+    def __repr__(self) -> str:
+        shown = [str(self.reshape(-1)[k]) for k in range(min(self.size, 6))]
+        more = ", …" if self.size > 6 else ""
+        return f"uarray([{', '.join(shown)}{more}], shape={self.shape})"
+
+
+def _stacked(numbers: list[UncertainArray], shape: tuple[int, ...]) -> UncertainArray:
+    """Numbers side by side as one array."""
+    size, blocks = len(numbers), {}
+    for k, number in enumerate(numbers):
+        nth: dict[str, int] = {}
+        for part in number._parts:
+            layer = nth[part.block] = nth.get(part.block, -1) + 1
+            index, contribution, _ = blocks.setdefault(
+                (part.block, layer), (np.full(size, -2), np.zeros(size), part.dof)
+            )
+            index[k], contribution[k] = part.index[0], part.contribution[0]
+    values = np.array([float(n._value) for n in numbers]).reshape(shape)
+    parts = [_Part(block, dof, index, c) for (block, _), (index, c, dof) in blocks.items()]
+    return UncertainArray(values, parts)
+
+
+def _checked(value: np.ndarray, what: str, *slopes: np.ndarray) -> None:
+    for numbers in (value, *slopes):
+        if not np.isfinite(numbers).all():
+            at = int(np.argmin(np.isfinite(np.atleast_1d(numbers)).reshape(-1)))
+            raise DataError(f"{what} is no finite number, or its derivative is none, at index {at}")
+
+
+_ONE: dict[np.ufunc, Callable[[np.ndarray, np.ndarray], Any]] = {
+    np.negative: lambda x, y: -1.0,
+    np.positive: lambda x, y: 1.0,
+    np.absolute: lambda x, y: np.where(x == 0, np.nan, np.sign(x)),
+    np.exp: lambda x, y: y,
+    np.log: lambda x, y: 1 / x,
+    np.log10: lambda x, y: 1 / (x * np.log(10)),
+    np.log2: lambda x, y: 1 / (x * np.log(2)),
+    np.sqrt: lambda x, y: 0.5 / y,
+    np.square: lambda x, y: 2 * x,
+    np.reciprocal: lambda x, y: -y * y,
+    np.sin: lambda x, y: np.cos(x),
+    np.cos: lambda x, y: -np.sin(x),
+    np.tan: lambda x, y: 1 + y * y,
+    np.arcsin: lambda x, y: 1 / np.sqrt(1 - x * x),
+    np.arccos: lambda x, y: -1 / np.sqrt(1 - x * x),
+    np.arctan: lambda x, y: 1 / (1 + x * x),
+    np.sinh: lambda x, y: np.cosh(x),
+    np.cosh: lambda x, y: np.sinh(x),
+    np.tanh: lambda x, y: 1 - y * y,
+    np.deg2rad: lambda x, y: np.pi / 180,
+    np.rad2deg: lambda x, y: 180 / np.pi,
+}
+
+
+def _power(a: np.ndarray, b: np.ndarray, y: np.ndarray) -> tuple[Any, Any]:
+    # The slope by the exponent of an exact one is never used.
+    return b * a ** (b - 1), np.where(a > 0, y * np.log(np.where(a > 0, a, 1)), np.nan)
+
+
+_TWO: dict[np.ufunc, Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[Any, Any]]] = {
+    np.add: lambda a, b, y: (1.0, 1.0),
+    np.subtract: lambda a, b, y: (1.0, -1.0),
+    np.multiply: lambda a, b, y: (b, a),
+    np.true_divide: lambda a, b, y: (1 / b, -y / b),
+    np.power: _power,
+    np.arctan2: lambda a, b, y: (b / (a * a + b * b), -a / (a * a + b * b)),
+    np.hypot: lambda a, b, y: (a / y, b / y),
+}
+
+
+def _one(ufunc: np.ufunc, operand: Any) -> UncertainArray:
+    x = UncertainArray._of(operand)
+    with np.errstate(all="ignore"):
+        y = ufunc(x._value)
+        slope = np.broadcast_to(_ONE[ufunc](x._value, y), x.shape).reshape(-1)
+    _checked(y, ufunc.__name__, slope if x._parts else np.zeros(1))
+    return UncertainArray(y, [p.scaled(slope) for p in x._parts])
+
+
+def _two(ufunc: np.ufunc, left: Any, right: Any) -> Any:
+    a, b = UncertainArray._of(left), UncertainArray._of(right)
+    with np.errstate(all="ignore"):
+        y = ufunc(a._value, b._value)
+        slopes = _TWO[ufunc](a._value, b._value, y)
+    parts = []
+    for operand, slope in zip((a, b), slopes, strict=True):
+        if not operand._parts:
+            continue
+        slope = np.broadcast_to(slope, y.shape).reshape(-1)
+        _checked(y, ufunc.__name__, slope)
+        spread = operand.shape != y.shape
+        where = np.broadcast_to(np.arange(operand.size).reshape(operand.shape), y.shape).reshape(-1) if spread else None
+        parts += [(p if where is None else p.taken(where)).scaled(slope) for p in operand._parts]
+    _checked(y, ufunc.__name__)
+    return UncertainArray(np.asarray(y), _joined(parts))
+
+
+def _product(left: Any, right: Any) -> Any:
+    """The product of matrices, of a matrix and a vector, of two vectors."""
+    a, b = UncertainArray._of(left), UncertainArray._of(right)
+    if a.ndim not in (1, 2) or b.ndim not in (1, 2) or a.shape[-1] != b.shape[0]:
+        raise RequestError(f"arrays of shapes {a.shape} and {b.shape} have no product")
+    rows, columns = a.reshape(-1, a.shape[-1]), b.reshape(b.shape[0], -1)
+    if rows.shape[0] * columns.shape[1] * rows.shape[1] > _MOST // 1000:
+        raise RequestError("the product has too many causes", hint="take fewer rows at a time")
+    numbers = []
+    for i in range(rows.shape[0]):
+        for j in range(columns.shape[1]):
+            numbers.append(_two(np.multiply, rows[i, :], columns[:, j]).sum())
+    shape = a.shape[:-1] + b.shape[1:]
+    return numbers[0] if shape == () else UncertainArray._of(np.array(numbers, dtype=object).reshape(shape))

@@ -1,0 +1,887 @@
+"""Tests of accelerometers: static, thermal, dynamic.
+
+Written by tools/functions.py from the options of the commands: change those, not this.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._command import command
+from ._result import Result
+
+#: A file by its name, an array, arrays by name, a table with columns, a file object, the bytes of a file.
+Data = str | os.PathLike[str] | ArrayLike | Mapping[str, ArrayLike] | BinaryIO | bytes | Any
+#: A place in the file system.
+Place = str | os.PathLike[str]
+#: Told the stage, the steps behind and the steps in all (0: unknown); what it raises stops the command.
+Watch = Callable[[str, int, int], object]
+
+__all__ = [
+    "centrifuge",
+    "deconvolve",
+    "impact",
+    "levels",
+    "linearity",
+    "model",
+    "motion",
+    "orthogonality",
+    "random",
+    "sensitivity",
+    "shock",
+    "stability",
+    "step",
+    "steps",
+    "sweep",
+    "temperature",
+    "tilt",
+    "zero_g",
+]
+
+
+@command("test temperature")
+def temperature(
+    recording: Data,
+    *,
+    temperature: str | int,
+    calibration: Data | None = None,
+    reference: float | None = None,
+    order: int = 3,
+    warm_up: float | None = None,
+    tilt: float | None = None,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Temperature coefficients of a resting accelerometer.
+
+    From plateaus or a continuous sweep: slopes and polynomials per axis with one joint covariance, and hysteresis
+    where the sensor was heated and cooled. A change of position during the sweep is reported, and refused where it
+    leaves nothing to conclude from. With calibration=, the result holds that calibration with the coefficients in it.
+
+    Args:
+        recording: Recording with outputs and temperature.
+        temperature: Column of the temperature in °C, by name or number (from 1).
+        calibration: Calibration at one temperature that is to get the coefficients.
+        reference: Reference temperature in °C [default: that of the calibration, else the middle of the range].
+        order: Largest power of the temperature.
+        warm_up: The sensor was switched on when the recording began: fit its self-heating, with a time constant up to
+            this many seconds.
+        tilt: Where the recording was interrupted while the temperature changed: standard uncertainty, in degrees, of
+            how the sensor was kept in its attitude [default: any tilt that the outputs leave possible].
+        columns: Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1); `convert` and
+            `inspect` take patterns (`acc_*`) too [default: those of the calibration].
+        unit: Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, ….
+        time: Time column by name or number.
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz, for recordings without a time column.
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test tilt")
+def tilt(
+    table: Data,
+    *,
+    output_column: str,
+    angle: str,
+    output_unit: str | None = None,
+    temperature: str | int | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    zero_uncertainty: float = 0,
+    full_scale: float | None = None,
+    gravity: float = 9.80665,
+    gravity_uncertainty: float | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Bias, sensitivity, misalignment of one axis turned through known angles.
+
+    Args:
+        table: Table of readings, one line each.
+        output_column: Column of the outputs, by name or number (from 1).
+        angle: Column of the angle between the axis and the vertical, in degrees unless its heading says rad.
+        output_unit: Unit of the outputs, where the heading does not say it.
+        temperature: Column of temperatures in °C.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        zero_uncertainty: Standard uncertainty of the zero of the angles, in degrees.
+        full_scale: Full scale of the output in its unit [default: twice its largest deviation from the bias].
+        gravity: Local gravity in m/s².
+        gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
+            the ground].
+    """
+
+
+@command("test sensitivity")
+def sensitivity(
+    table: Data,
+    *,
+    output_column: str,
+    position: str,
+    output_unit: str | None = None,
+    temperature: str | int | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    levelling: float = 0,
+    reading_uncertainty: float | None = None,
+    gravity: float = 9.80665,
+    gravity_uncertainty: float | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Sensitivity and bias of one axis up and down.
+
+    S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2.
+
+    Args:
+        table: Table of readings, one line each.
+        output_column: Column of the outputs, by name or number (from 1).
+        position: Column of the position: 1 up, -1 down.
+        output_unit: Unit of the outputs, where the heading does not say it.
+        temperature: Column of temperatures in °C.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        levelling: Standard uncertainty of the levelling, in degrees.
+        reading_uncertainty: Standard uncertainty of one reading in its unit, where each position is read once.
+        gravity: Local gravity in m/s².
+        gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
+            the ground].
+    """
+
+
+@command("test zero-g")
+def zero_g(
+    recording: Data,
+    *,
+    up: str = "z",
+    levelling: float = 0,
+    gravity: float = 9.80665,
+    gravity_uncertainty: float | None = None,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Bias of a triaxial sensor at rest on a level surface.
+
+    Args:
+        recording: Recording of three axes at rest.
+        up: Axis that points up. One of x, y, z.
+        levelling: Standard uncertainty of the levelling, in degrees.
+        gravity: Local gravity in m/s².
+        gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
+            the ground].
+        columns: Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1); `convert` and
+            `inspect` take patterns (`acc_*`) too [default: those of the calibration].
+        unit: Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, ….
+        time: Time column by name or number.
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz, for recordings without a time column.
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test orthogonality")
+def orthogonality(
+    calibration: Data,
+    *,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Angles between the sensitive axes of a calibration.
+
+    Args:
+        calibration: calibration.json written by `proofmass calibrate`.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test linearity")
+def linearity(
+    table: Data,
+    *,
+    output_column: str,
+    acceleration: str,
+    output_unit: str | None = None,
+    temperature: str | int | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    scale_uncertainty: float = 0,
+    full_scale: float | None = None,
+    order: int = 3,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Bias, sensitivity and curvature of one axis at known accelerations.
+
+    Also the temperature coefficient, where the table has temperatures. The order is chosen by the data.
+
+    Args:
+        table: Table of readings, one line each.
+        output_column: Column of the outputs, by name or number (from 1).
+        acceleration: Column of the accelerations, in m/s² unless its heading says g.
+        output_unit: Unit of the outputs, where the heading does not say it.
+        temperature: Column of temperatures in °C.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        scale_uncertainty: Relative standard uncertainty of all accelerations together, in per cent.
+        full_scale: Full scale in m/s² [default: the largest acceleration].
+        order: Largest order.
+    """
+
+
+@command("test centrifuge")
+def centrifuge(
+    table: Data,
+    *,
+    output_column: str,
+    speed: str,
+    radius: float,
+    output_unit: str | None = None,
+    temperature: str | int | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    radius_uncertainty: float = 0,
+    speed_uncertainty: float = 0,
+    stretch: float = 0,
+    stretch_uncertainty: float = 0,
+    misalignment: float = 0,
+    inclination: float = 0,
+    full_scale: float | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Sensitivity and curvature of one axis on a rotating arm, at many g.
+
+    Radius, speed, elongation of the arm and alignment are in the budget.
+
+    Args:
+        table: Table of readings, one line each.
+        output_column: Column of the outputs, by name or number (from 1).
+        speed: Column of the speeds, in r/min unless its heading says rad/s.
+        radius: Radius of the proof mass at rest, in m.
+        output_unit: Unit of the outputs, where the heading does not say it.
+        temperature: Column of temperatures in °C.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        radius_uncertainty: Its standard uncertainty, in m.
+        speed_uncertainty: Relative standard uncertainty of all speeds together, in per cent.
+        stretch: Relative elongation of the arm per squared speed, in s².
+        stretch_uncertainty: Its standard uncertainty, in s².
+        misalignment: Standard uncertainty of the angle between axis and radius, in degrees.
+        inclination: Standard uncertainty of the inclination of the axis against the horizontal, in degrees.
+        full_scale: Full scale in m/s² [default: the largest acceleration].
+    """
+
+
+@command("test stability")
+def stability(
+    results: Sequence[Data] | Data,
+    *,
+    tolerance: str | Sequence[str | int | float] | None = None,
+    longest_interval: float = 12,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Drift of calibration results over months, and when the next one is due.
+
+    Args:
+        results: result.json of three or more calibrations of one device.
+        tolerance: Largest tolerated change of a quantity in its unit, such as bias.x=0.01; may be repeated.
+        longest_interval: Longest time between calibrations, in months.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test random")
+def random(
+    recording: Data,
+    *,
+    input: str,
+    output_column: str,
+    segment: int | None = None,
+    estimator: str = "h1",
+    noise_ratio: float | None = None,
+    input_unit: str | None = None,
+    input_uncertainty: float = 0,
+    output_unit: str | None = None,
+    band: str | None = None,
+    reference_frequency: float | None = None,
+    model: str | None = None,
+    standard: Data | None = None,
+    standard_coverage_factor: float | None = None,
+    standard_axis: str | None = None,
+    standard_model: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Frequency response (FRF) from random excitation: H1, H2 or Hv.
+
+    With coherence, 95 % intervals, resonances, bandwidths and a fitted model.
+
+    Args:
+        recording: Recording of input and output.
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
+        output_column: Column of the device.
+        segment: Samples per segment [default: by the record].
+        estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv). One of h1, h2, hv.
+        noise_ratio: Ratio of the densities of output noise to input noise, for hv, in the square of the unit of the
+            response.
+        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
+        output_unit: Its unit, where the heading does not say it.
+        band: Lowest and highest frequency in hertz.
+        reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
+        model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
+            table, .csv).
+        standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        standard_axis: Axis of a calibration of several.
+        standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test impact")
+def impact(
+    recordings: Sequence[Data] | Data,
+    *,
+    input: str,
+    output_column: str,
+    segment: int | None = None,
+    force_window: int | None = None,
+    estimator: str = "h1",
+    noise_ratio: float | None = None,
+    input_unit: str | None = None,
+    input_uncertainty: float = 0,
+    output_unit: str | None = None,
+    band: str | None = None,
+    reference_frequency: float | None = None,
+    model: str | None = None,
+    standard: Data | None = None,
+    standard_coverage_factor: float | None = None,
+    standard_axis: str | None = None,
+    standard_model: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Frequency response (FRF) from impacts of a hammer.
+
+    One or several impacts to a recording; double and incomplete ones are left out.
+
+    Args:
+        recordings: Recordings of force and response.
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
+        output_column: Column of the device.
+        segment: Samples of each impact [default: up to the next one].
+        force_window: Samples to either side of the greatest force that are kept of the force [default: all].
+        estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv). One of h1, h2, hv.
+        noise_ratio: Ratio of the densities of output noise to input noise, for hv.
+        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
+        output_unit: Its unit, where the heading does not say it.
+        band: Lowest and highest frequency in hertz.
+        reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
+        model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
+            table, .csv).
+        standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        standard_axis: Axis of a calibration of several.
+        standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test sweep")
+def sweep(
+    recording: Data,
+    *,
+    input: str,
+    output_column: str,
+    smoothing: int | None = None,
+    input_unit: str | None = None,
+    input_uncertainty: float = 0,
+    output_unit: str | None = None,
+    band: str | None = None,
+    reference_frequency: float | None = None,
+    model: str | None = None,
+    standard: Data | None = None,
+    standard_coverage_factor: float | None = None,
+    standard_axis: str | None = None,
+    standard_model: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Frequency response (FRF) from a swept sine, linear or logarithmic.
+
+    By local polynomials over the whole record.
+
+    Args:
+        recording: Recording of input and output.
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
+        output_column: Column of the device.
+        smoothing: Lines of the record joined to one of the result.
+        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
+        output_unit: Its unit, where the heading does not say it.
+        band: Lowest and highest frequency in hertz.
+        reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
+        model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
+            table, .csv).
+        standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        standard_axis: Axis of a calibration of several.
+        standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test steps")
+def steps(
+    recordings: Sequence[Data] | Data,
+    *,
+    input: str,
+    output_column: str,
+    input_unit: str | None = None,
+    input_uncertainty: float = 0,
+    output_unit: str | None = None,
+    band: str | None = None,
+    reference_frequency: float | None = None,
+    model: str | None = None,
+    standard: Data | None = None,
+    standard_coverage_factor: float | None = None,
+    standard_axis: str | None = None,
+    standard_model: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Frequency response (FRF) from a stepped sine.
+
+    The steps are found, and a sine is fitted to both channels in each. One recording with all steps, or one for each
+    frequency. A step holds at least twelve periods; its first three tenths are left out while the device settles.
+
+    Args:
+        recordings: Recordings of input and output.
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
+        output_column: Column of the device.
+        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
+        output_unit: Its unit, where the heading does not say it.
+        band: Lowest and highest frequency in hertz.
+        reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
+        model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
+            table, .csv).
+        standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        standard_axis: Axis of a calibration of several.
+        standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test shock")
+def shock(
+    recording: Data,
+    *,
+    column: str,
+    unit: str | None = None,
+    reference: str | None = None,
+    reference_unit: str | None = None,
+    reference_uncertainty: float = 0,
+    frequencies: str | None = None,
+    per_octave: int = 12,
+    quality: float = 10,
+    peaks: str = "at-samples",
+    nominal: str | None = None,
+    nominal_peak: float | None = None,
+    nominal_duration: float | None = None,
+    band: float = 20,
+    velocity_band: float = 15,
+    required_spectrum: Data | None = None,
+    spectrum_band: str = "-1.5,3",
+    spectrum_rest: str = "-3,6",
+    standard: Data | None = None,
+    standard_coverage_factor: float | None = None,
+    standard_axis: str | None = None,
+    standard_model: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Peak, duration, velocity change and response spectrum (SRS) of a shock.
+
+    With reference=, the sensitivity of the output by peak, by integral and by spectrum (ISO 16063-13, -22), each with
+    its interval. Pulses that are cut off, doubled, saturated, shifted or ringing are reported. With -o, a folder gets
+    result.json, report.html and tables.
+
+    Args:
+        recording: Recording with the shock.
+        column: Column of the device, by name or number (from 1).
+        unit: Its unit, where the heading does not say it: V, mV, count, m/s², g, ….
+        reference: Column of the reference acceleration, or of its volts with standard=.
+        reference_unit: Its unit, where the heading does not say it: m/s², g, ….
+        reference_uncertainty: Relative standard uncertainty of the reference, or of the one channel where there is
+            none, in per cent.
+        frequencies: Natural frequencies of the spectrum in hertz: LOW,HIGH [default: by duration and rate].
+        per_octave: Natural frequencies to the octave.
+        quality: Quality factor of the oscillators, 1/(2ζ).
+        peaks: Extremes at the samples (ISO 18431-4) or also between them. One of at-samples, between-samples.
+        nominal: Nominal pulse for the tolerance band. One of half-sine, haversine, terminal-peak-sawtooth, trapezoid.
+        nominal_peak: Its peak in m/s².
+        nominal_duration: Its duration in seconds.
+        band: Half-width of the band in per cent of the nominal peak.
+        velocity_band: Largest deviation of the velocity change in per cent.
+        required_spectrum: Shock response spectrum that is required, a table of frequency_Hz and acceleration_m/s2 (or
+            _g) [default: that of the nominal pulse].
+        spectrum_band: Band about it in decibels, at nine tenths of the frequencies (MIL-STD-810, method 516).
+        spectrum_rest: Band for the others.
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
+            table, .csv).
+        standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        standard_axis: Axis of a calibration of several.
+        standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test step")
+def step(
+    recording: Data,
+    *,
+    column: str,
+    unit: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Step response: natural frequency, damping, rise time, overshoot, settling.
+
+    Args:
+        recording: Recording of the step, from before it until the device has settled.
+        column: Column of the sensor, by name or number (from 1).
+        unit: Its unit, where the heading does not say it.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test motion")
+def motion(
+    recording: Data,
+    *,
+    column: str,
+    unit: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    uncertainty: float = 0,
+    baseline: str = "none",
+    gravity: float = 9.80665,
+    damping: float = 5,
+    periods: float | str | Sequence[float] | None = None,
+    vibration_band: str = "10,1000",
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Velocity, displacement, response spectrum, machine vibration of a record.
+
+    Args:
+        recording: Recording with the acceleration.
+        column: Column of the sensor, by name or number (from 1).
+        unit: Its unit, where the heading does not say it.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        uncertainty: Relative standard uncertainty of the acceleration, in per cent, from the sensor's calibration.
+        baseline: What is removed before integration: none, mean, before=SECONDS, velocity=DEGREE.
+        gravity: Gravity of intensity and bracketed duration in m/s².
+        damping: Damping ratio of the response spectrum, in per cent.
+        periods: Periods of the response spectrum in seconds [default: a hundred].
+        vibration_band: Band of the vibration velocity in hertz.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test model")
+def model(
+    table: Data,
+    *,
+    model: str = "1mode",
+    frequency: str | None = None,
+    modulus: str | None = None,
+    modulus_u: str | None = None,
+    phase: str | None = None,
+    phase_u: str | None = None,
+    phase_unit: str = "rad",
+    unit: str = "1",
+    reference_uncertainty: float = 0,
+    band: str | None = None,
+    reference_frequency: float | None = None,
+    coverage_factor: float | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Fit a model (modes, delay, filters) to a frequency response.
+
+    The response is a calibration.json or a table of points. A model that does not fit is reported. A table needs its
+    five columns named; without them the file is read as a calibration of kind frequency-response, or as the table of
+    a certificate (.csv: frequency, sensitivity, phase, uncertainties).
+
+    Args:
+        table: Table with a line for each point, or calibration.json of kind frequency-response.
+        model: Elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
+        frequency: Column of the frequency in hertz.
+        modulus: Column of the modulus.
+        modulus_u: Column of its standard uncertainty.
+        phase: Column of the phase.
+        phase_u: Column of its standard uncertainty.
+        phase_unit: Unit of phase and its uncertainty, where the headings do not say it. One of rad, deg.
+        unit: Unit of the modulus, for the report.
+        reference_uncertainty: Relative standard uncertainty of the reference, in per cent, common to all points.
+        band: Lowest and highest frequency in hertz.
+        reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
+        coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a certificate.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test levels")
+def levels(
+    table: Data,
+    *,
+    level: str,
+    output_column: str,
+    output_u: str,
+    level_unit: str | None = None,
+    output_unit: str | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Linearity over the amplitude at one frequency.
+
+    Sensitivity, amplitude coefficient, largest deviation from a straight line.
+
+    Args:
+        table: Table with a line for each level.
+        level: Column of the level (amplitude of the acceleration), by name or number (from 1).
+        output_column: Column of the amplitude of the output.
+        output_u: Column of its standard uncertainty.
+        level_unit: Its unit, where the heading does not say it.
+        output_unit: Its unit and that of its uncertainty, where the headings do not say it.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """
+
+
+@command("test deconvolve")
+def deconvolve(
+    result: Data,
+    recording: Data,
+    *,
+    column: str,
+    unit: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    model: str | None = None,
+    corner: float | None = None,
+    quiet: float | None = None,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:  # type: ignore[empty-body]
+    """Acceleration behind an output, each sample with its uncertainty.
+
+    The model is that of `proofmass test random|impact|sweep model= …` or `proofmass test model`, with its covariance;
+    `proofmass apply dynamic=` writes the same values as a recording.
+
+    Args:
+        result: result.json with a fitted model, or a calibration over frequency (calibration.json, table of a
+            laboratory).
+        recording: Recording of the device.
+        column: Column of the sensor, by name or number (from 1).
+        unit: Its unit, where the heading does not say it.
+        time: Time column by name or number [default: the one that is named as a time].
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz [default: that of the time stamps].
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        model: Model to fit to a calibration over frequency: 1mode … 4modes, delay, low-pass=ORDER, joined by +
+            [default: 1mode].
+        corner: Corner of the low-pass in hertz [default: where noise and bias together are least].
+        quiet: Seconds at the beginning in which nothing happens [default: up to the pulse].
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+    """

@@ -1,0 +1,199 @@
+"""Data in every shape: read, or refused by name."""
+
+import io
+import logging
+import warnings
+
+import numpy as np
+import pytest
+
+import proofmass
+from proofmass import DataError, ProofmassError, RequestError
+
+
+def noise(data, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        return proofmass.noise(data, **options)
+
+
+def n_of(result):
+    return [q.value for name, q in result.estimate.items() if ".N" in name or name.endswith("N")]
+
+
+@pytest.fixture(scope="module")
+def expected():
+    array = np.random.default_rng(3).normal(0, 1e-3, 20_000)
+    return array, noise(array, rate=100.0)
+
+
+def test_forms_of_one_array(expected, tmp_path):
+    array, whole = expected
+    wide = np.empty((len(array), 2))
+    wide[:, 0] = array
+    read_only = array.copy()
+    read_only.flags.writeable = False
+    forms = [array[:, None], wide[:, 0], array.astype(">f8"), read_only, array.tolist(), memoryview(array), np.asfortranarray(array[:, None])]
+    for form in forms[:-2]:
+        assert n_of(noise(form, rate=100.0)) == n_of(whole), type(form)
+    file = io.BytesIO()
+    np.save(file, array)
+    file.seek(0)
+    assert n_of(noise(file, rate=100.0, unit="m/s²")) == n_of(whole)
+    assert n_of(noise(file.getvalue(), rate=100.0, unit="m/s²")) == n_of(whole)
+    text = io.StringIO("acc_m_s2\n" + "\n".join(map(repr, array.tolist())))
+    assert n_of(noise(text, rate=100.0, unit="m/s²")) == n_of(whole)
+
+
+def test_single_precision_and_integers():
+    counts = np.random.default_rng(4).integers(-2000, 2000, 20_000)
+    as_float = noise(counts.astype(float), rate=10.0, unit="count")
+    for kind in (np.int16, np.int64, np.float32):
+        assert n_of(noise(counts.astype(kind), rate=10.0, unit="count")) == n_of(as_float)
+
+
+def test_units():
+    array = np.random.default_rng(3).normal(0, 1e-3, 20_000)
+    si, g = noise(array * 9.80665, rate=100.0), noise(array, rate=100.0, unit="g")
+    assert n_of(g) == pytest.approx(n_of(si), rel=1e-12)
+
+
+def test_times_by_name():
+    array = np.random.default_rng(3).normal(0, 1e-3, 20_000)
+    table = {"time_s": np.arange(20_000) / 100, "acc_x (m/s²)": array}
+    assert n_of(noise(table)) == pytest.approx(n_of(noise(array, rate=100.0)), rel=1e-9)
+    dates = np.datetime64("2026-01-01") + (np.arange(20_000) * 10).astype("timedelta64[ms]")
+    assert n_of(noise({"time": dates, "acc_x (m/s²)": array})) == pytest.approx(n_of(noise(table)), rel=1e-6)
+
+
+def test_tables_of_others():
+    pandas = pytest.importorskip("pandas")
+    polars = pytest.importorskip("polars")
+    pyarrow = pytest.importorskip("pyarrow")
+    columns = {"time_s": np.arange(20_000) / 100, "acc_x (m/s²)": np.random.default_rng(3).normal(0, 1e-3, 20_000)}
+    expected = n_of(noise(columns))
+    for table in (pandas.DataFrame(columns), polars.DataFrame(columns), pyarrow.table(columns)):
+        assert n_of(noise(table)) == expected, type(table)
+
+
+@pytest.mark.parametrize(
+    "data, kind, says",
+    [
+        (np.zeros((3, 500)), RequestError, "array.T"),
+        (np.zeros((0, 3)), DataError, "empty"),
+        (np.array([1.0, np.nan, 3.0]), DataError, r"\[1\] is nan"),
+        (np.array([[1.0, 2, 3], [4, np.inf, 6]] * 40), DataError, r"\(1, 1\)\] is inf"),
+        (np.zeros((2, 3, 4)), RequestError, "shape"),
+        (np.array(["a", "b"]), RequestError, "no numbers"),
+        (np.array([object(), object()]), RequestError, "no numbers"),
+        (np.zeros(100, complex), RequestError, "complex"),
+        (np.ma.masked_array(np.zeros(100), mask=np.arange(100) == 5), RequestError, "masked"),
+        (np.lib.stride_tricks.as_strided(np.zeros(1), (2**33,), (0,)), RequestError, "less memory"),
+        ({}, RequestError, "no columns"),
+        ({"a": np.zeros(3), "b": np.zeros(4)}, RequestError, "4 values"),
+        ({"a": np.zeros((3, 2))}, RequestError, "one dimension"),
+        (b"", ProofmassError, "empty|no"),
+        (7, RequestError, "shape|array"),
+    ],
+)
+def test_what_is_no_recording(data, kind, says):
+    with pytest.raises(kind, match=says):
+        proofmass.noise(data, rate=100.0)
+
+
+@pytest.mark.parametrize("rate", [0, -1.0, float("nan"), float("inf")])
+def test_rates_that_are_none(rate, rest):
+    with pytest.raises(ProofmassError):
+        proofmass.noise(rest, rate=rate)
+
+
+def test_an_array_has_no_times(rest):
+    with pytest.raises(RequestError, match="rate="):
+        proofmass.noise(rest)
+
+
+def test_times_that_go_back(rest):
+    times = np.arange(len(rest)) / 100
+    times[500] = 0
+    with pytest.raises(ProofmassError):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", proofmass.ProofmassWarning)
+            try:
+                proofmass.noise({"time_s": times, "x (m/s²)": rest[:, 0]})
+            except proofmass.ProofmassWarning as warning:
+                raise ProofmassError(str(warning)) from warning
+
+
+def test_a_unit_of_another_dimension(rest):
+    with pytest.raises(ProofmassError, match="K|unit|temperature|acceleration"):
+        proofmass.calibrate(rest, rate=100.0, unit="V/°C", latitude=45.0)
+
+
+def test_a_keyword_that_is_none(rest):
+    with pytest.raises(TypeError, match="did you mean 'statistic'"):
+        proofmass.noise(rest, rate=100.0, statistics="oadev")
+    with pytest.raises(TypeError):
+        proofmass.noise()
+
+
+def test_hints_are_in_keywords(rest, tmp_path):
+    with pytest.raises(ProofmassError) as caught:
+        proofmass.calibrate(rest, rate=100.0)
+    assert "--" not in caught.value.hint, caught.value.hint
+    with pytest.raises(DataError) as caught:
+        proofmass.noise(tmp_path / "there-is-none.csv")
+    assert "there-is-none.csv" in str(caught.value)
+
+
+def test_a_finding_is_a_warning_with_its_code(tmp_path):
+    rng = np.random.default_rng(1)
+    drifting = rng.normal(0, 1e-3, 20_000) + np.where(np.arange(20_000) > 10_000, 0.05, 0)
+    with pytest.warns(proofmass.ProofmassWarning) as caught:
+        result = proofmass.noise(drifting, rate=100.0)
+    codes = {w.message.code for w in caught}
+    assert codes == {f.code for f in result.findings if f.severity != "note"}
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for code in codes:
+            warnings.filterwarnings("ignore", message=f"{code}:", category=proofmass.ProofmassWarning)
+        proofmass.noise(drifting, rate=100.0)
+
+
+def test_notes_go_to_the_log(examples, caplog, tmp_path):
+    with caplog.at_level(logging.INFO, logger="proofmass"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            proofmass.calibrate(examples / "hand-held", output=tmp_path / "r")
+    assert any("written" in record.message for record in caplog.records)
+
+
+def test_errors_are_pickled():
+    import pickle
+
+    error = RequestError("what", ["where"], "hint")
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), again.place, again.hint) == (str(error), ("where",), "hint")
+
+
+def test_answers_without_a_result(examples):
+    assert any(row["format"] == "npy" for row in proofmass.formats())
+    assert proofmass.explain("gaps-in-record")["code"] == "gaps-in-record"
+    with pytest.raises(ProofmassError, match="neither"):
+        proofmass.explain("no-such-word")
+    assert proofmass.inspect(examples / "hand-held" / "recording.csv")["rows"] > 1000
+
+
+def test_requests_as_json():
+    result = proofmass.run(
+        {
+            "job": "uncertainty",
+            "model": {
+                "input": [{"name": "m", "unit": "kg", "value": 2.0, "u": 0.1}],
+                "output": [{"name": "w", "unit": "kg", "expression": "2 * m"}],
+            },
+        }
+    )
+    assert result.estimate["w"].value == 4 and result.estimate["w"].u == pytest.approx(0.2)
+    with pytest.raises(RequestError, match="job|request"):
+        proofmass.run({"job": "nothing"})

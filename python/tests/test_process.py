@@ -1,0 +1,123 @@
+"""The interpreter goes on, is heard and is not harmed."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import proofmass
+
+LONG = """
+import signal, sys, threading, time, os
+import proofmass
+threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+began = time.monotonic()
+try:
+    proofmass.uncertainty(sys.argv[1], trials=100_000_000)
+except KeyboardInterrupt:
+    print(time.monotonic() - began)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_ctrl_c_ends_a_long_calculation(examples):
+    model = examples / "uncertainty" / "end-gauge.toml"
+    done = subprocess.run([sys.executable, "-c", LONG, model], capture_output=True, text=True, check=True, timeout=120)
+    assert float(done.stdout) < 1.6, done.stdout
+
+
+def test_a_watch_is_told_and_may_stop(examples):
+    seen = []
+
+    class Enough(Exception):
+        pass
+
+    def watch(stage, done, of):
+        seen.append((stage, done, of))
+        raise Enough
+
+    with pytest.raises(Enough):
+        proofmass.uncertainty(examples / "uncertainty" / "end-gauge.toml", trials=50_000_000, watch=watch)
+    assert seen
+
+
+def test_other_threads_go_on(examples):
+    counted = 0
+    over = threading.Event()
+
+    def count():
+        nonlocal counted
+        while not over.is_set():
+            counted += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    began = time.monotonic()
+    proofmass.uncertainty(examples / "uncertainty" / "end-gauge.toml", trials=2_000_000)
+    took = time.monotonic() - began
+    over.set()
+    thread.join()
+    assert counted > 100 * took
+
+
+def test_threads_do_not_meet(examples):
+    results = {}
+
+    def work(k):
+        array = np.random.default_rng(k).normal(0, 1, 5000)
+        results[k] = proofmass.allan_deviation(array, 1.0).deviation[0], array
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(8)]
+    for t in threads:
+        t.start()
+    for t in threads:
+        t.join()
+    for value, array in results.values():
+        assert value == proofmass.allan_deviation(array, 1.0).deviation[0]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+def test_a_forked_process_calculates(examples):
+    model = str(examples / "uncertainty" / "mass.toml")
+    proofmass.uncertainty(model, trials=10_000)
+    code = (
+        "import os, sys, proofmass\n"
+        "proofmass.uncertainty(sys.argv[1], trials=10_000)\n"
+        "child = os.fork()\n"
+        "if child == 0:\n"
+        "    proofmass.uncertainty(sys.argv[1], trials=10_000)\n"
+        "    os._exit(0)\n"
+        "sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n"
+    )
+    subprocess.run([sys.executable, "-W", "ignore", "-c", code, model], check=True, timeout=60)
+
+
+def test_nothing_leaks(examples):
+    resource = pytest.importorskip("resource")
+    array = np.random.default_rng(1).normal(0, 1, 200)
+
+    def calls(count):
+        for _ in range(count):
+            proofmass.allan_deviation(array, 1.0)
+            proofmass.ufloat(1, 0.1) * proofmass.ufloat(2, 0.1)
+
+    calls(2000)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    calls(8000)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 4096
+
+
+def test_import_says_nothing():
+    code = "import proofmass"
+    done = subprocess.run([sys.executable, "-X", "dev", "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == done.stderr == ""
+
+
+def test_the_signal_handler_is_kept():
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,0 +1,138 @@
+"""Uncertain numbers and arrays, against closed forms and against each other."""
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from proofmass import DataError, RequestError, UncertainArray, uarray, ufloat
+
+
+def test_the_gum_ohm():
+    """R = V/I: u(R)² = (u(V)/I)² + (V u(I)/I²)²."""
+    r = ufloat(5.0, 0.01) / ufloat(0.02, 0.0001)
+    assert r.value == 250
+    assert r.u == pytest.approx(math.hypot(0.5, 1.25))
+    assert str(r) == "250.0(1.3)"
+    assert r.text("Ω") == "250.0(1.3) Ω"
+
+
+def test_what_is_common_cancels():
+    x = ufloat(2, 0.1)
+    assert (x - x).u == 0
+    assert ufloat(1, 0.1, "gain").correlation(ufloat(3, 0.2, "gain")) == pytest.approx(1)
+    assert ufloat(1, 0.1).correlation(ufloat(3, 0.2)) == 0
+    y = pickle.loads(pickle.dumps(x))
+    assert (y - x).u == 0 and copy.copy(x) == x
+
+
+def test_degrees_of_freedom():
+    """Welch–Satterthwaite: (0.3² + 0.4²)²/(0.3⁴/4 + 0.4⁴/9)."""
+    y = ufloat(1, 0.3, dof=4) + ufloat(1, 0.4, dof=9)
+    assert y.dof == pytest.approx(0.5**4 / (0.3**4 / 4 + 0.4**4 / 9))
+    assert y.U(0.95) > 2 * y.u
+
+
+@pytest.mark.parametrize("name", ["exp", "log", "log10", "sqrt", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh"])
+def test_functions_of_numbers_and_arrays(name):
+    function = getattr(np, name)
+    h = 1e-6
+    slope = (function(0.4 + h) - function(0.4 - h)) / (2 * h)
+    number, array = function(ufloat(0.4, 0.01, "x")), function(uarray([0.4], 0.01, "x"))
+    assert number.value == pytest.approx(function(0.4), rel=1e-14)
+    assert number.u == pytest.approx(abs(slope) * 0.01, rel=1e-8)
+    assert array.value[0] == pytest.approx(number.value, rel=1e-14)
+    assert array.u[0] == pytest.approx(number.u, rel=1e-12)
+
+
+def test_operators_of_arrays_are_those_of_numbers():
+    rng = np.random.default_rng(5)
+    a, b = rng.uniform(1, 2, (2, 40))
+    x, y = uarray(a, 0.01), uarray(b, 0.02)
+    g = ufloat(1.5, 0.003, "gain")
+    array = (x * g + y**2 / x + 3) ** 1.5 + np.arctan2(x, y) + 2**x
+    for k in range(40):
+        p, q = x[k], y[k]
+        one = (p * g + q**2 / p + 3) ** 1.5 + p.arctan2(q) + 2**p
+        assert array[k].value == pytest.approx(one.value, rel=1e-13)
+        assert array[k].u == pytest.approx(one.u, rel=1e-12)
+        assert array[k].covariance(g) == pytest.approx(one.covariance(g), rel=1e-12)
+
+
+def test_sums_and_products_keep_correlation():
+    x = uarray([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])
+    g = ufloat(1, 0.01, "gain")
+    y = x * g
+    # var Σ = Σ u² + (Σ x)² u(g)²
+    assert y.sum().u == pytest.approx(math.sqrt(0.14 + 36 * 1e-4))
+    assert y.mean().u == pytest.approx(y.sum().u / 3)
+    expected = np.diag([0.01, 0.04, 0.09]) + 1e-4 * np.outer([1, 2, 3], [1, 2, 3])
+    assert np.allclose(y.covariance(), expected)
+    m = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0]])
+    assert np.allclose((m @ y).covariance(), m @ expected @ m.T)
+    assert (np.ones(3) @ y).u == pytest.approx(y.sum().u)
+    back = (y[::-1])[::-1] - y
+    assert np.all(back.u == 0)
+    shifted = y[1:] - y[:-1]
+    steps = np.array([[-1.0, 1, 0], [0, -1, 1]])
+    assert np.allclose(shifted.covariance(), steps @ expected @ steps.T)
+
+
+def test_shapes():
+    x = uarray(np.arange(1.0, 7).reshape(2, 3), 0.1)
+    assert (x + np.ones(3)).shape == (2, 3)
+    assert x.T.shape == (3, 2) and np.array_equal(x.T.value, x.value.T)
+    assert np.array_equal((x - x.T.T).u, np.zeros((2, 3)))
+    column = uarray([[1.0], [2.0]], 0.5)
+    assert np.allclose((x * 0 + column).u[0], 0.5)
+    assert (x * 0 + column)[0, 0].correlation((x * 0 + column)[0, 2]) == pytest.approx(1)
+    assert len(list(iter(x))) == 2 and x.ndim == 2 and x.size == 6
+    assert isinstance(x[0], UncertainArray)
+    assert "uarray" in repr(x)
+
+
+def test_nothing_passes_that_is_no_number():
+    with pytest.raises(DataError):
+        ufloat(float("nan"), 1)
+    with pytest.raises(DataError):
+        ufloat(1, -1)
+    with pytest.raises(DataError):
+        uarray([1, np.inf], 0.1)
+    with pytest.raises(DataError, match="index 1"):
+        np.log(uarray([1.0, -1.0], 0.1))
+    with pytest.raises(DataError):
+        uarray([1.0], 0.1) / 0
+    with pytest.raises(ValueError):
+        ufloat(1, 0.1) / 0
+    with pytest.raises(DataError):
+        np.sqrt(uarray([0.0], 0.1))
+    with pytest.raises(TypeError):
+        np.asarray(uarray([1.0], 0.1))
+    with pytest.raises(RequestError):
+        uarray([1.0, 2.0], 0.1) @ np.ones(3)
+    with pytest.raises(TypeError):
+        ufloat(1, 0.1) + "x"
+
+
+def test_uncertainties_agrees():
+    uncertainties = pytest.importorskip("uncertainties")
+    unumpy = pytest.importorskip("uncertainties.unumpy")
+    rng = np.random.default_rng(8)
+    a, b = rng.uniform(1, 2, (2, 30))
+    ours = np.sin(uarray(a, 0.01)) * uarray(b, 0.02) / uarray(a, 0.01)
+    theirs = unumpy.sin(unumpy.uarray(a, 0.01)) * unumpy.uarray(b, 0.02) / unumpy.uarray(a, 0.01)
+    assert np.allclose(ours.value, unumpy.nominal_values(theirs), rtol=1e-14)
+    assert np.allclose(ours.u, unumpy.std_devs(theirs), rtol=1e-12)
+    assert uncertainties
+
+
+def test_gtc_agrees():
+    gtc = pytest.importorskip("GTC")
+    v, i, phi = gtc.ureal(5, 0.01, 4), gtc.ureal(0.02, 0.0001, 9), gtc.ureal(1.04, 0.001, 12)
+    theirs = v / i * gtc.cos(phi)
+    ours = ufloat(5, 0.01, dof=4) / ufloat(0.02, 0.0001, dof=9) * np.cos(ufloat(1.04, 0.001, dof=12))
+    assert ours.value == pytest.approx(theirs.x, rel=1e-14)
+    assert ours.u == pytest.approx(theirs.u, rel=1e-13)
+    assert ours.dof == pytest.approx(theirs.df, rel=1e-12)

@@ -1,0 +1,210 @@
+"""Writes the functions of the package from the commands that the compiled part declares.
+
+    python tools/functions.py [--check]
+
+With --check nothing is written, and the first file that differs is named.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import textwrap
+import types
+from pathlib import Path
+
+PACKAGE = Path(__file__).parent.parent / "proofmass"
+
+# The package without what is written here, which may be missing or out of date.
+bare = types.ModuleType("proofmass")
+bare.__path__ = [str(PACKAGE)]
+sys.modules["proofmass"] = bare
+
+from proofmass._command import arguments, descriptions, in_keywords, keyword  # noqa: E402
+
+#: Commands whose answers are no result of their own.
+ANSWERS = {
+    "init": "Path | None",
+    "plan": "Result | Path | None",
+    "apply": "dict[str, np.ndarray] | Path",
+    "export": "str | Path",
+    "filter": "str | Path",
+    "import": "Path | None",
+    "convert": "Path",
+    "inspect": "dict[str, Any]",
+    "formats": "list[dict[str, Any]]",
+    "explain": "Any",
+    "verify": "dict[str, Any]",
+    "keygen": "Path | str | None",
+    "calibrate": "Result | list[Result]",
+}
+GROUPS = {
+    "velocity": "Velocity of an axis from encoder and accelerometer.",
+    "simulate": "Recordings whose truth is known.",
+    "test": "Tests of accelerometers: static, thermal, dynamic.",
+}
+#: Names that Python keeps for itself.
+RENAMED = {"import": "import_"}
+HEAD = '''"""{title}
+
+Written by tools/functions.py from the options of the commands: change those, not this.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from {dots}_command import command
+from {dots}_result import Result
+
+#: A file by its name, an array, arrays by name, a table with columns, a file object, the bytes of a file.
+Data = str | os.PathLike[str] | ArrayLike | Mapping[str, ArrayLike] | BinaryIO | bytes | Any
+#: A place in the file system.
+Place = str | os.PathLike[str]
+#: Told the stage, the steps behind and the steps in all (0: unknown); what it raises stops the command.
+Watch = Callable[[str, int, int], object]
+
+__all__ = {names}
+'''
+
+#: Places that a command writes to, which no array can stand for.
+WRITTEN = {"output", "draws", "imu_yaml", "plot", "filter_yaml"}
+
+
+def annotation(argument: dict) -> str:
+    """The type of a keyword."""
+    kind = argument["kind"]
+    if kind == "bool":
+        return "bool"
+    if kind == "path":
+        one = "Place" if argument["id"] in WRITTEN else "Data"
+        many = argument["repeated"] or argument["several"]
+        return f"Sequence[{one}] | {one}" if many else one
+    one = {"float": "float", "int": "int", "str": "str"}[kind]
+    if argument["several"]:
+        return f"Sequence[{one}]"
+    if argument["delimiter"] or argument["repeated"] or argument["id"] == "columns":
+        plain = one if one == "str" else f"{one} | str"
+        return f"{plain} | Sequence[str | int | float]" if one == "str" else f"{plain} | Sequence[{one}]"
+    return "str | int" if argument["id"] in ("time", "temperature") else one
+
+
+def default(argument: dict) -> str | None:
+    """The default of a keyword as Python writes it; `None` where the argument is needed."""
+    values = argument["defaults"]
+    if argument["kind"] == "bool":
+        return "False"
+    if not values:
+        return None if argument["required"] else "None"
+    if argument["kind"] in ("float", "int") and len(values) == 1 and not argument["delimiter"]:
+        return values[0]
+    return json.dumps(",".join(values).strip(","), ensure_ascii=False)
+
+
+def wrapped(text: str, indent: int, width: int = 118) -> str:
+    """Paragraphs of a docstring."""
+    pad = " " * indent
+    paragraphs = text.strip().split("\n\n")
+    lines = []
+    for paragraph in paragraphs:
+        if any(line.startswith("    ") for line in paragraph.splitlines()):
+            lines.append("\n".join(pad + line if line else "" for line in paragraph.splitlines()))
+        else:
+            lines.append(textwrap.fill(paragraph, width, initial_indent=pad, subsequent_indent=pad, break_on_hyphens=False))
+    return "\n\n".join(lines)
+
+
+def function(words: str, name: str) -> str:
+    """The code of one function."""
+    described = descriptions()[words]
+    known = arguments(words)
+    positional = [a for a in known if a["position"] is not None]
+    keywords = [a for a in known if a["position"] is None]
+    keywords.sort(key=lambda a: default(a) is not None)
+    lines = []
+    for argument in positional + ["*"] + keywords:
+        if argument == "*":
+            lines.append("    *,")
+            continue
+        value, kind = default(argument), annotation(argument)
+        # A calibration and a recording come first, what may be left out is a keyword that is.
+        if words == "apply" and argument["id"] == "output":
+            value = "None"
+        if value is None:
+            lines.append(f"    {keyword(argument)}: {kind},")
+        else:
+            kind = f"{kind} | None" if value == "None" else kind
+            lines.append(f"    {keyword(argument)}: {kind} = {value},")
+    lines.append("    watch: Watch | None = None,")
+    # What must be given stands before what need not, also among the keywords.
+    star = lines.index("    *,")
+    lines[star + 1 :] = sorted(lines[star + 1 :], key=lambda line: " = " in line)
+    about = in_keywords(described["long"] or described["about"] or "", words).replace("\\", "\\\\")
+    first, _, rest = about.partition("\n\n")
+    first = " ".join(first.split())
+    doc = [textwrap.fill(first, 118, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False).lstrip()]
+    if not doc[0].endswith((".", ":")):
+        doc[0] += "."
+    if rest:
+        doc.append(wrapped(rest, 4))
+    entries = []
+    for argument in positional + keywords:
+        text = argument["long_help"] or argument["help"] or ""
+        text = " ".join(in_keywords(text, words).split()).replace("\\", "\\\\")
+        choices = f" One of {', '.join(argument['choices'])}." if argument["choices"] and argument["kind"] != "bool" else ""
+        text = text.rstrip(".") + "." + choices
+        entries.append(
+            textwrap.fill(f"{keyword(argument)}: {text}", 118, initial_indent="        ", subsequent_indent="            ", break_on_hyphens=False)
+        )
+    if words == "apply":
+        entries.append("        Without an output the compensated recording comes back as arrays by heading.")
+    doc.append("    Args:\n" + "\n".join(entries))
+    answer = ANSWERS.get(words, "Result")
+    body = "\n\n".join(doc)
+    return (
+        f'@command("{words}")\ndef {name}(\n' + "\n".join(lines) + f"\n) -> {answer}:  # type: ignore[empty-body]\n"
+        f'    """{body}\n    """\n'
+    )
+
+
+def module(title: str, dots: str, functions: dict[str, str]) -> str:
+    """The code of a module: names of functions and the commands behind them."""
+    names = "[\n" + "".join(f'    "{name}",\n' for name in sorted(functions)) + "]"
+    head = HEAD.format(title=title, dots=dots, names=names)
+    return head + "".join(f"\n\n{function(words, name)}" for name, words in functions.items())
+
+
+def modules() -> dict[str, str]:
+    """Every file that is written, by name."""
+    grouped: dict[str, dict[str, str]] = {group: {} for group in GROUPS}
+    plain: dict[str, str] = {}
+    for words in descriptions():
+        first, *others = words.split()
+        if first in GROUPS and others:
+            grouped[first]["_".join(others).replace("-", "_")] = words
+        else:
+            name = "_".join([first, *others]).replace("-", "_")
+            plain[RENAMED.get(name, name)] = words
+    files = {"_commands.py": module("The commands of `proofmass` as functions.", ".", plain)}
+    for group, functions in grouped.items():
+        files[f"{group}.py"] = module(GROUPS[group], ".", functions)
+    return files
+
+
+def main() -> None:
+    for name, text in modules().items():
+        place = PACKAGE / name
+        if "--check" in sys.argv:
+            if not place.is_file() or place.read_text(encoding="utf-8") != text:
+                sys.exit(f"{place} is not what the commands declare: python tools/functions.py writes it")
+        else:
+            place.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
