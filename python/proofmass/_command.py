@@ -209,7 +209,7 @@ def _option(argument: dict[str, Any], value: Any) -> list[str]:
     return [f"{flag}={','.join(texts)}"]
 
 
-_OPTION = re.compile(r"--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?:[ =]([A-Z][A-Z0-9_,…]*(?![a-z])|\"[^\"]*\"|[-+]?\d[\w.,…]*))?")
+_OPTION = re.compile(r"--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?:[ =](<[^>]*>|[A-Z][A-Z0-9_,…]*(?![a-z])|\"[^\"]*\"|[-+]?\d[\w.,…]*))?")
 
 
 def in_keywords(text: str, words: str | None = None) -> str:

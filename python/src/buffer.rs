@@ -3,6 +3,7 @@
 use pyo3::buffer::PyBuffer;
 use pyo3::exceptions::{PyBufferError, PyTypeError};
 use pyo3::prelude::*;
+use std::ops::Deref;
 
 /// Bytes of a contiguous object, kept alive and in place while this lives.
 ///
@@ -37,9 +38,32 @@ impl AsRef<[u8]> for Bytes {
     }
 }
 
-/// The numbers of a contiguous array of float64.
-pub(crate) fn numbers(object: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let buffer = PyBuffer::<f64>::get(object)
-        .map_err(|_| PyTypeError::new_err("an array of float64 is needed"))?;
-    buffer.to_vec(object.py())
+/// Numbers of a contiguous array of float64, as [`Bytes`].
+pub(crate) struct Numbers(PyBuffer<f64>);
+
+impl Numbers {
+    /// The numbers of an array that is contiguous in the order of C and lies as the processor wants it.
+    pub(crate) fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let buffer = PyBuffer::<f64>::get(object)
+            .map_err(|_| PyTypeError::new_err("an array of float64 is needed"))?;
+        let aligned = buffer.buf_ptr().cast::<f64>().is_aligned();
+        match buffer.is_c_contiguous() && aligned {
+            true => Ok(Self(buffer)),
+            false => Err(PyBufferError::new_err("the array is not contiguous")),
+        }
+    }
+}
+
+impl Deref for Numbers {
+    type Target = [f64];
+
+    #[allow(unsafe_code, reason = "as for bytes")]
+    fn deref(&self) -> &[f64] {
+        let (start, length) = (self.0.buf_ptr().cast::<f64>(), self.0.item_count());
+        if length == 0 {
+            return &[];
+        }
+        // SAFETY: as for bytes; the start is aligned, which was checked when it was made, and any bits are a number.
+        unsafe { std::slice::from_raw_parts(start, length) }
+    }
 }

@@ -16,6 +16,12 @@ pub(crate) fn commands() -> String {
     Value::from(found).to_string()
 }
 
+/// Every kind of result, as `kind` in result.json.
+#[pyfunction]
+pub(crate) fn result_kinds() -> Vec<&'static str> {
+    proofmass::jobs::result_kinds()
+}
+
 fn gather(command: &Command, words: &[&str], found: &mut Vec<Value>) {
     for inner in command.get_subcommands().filter(|c| c.get_name() != "help") {
         let words = [words, &[inner.get_name()]].concat();

@@ -1,6 +1,6 @@
 //! Compensation of arrays with a calibration.
 
-use crate::buffer::numbers;
+use crate::buffer::Numbers;
 use crate::stored_result::refused;
 use proofmass::core;
 use proofmass::io::{AnyCalibration, Source};
@@ -73,8 +73,8 @@ impl Compensation {
         rows: Bound<'py, PyAny>,
         temperature: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let rows = numbers(&rows)?;
-        let temperature = temperature.map(|t| numbers(&t)).transpose()?;
+        let rows = Numbers::of(&rows)?;
+        let temperature = temperature.map(|t| Numbers::of(&t)).transpose()?;
         let bytes = py.detach(|| {
             let mut bytes = Vec::with_capacity(rows.len() * 8);
             for (k, row) in rows.chunks_exact(3).enumerate() {

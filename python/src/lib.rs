@@ -18,7 +18,7 @@ mod _proofmass {
     #[pymodule_export]
     use super::call::{Call, call, campaign, request};
     #[pymodule_export]
-    use super::commands::commands;
+    use super::commands::{commands, result_kinds};
     #[pymodule_export]
     use super::compensation::Compensation;
     #[pymodule_export]

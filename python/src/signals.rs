@@ -1,6 +1,6 @@
 //! Calls on arrays that need no command: a deviation, a sine.
 
-use crate::buffer::numbers;
+use crate::buffer::Numbers;
 use crate::stored_result::refused;
 use proofmass::noise::{DeviationOptions, NoiseRecord, Statistic, Taus, deviation};
 use proofmass::signal::sine::{Frequency, Residuals, SineApproximation, dominant_frequency};
@@ -19,7 +19,7 @@ pub(crate) fn allan_deviation(
     taus: &str,
     probability: f64,
 ) -> PyResult<Vec<Point>> {
-    let samples = numbers(&samples)?;
+    let samples = Numbers::of(&samples)?;
     let statistic: Statistic = statistic
         .parse()
         .map_err(|e| PyValueError::new_err(format!("statistic: {e}")))?;
@@ -56,7 +56,7 @@ pub(crate) fn fit_sine(
     frequency: Option<f64>,
     white: bool,
 ) -> PyResult<Sine> {
-    let samples = numbers(&samples)?;
+    let samples = Numbers::of(&samples)?;
     let residuals = match white {
         true => Residuals::White,
         false => Residuals::Coloured,
