@@ -10,6 +10,7 @@ Every command of the command line is a function with its options as keywords; fi
 """
 
 from . import simulate, test, velocity
+from ._batch import Batch, calibrate_batch
 from ._calibration import Calibration
 from ._campaign import calibrate_campaign, run
 from ._commands import *  # noqa: F403
@@ -17,10 +18,11 @@ from ._commands import __all__ as _commands_all
 from ._errors import DataError, OutputError, ProofmassError, ProofmassWarning, RequestError
 from ._result import Covariance, Estimates, Finding, Quantity, Result, read
 from ._signals import DeviationCurve, Sine, allan_deviation, fit_sine
-from ._uncertain import UncertainArray, UncertainNumber, uarray, ufloat
+from ._uncertain import UncertainArray, UncertainComplex, UncertainNumber, uarray, ucomplex, ufloat
 
 __all__ = [
     *_commands_all,
+    "Batch",
     "Calibration",
     "Covariance",
     "DataError",
@@ -35,8 +37,10 @@ __all__ = [
     "Result",
     "Sine",
     "UncertainArray",
+    "UncertainComplex",
     "UncertainNumber",
     "allan_deviation",
+    "calibrate_batch",
     "calibrate_campaign",
     "fit_sine",
     "read",
@@ -44,6 +48,7 @@ __all__ = [
     "simulate",
     "test",
     "uarray",
+    "ucomplex",
     "ufloat",
     "velocity",
 ]

@@ -48,8 +48,7 @@ def command(words: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
         signature = inspect.signature(function)
 
-        @functools.wraps(function)
-        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        def quiet(*args: P.args, **kwargs: P.kwargs) -> R:
             for name in kwargs:
                 if name not in signature.parameters:
                     near = difflib.get_close_matches(name, signature.parameters, 1)
@@ -58,6 +57,16 @@ def command(words: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
             given = signature.bind(*args, **kwargs).arguments
             return _answer(words, given, signature)  # type: ignore[return-value]
 
+        @functools.wraps(function)
+        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+            answer = quiet(*args, **kwargs)
+            for result in answer if isinstance(answer, list) else [answer]:
+                if isinstance(result, Result):
+                    warn(result.findings, level=2)
+            return answer
+
+        # The same without warnings of what its result says: for a call among thousands.
+        called.quiet = quiet  # type: ignore[attr-defined]
         return called
 
     return wrap
@@ -86,11 +95,9 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
     asks_json = "output" not in known and any(a["id"] == "json" for a in descriptions()[words]["arguments"])
     if asks_json:
         options.append("--json")
-    answer = _said(words, [*options, *_ended(positions)], lent, watch, level=3)
+    answer = _said(words, [*options, *_ended(positions)], lent, watch, level=4)
     if answer.results:
         results = [Result(stored) for stored in answer.results]
-        for result in results:
-            warn(result.findings, level=3)
         return results[0] if len(results) == 1 else results
     if answer.output:
         return json.loads(answer.output) if asks_json else answer.output.decode()
@@ -114,7 +121,7 @@ def _applied(words: str, positions: list[str], options: list[str], lent: list[Le
     """The compensated recording as arrays by heading."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "compensated.csv"
-        _said(words, [*options, f"--output={place}", *_ended(positions)], lent, watch, level=4)
+        _said(words, [*options, f"--output={place}", *_ended(positions)], lent, watch, level=5)
         with place.open(encoding="utf-8") as file:
             heads = file.readline().rstrip("\r\n").split(",")
             table = np.loadtxt(file, delimiter=",", ndmin=2, converters=_number)
@@ -155,6 +162,14 @@ def _is_number_row(value: Any) -> bool:
 
 def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str, Recording]) -> Iterable[str]:
     """What is agreed of an array without headings: its columns in their order, SI units."""
+    for name, found in recordings.items():
+        if found.absent and given.get("rate") is not None:
+            raise RequestError(
+                f"{found.absent} rows of {name} hold a null, and without times a gap has no place",
+                hint="give the column of the times instead of rate=",
+            )
+        if found.absent:
+            _log.info("%d rows of %s hold a null and are left out: gaps by their times", found.absent, name)
     plain = [r for r in recordings.values() if r.plain]
     if not plain:
         return

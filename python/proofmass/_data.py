@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ._arrow import columns_of
 from ._calibration import finite
 from ._errors import DataError, RequestError
 
@@ -21,12 +22,14 @@ Lent = tuple[str, bytes, Any]
 class Recording:
     """A recording that was lent, and what has to be said of it."""
 
-    def __init__(self, lent: Lent, columns: int | None, plain: bool):
+    def __init__(self, lent: Lent, columns: int | None, plain: bool, absent: int = 0):
         self.lent = lent
         #: How many columns without names it has.
         self.columns = columns
         #: Whether its unit is not said by a heading.
         self.plain = plain
+        #: How many rows with a null were left out.
+        self.absent = absent
 
 
 def is_place(data: Any) -> bool:
@@ -42,9 +45,14 @@ def recording(data: Any, name: str) -> Recording:
         content = data.read()
         content = content.encode() if isinstance(content, str) else content
         return Recording((_named(data, name), b"", memoryview(content)), None, False)
-    columns = _columns(data)
+    absent = 0
+    # A frame of pandas has its columns at hand, and exports them only with another package.
+    if hasattr(data, "__arrow_c_stream__") and not hasattr(data, "iloc"):
+        columns, absent = columns_of(data)
+    else:
+        columns = named_columns(data)
     if columns is not None:
-        return Recording(_by_name(columns, name), None, False)
+        return Recording(_by_name(columns, name), None, False, absent)
     return _array(data, name)
 
 
@@ -53,7 +61,7 @@ def _named(data: Any, name: str) -> str:
     return os.path.basename(given) if isinstance(given, str) and given else name
 
 
-def _columns(data: Any) -> Mapping[str, Any] | None:
+def named_columns(data: Any) -> Mapping[str, Any] | None:
     """The columns of a mapping, of a data frame, of a table of Arrow, of an array with fields; `None` for a plain array."""
     if isinstance(data, Mapping):
         return {str(k): v for k, v in data.items()}
@@ -62,10 +70,6 @@ def _columns(data: Any) -> Mapping[str, Any] | None:
     if hasattr(data, "columns") and hasattr(data, "__getitem__") and not isinstance(data, np.ndarray):
         names = getattr(data, "column_names", None) or list(data.columns)
         return {str(name): data[name] for name in names}
-    if hasattr(data, "__arrow_c_stream__"):
-        raise RequestError(
-            f"{type(data).__name__} is a stream of Arrow without columns by name", hint="read it into a table first"
-        )
     return None
 
 

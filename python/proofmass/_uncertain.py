@@ -17,6 +17,7 @@ from ._calibration import finite
 from ._errors import DataError, RequestError
 
 UncertainNumber = _proofmass.Uncertain
+UncertainComplex = _proofmass.UncertainComplex
 
 #: Names of causes that nobody named; other processes have others.
 _process = uuid.uuid4().hex[:12]
@@ -38,6 +39,24 @@ def ufloat(value: float, u: float, name: str | None = None, *, dof: float = floa
         return UncertainNumber.new(name or _cause(), float(value), float(u), float(dof))
     except ValueError as error:
         raise DataError(str(error)) from None
+
+
+def ucomplex(
+    value: complex, u: tuple[float, float], name: str | None = None, *, correlation: float = 0.0, dof: float = float("inf")
+) -> UncertainComplex:
+    """A complex number; `u` are the standard uncertainties of real and imaginary part, `correlation` is theirs."""
+    value, (u_re, u_im), word = complex(value), u, name or _cause()
+    if not abs(correlation) <= 1:
+        raise DataError(f"{correlation} is no coefficient of correlation")
+    if not (u_re >= 0 and u_im >= 0 and dof > 0):
+        raise DataError(f"u = ({u_re}, {u_im}) with {dof} degrees of freedom is no uncertainty")
+    rest = (1 - correlation**2) ** 0.5 * u_im
+    try:
+        re = UncertainNumber.with_causes(value.real, [(f"{word}.re", u_re, dof)])
+        im = UncertainNumber.with_causes(value.imag, [(f"{word}.re", correlation * u_im, dof), (f"{word}.im", rest, dof)])
+    except ValueError as error:
+        raise DataError(str(error)) from None
+    return UncertainComplex.new(re, im)
 
 
 def uarray(values: ArrayLike, u: ArrayLike, name: str | None = None, *, dof: float = float("inf")) -> UncertainArray:

@@ -9,6 +9,7 @@ mod compensation;
 mod signals;
 mod stored_result;
 mod uncertain;
+mod uncertain_complex;
 
 use pyo3::prelude::*;
 
@@ -27,4 +28,6 @@ mod _proofmass {
     use super::stored_result::StoredResult;
     #[pymodule_export]
     use super::uncertain::Uncertain;
+    #[pymodule_export]
+    use super::uncertain_complex::UncertainComplex;
 }

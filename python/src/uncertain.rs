@@ -29,7 +29,7 @@ impl<'py> FromPyObject<'_, 'py> for Operand {
 }
 
 /// A result that is a number, or an error.
-fn finite(result: Inner) -> PyResult<Uncertain> {
+pub(crate) fn finite(result: Inner) -> PyResult<Uncertain> {
     if result.value().is_finite() && result.standard_uncertainty().is_finite() {
         return Ok(Uncertain(result));
     }

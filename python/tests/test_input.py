@@ -197,3 +197,66 @@ def test_requests_as_json():
     assert result.estimate["w"].value == 4 and result.estimate["w"].u == pytest.approx(0.2)
     with pytest.raises(RequestError, match="job|request"):
         proofmass.run({"job": "nothing"})
+
+
+def test_arrow_without_its_package():
+    """Nulls are gaps, units stand in the metadata, text is left out."""
+    pyarrow = pytest.importorskip("pyarrow")
+    n = 20_000
+    noise_of = np.random.default_rng(3).normal(0, 1e-3, n)
+    present = np.ones(n, bool)
+    # At random: at even distances they would look like stamps of a slower clock.
+    present[np.random.default_rng(9).choice(np.arange(100, n), 20, replace=False)] = False
+    fields = [
+        pyarrow.field("time", pyarrow.timestamp("us")),
+        pyarrow.field("acc_x", pyarrow.float64(), metadata={"unit": "g"}),
+        pyarrow.field("who", pyarrow.string()),
+    ]
+    stamps = np.datetime64("2026-01-01", "us") + np.arange(n) * 10_000
+    arrays = [pyarrow.array(stamps), pyarrow.array(noise_of, mask=~present), pyarrow.array(["x"] * n)]
+    table = pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields))
+
+    class Stream:
+        def __arrow_c_stream__(self, requested_schema=None):
+            return pyarrow.table(table).slice(7).__arrow_c_stream__(requested_schema)
+
+    from proofmass._arrow import columns_of
+
+    columns, absent = columns_of(Stream())
+    assert list(columns) == ["time_s", "acc_x (g)"]
+    assert absent == 20
+    assert np.array_equal(columns["acc_x (g)"], noise_of[7:][present[7:]])
+    assert columns["time_s"][0] == stamps[7].astype("int64") / 1e6
+    result = noise(Stream())
+    assert any("gap" in f.code or "missing" in f.code for f in result.findings), result.findings
+    with pytest.raises(RequestError, match="null"):
+        noise(Stream(), rate=100.0)
+    with pytest.raises(RequestError, match="no column of numbers"):
+        noise(pyarrow.table({"who": ["x"]}))
+
+
+def test_shapes_and_kinds():
+    """Whatever numpy makes of the same numbers is read as the same numbers, or refused by an error of ours."""
+    hypothesis = pytest.importorskip("hypothesis")
+    from hypothesis import strategies as st
+    from hypothesis.extra import numpy as hnp
+
+    from proofmass._data import recording
+
+    kinds = st.one_of(hnp.floating_dtypes(), hnp.integer_dtypes(), hnp.boolean_dtypes(), hnp.complex_number_dtypes())
+
+    @hypothesis.settings(max_examples=300, deadline=None)
+    @hypothesis.given(st.data())
+    def every(data):
+        array = data.draw(hnp.arrays(data.draw(kinds), hnp.array_shapes(max_dims=3, max_side=9)))
+        if array.ndim and data.draw(st.booleans()):
+            array = array[tuple(data.draw(st.sampled_from([slice(None), slice(None, None, -1), slice(0, None, 2)])) for _ in range(array.ndim))]
+        try:
+            lent = recording(array, "array").lent
+        except ProofmassError:
+            return
+        back = np.load(io.BytesIO(lent[1] + bytes(lent[2])), allow_pickle=False)
+        assert back.shape == array.shape
+        assert np.array_equal(back.astype(float), array.astype(float))
+
+    every()

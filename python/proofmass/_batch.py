@@ -1,0 +1,112 @@
+"""Many devices in one table, a result or an error for each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+from ._commands import calibrate
+from ._data import named_columns
+from ._errors import ProofmassError, RequestError
+from ._result import Result
+
+
+class Batch(Mapping[Any, "Result | ProofmassError"]):
+    """What each device gave, by serial number: its result, or the error that says why there is none."""
+
+    def __init__(self, by: str, answers: dict[Any, Result | ProofmassError]):
+        self._by, self._answers = by, answers
+
+    def __getitem__(self, serial: Any) -> Result | ProofmassError:
+        return self._answers[serial]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._answers)
+
+    def __len__(self) -> int:
+        return len(self._answers)
+
+    @property
+    def results(self) -> dict[Any, Result]:
+        """The devices that have a result."""
+        return {serial: a for serial, a in self._answers.items() if isinstance(a, Result)}
+
+    @property
+    def errors(self) -> dict[Any, ProofmassError]:
+        """The devices that have none."""
+        return {serial: a for serial, a in self._answers.items() if not isinstance(a, Result)}
+
+    def to_dict(self) -> dict[str, list[Any]]:
+        """A row for each device: value and u of every quantity, the codes of its findings, its error."""
+        names: dict[str, str] = {}
+        for result in self.results.values():
+            names.update((name, q.unit) for name, q in result.estimate.items())
+        rows: dict[str, list[Any]] = {self._by: list(self._answers)}
+        answers = list(self._answers.values())
+        for name in names:
+            found = [a.estimate.get(name) if isinstance(a, Result) else None for a in answers]
+            rows[name] = [None if q is None else q.value for q in found]
+            rows[f"u({name})"] = [None if q is None else q.u for q in found]
+        rows["findings"] = [" ".join(f.code for f in a.findings) if isinstance(a, Result) else None for a in answers]
+        rows["error"] = [None if isinstance(a, Result) else str(a) for a in answers]
+        return rows
+
+    def to_pandas(self):
+        """The rows as a data frame of pandas."""
+        import pandas
+
+        return pandas.DataFrame(self.to_dict()).set_index(self._by)
+
+    def to_polars(self):
+        """The rows as a data frame of polars."""
+        import polars
+
+        return polars.DataFrame(self.to_dict())
+
+    def __repr__(self) -> str:
+        return f"<Batch of {len(self)} devices: {len(self.results)} results, {len(self.errors)} errors>"
+
+
+def calibrate_batch(table: Any, *, by: str = "serial", threads: int | None = None, **options: Any) -> Batch:
+    """Calibrates every device of a table from its rows, in their order; `options` are those of `proofmass.calibrate`.
+
+    A device that is refused is an entry with its error and stops no other. Findings stand in the results and are no warnings here.
+    """
+    columns = named_columns(table)
+    if columns is None:
+        raise RequestError(f"{type(table).__name__} has no columns by name", hint="give a data frame or a dict of arrays")
+    if by not in columns:
+        raise RequestError(f"the table has no column {by!r}", hint=f"there are {', '.join(columns)}")
+    arrays = {name: np.asarray(c.to_numpy() if hasattr(c, "to_numpy") else c) for name, c in columns.items()}
+    serials = arrays.pop(by)
+    for name, array in arrays.items():
+        if len(array) != len(serials):
+            raise RequestError(f"{name!r} has {len(array)} values, {by!r} has {len(serials)}")
+    if len(serials) == 0:
+        raise RequestError("the table is empty")
+    # Numbers and words alike are told apart by their text; the first of each is its name.
+    _, first, which = np.unique(serials.astype(str), return_index=True, return_inverse=True)
+    order = np.argsort(which, kind="stable")
+    rows_of = np.split(order, np.flatnonzero(np.diff(which[order])) + 1)
+
+    def one(rows: np.ndarray) -> Result | ProofmassError:
+        kept = {name: array[rows] for name, array in arrays.items()}
+        try:
+            result = calibrate.quiet(kept, **options)
+        except ProofmassError as error:
+            return error
+        return result[0] if isinstance(result, list) else result
+
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+        answers = list(pool.map(one, rows_of))
+    devices = sorted(zip(first, answers, strict=True), key=lambda device: device[0])
+    return Batch(by, {_plain(serials[row]): answer for row, answer in devices})
+
+
+def _plain(serial: Any) -> Any:
+    """A serial number without the type of its array."""
+    return serial.item() if isinstance(serial, np.generic) else serial

@@ -1,0 +1,30 @@
+"""The code that the documents show is run, block by block."""
+
+import re
+import warnings
+
+import pytest
+from conftest import ROOT
+
+import proofmass
+
+PAGES = [ROOT / "python" / "README.md", ROOT / "docs" / "python.md"]
+BLOCKS = [
+    pytest.param(block, id=f"{page.name}-{k}")
+    for page in PAGES
+    for k, block in enumerate(re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL))
+]
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_a_block_of_code(block, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        exec(compile(block, "document", "exec"), {})
+
+
+def test_every_function_says_what_it_does():
+    for name in proofmass.__all__:
+        assert getattr(proofmass, name).__doc__, name
