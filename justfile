@@ -62,3 +62,7 @@ maps only="":
 instructions:
     cargo build --release -p proofmass-core --example step_cost
     python3 bench/instructions.py
+
+# The Python package: its tests, then wheel and source archive as they are published.
+wheel:
+    .ci/python --wheel

@@ -57,7 +57,18 @@ _Stream._fields_ = [
 ]
 
 #: Numbers by their letter in the interface.
-_NUMBERS = {b"c": "i1", b"C": "u1", b"s": "i2", b"S": "u2", b"i": "i4", b"I": "u4", b"l": "i8", b"L": "u8", b"f": "f4", b"g": "f8"}
+_NUMBERS = {
+    b"c": "i1",
+    b"C": "u1",
+    b"s": "i2",
+    b"S": "u2",
+    b"i": "i4",
+    b"I": "u4",
+    b"l": "i8",
+    b"L": "u8",
+    b"f": "f4",
+    b"g": "f8",
+}
 #: Steps of a time stamp in a second.
 _STEPS = {b"s": 1, b"m": 1_000, b"u": 1_000_000, b"n": 1_000_000_000}
 
@@ -77,7 +88,9 @@ def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
         if schema.format != b"+s":
             raise RequestError("the stream of Arrow is no table", hint="give a table with columns of numbers")
         fields = [schema.children[k].contents for k in range(schema.n_children)]
-        kept = [(k, heading, form) for k, f in enumerate(fields) if (form := _form(f)) and (heading := _heading(f, form))]
+        kept = [
+            (k, heading, form) for k, f in enumerate(fields) if (form := _form(f)) and (heading := _heading(f, form))
+        ]
         left_out = [f.name.decode() for k, f in enumerate(fields) if k not in {k for k, _, _ in kept}]
         pieces: list[list[np.ndarray]] = [[] for _ in kept]
         absent: list[np.ndarray] = []
@@ -166,3 +179,126 @@ def _numbers(array: _Array, offset: int, length: int, form: tuple[str, int]) -> 
     address = array.buffers[1] + start * kind.itemsize
     numbers = np.frombuffer(ctypes.string_at(address, length * kind.itemsize), kind)
     return (numbers if steps == 1 else numbers / steps), nulls
+
+
+#: What a consumer holds, by the address of its structure, until it releases it.
+_held: dict[int, Any] = {}
+_python = ctypes.pythonapi
+_Destructor = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+_python.PyCapsule_New.restype = ctypes.py_object
+_python.PyCapsule_New.argtypes = [ctypes.c_void_p, ctypes.c_char_p, _Destructor]
+_pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_char_p)(("PyCapsule_GetPointer", _python))
+
+
+def _released(pointer: Any) -> None:
+    """Forgets a structure; a consumer that moved it elsewhere has another address, so the private number is the key."""
+    structure = pointer.contents
+    for k in range(getattr(structure, "n_children", 0)):
+        child = structure.children[k]
+        # One that was moved has none any more.
+        if child.contents.release:
+            child.contents.release(child)
+    if structure.private_data:
+        _held.pop(structure.private_data, None)
+    structure.release = type(structure.release)()
+
+
+_release_schema = _Schema._fields_[7][1](_released)
+_release_array = _Array._fields_[8][1](_released)
+_release_stream = _Stream._fields_[3][1](_released)
+_keys = iter(range(1, 1 << 62))
+
+
+def _hold(structure: Any, release: Any, kept: Any) -> None:
+    key = next(_keys)
+    structure.private_data, structure.release = key, release
+    _held[key] = kept
+
+
+@_Destructor
+def _dropped(capsule: int) -> None:
+    """Releases a stream that nobody took."""
+    stream = _Stream.from_address(_pointer_of(capsule, b"arrow_array_stream"))
+    if stream.release:
+        stream.release(ctypes.byref(stream))
+    _held.pop(-ctypes.addressof(stream), None)
+
+
+def stream_of(columns: dict[str, list[Any]]) -> Any:
+    """A capsule with the stream of a table: floats, and text where a column holds any; `None` is null."""
+    stream = _Stream()
+
+    def get_schema(_: Any, out: Any) -> int:
+        _fill_schema(out.contents, columns)
+        return 0
+
+    given = False
+
+    def get_next(_: Any, out: Any) -> int:
+        nonlocal given
+        if given:
+            out.contents.release = type(out.contents.release)()
+        else:
+            _fill_table(out.contents, columns)
+        given = True
+        return 0
+
+    def get_last_error(_: Any) -> None:
+        return None
+
+    stream.get_schema = kept_schema = _Stream._fields_[0][1](get_schema)
+    stream.get_next = kept_next = _Stream._fields_[1][1](get_next)
+    stream.get_last_error = kept_error = _Stream._fields_[2][1](get_last_error)
+    _hold(stream, _release_stream, (kept_schema, kept_next, kept_error))
+    # The structure itself stands until the capsule goes.
+    _held[-ctypes.addressof(stream)] = stream
+    return _python.PyCapsule_New(ctypes.addressof(stream), b"arrow_array_stream", _dropped)
+
+
+def _is_text(values: list[Any]) -> bool:
+    return any(isinstance(v, str) for v in values)
+
+
+def _fill_schema(schema: _Schema, columns: dict[str, list[Any]]) -> None:
+    fields = (ctypes.POINTER(_Schema) * len(columns))()
+    kept: list[Any] = [fields]
+    for k, (name, values) in enumerate(columns.items()):
+        field = _Schema(b"U" if _is_text(values) else b"g", name.encode(), None, 2, 0)
+        _hold(field, _release_schema, None)
+        fields[k] = ctypes.pointer(field)
+        kept.append(field)
+    schema.format, schema.name, schema.metadata, schema.flags = b"+s", b"", None, 0
+    schema.n_children, schema.children, schema.dictionary = len(columns), fields, None
+    _hold(schema, _release_schema, kept)
+
+
+def _fill_table(table: _Array, columns: dict[str, list[Any]]) -> None:
+    rows = len(next(iter(columns.values()), []))
+    children = (ctypes.POINTER(_Array) * len(columns))()
+    kept: list[Any] = [children]
+    for k, values in enumerate(columns.values()):
+        child, buffers = _column(values)
+        children[k] = ctypes.pointer(child)
+        kept += [child, buffers]
+    no_mask = (ctypes.c_void_p * 1)(None)
+    table.length, table.null_count, table.offset, table.n_buffers = rows, 0, 0, 1
+    table.buffers = ctypes.cast(no_mask, ctypes.POINTER(ctypes.c_void_p))
+    table.n_children, table.children, table.dictionary = len(columns), children, None
+    _hold(table, _release_array, [*kept, no_mask])
+
+
+def _column(values: list[Any]) -> tuple[_Array, Any]:
+    present = np.array([v is not None for v in values], bool)
+    mask = np.packbits(present, bitorder="little")
+    arrays = [mask]
+    if _is_text(values):
+        texts = [b"" if v is None else str(v).encode() for v in values]
+        arrays.append(np.concatenate([[0], np.cumsum([len(t) for t in texts])]).astype(np.int64))
+        arrays.append(np.frombuffer(b"".join(texts) or b"\0", np.uint8))
+    else:
+        arrays.append(np.array([0.0 if v is None else float(v) for v in values]))
+    pointers = (ctypes.c_void_p * len(arrays))(*(a.ctypes.data for a in arrays))
+    child = _Array(len(values), int((~present).sum()), 0, len(arrays), 0)
+    child.buffers = ctypes.cast(pointers, ctypes.POINTER(ctypes.c_void_p))
+    _hold(child, _release_array, (arrays, pointers))
+    return child, (arrays, pointers)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ._arrow import stream_of
 from ._commands import calibrate
 from ._data import named_columns
 from ._errors import ProofmassError, RequestError
@@ -67,6 +68,12 @@ class Batch(Mapping[Any, "Result | ProofmassError"]):
 
         return polars.DataFrame(self.to_dict())
 
+    def __arrow_c_stream__(self, requested_schema=None):
+        """The rows as a stream of Arrow."""
+        rows = self.to_dict()
+        rows[self._by] = [str(serial) for serial in rows[self._by]]
+        return stream_of(rows)
+
     def __repr__(self) -> str:
         return f"<Batch of {len(self)} devices: {len(self.results)} results, {len(self.errors)} errors>"
 
@@ -78,7 +85,9 @@ def calibrate_batch(table: Any, *, by: str = "serial", threads: int | None = Non
     """
     columns = named_columns(table)
     if columns is None:
-        raise RequestError(f"{type(table).__name__} has no columns by name", hint="give a data frame or a dict of arrays")
+        raise RequestError(
+            f"{type(table).__name__} has no columns by name", hint="give a data frame or a dict of arrays"
+        )
     if by not in columns:
         raise RequestError(f"the table has no column {by!r}", hint=f"there are {', '.join(columns)}")
     arrays = {name: np.asarray(c.to_numpy() if hasattr(c, "to_numpy") else c) for name, c in columns.items()}

@@ -53,14 +53,17 @@ class Calibration:
         rows = np.asarray(outputs, dtype=np.float64)
         if rows.ndim not in (1, 2) or rows.shape[-1] != 3:
             raise RequestError(
-                f"an array of shape {rows.shape} has no three axes", hint="give it shape (n, 3): a row for each sample, columns x, y, z"
+                f"an array of shape {rows.shape} has no three axes",
+                hint="give it shape (n, 3): a row for each sample, columns x, y, z",
             )
         finite(rows, "outputs")
         measured = self._inner.temperatures
         at = None
         if measured is not None:
             if temperature is None:
-                raise RequestError("the calibration follows the temperature, which is not given", hint="add temperature=… in °C")
+                raise RequestError(
+                    "the calibration follows the temperature, which is not given", hint="add temperature=… in °C"
+                )
             at = np.clip(np.asarray(temperature, dtype=np.float64), *measured).reshape(-1)
             finite(at, "temperature")
             samples = 1 if rows.ndim == 1 else len(rows)
@@ -91,4 +94,6 @@ def finite(numbers: np.ndarray, name: str) -> None:
     if not good.all():
         at = tuple(int(i) for i in np.argwhere(~good)[0])
         place = at[0] if len(at) == 1 else at
-        raise DataError(f"{name}[{place}] is {numbers[at]}", hint="leave such samples out, or mark the gap by the times")
+        raise DataError(
+            f"{name}[{place}] is {numbers[at]}", hint="leave such samples out, or mark the gap by the times"
+        )

@@ -117,7 +117,9 @@ def _said(words: str, options: list[str], lent: list[Lent], watch: Any, level: i
     return answer
 
 
-def _applied(words: str, positions: list[str], options: list[str], lent: list[Lent], watch: Any) -> dict[str, np.ndarray]:
+def _applied(
+    words: str, positions: list[str], options: list[str], lent: list[Lent], watch: Any
+) -> dict[str, np.ndarray]:
     """The compensated recording as arrays by heading."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "compensated.csv"
@@ -179,7 +181,9 @@ def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str,
         yield "--unit=m/s²"
     timed = given.get("rate") is not None or given.get("time") is not None
     if "rate" in known and not timed:
-        raise RequestError("an array has no times", hint="say rate=… in hertz, or give a dict of arrays with the times among them")
+        raise RequestError(
+            "an array has no times", hint="say rate=… in hertz, or give a dict of arrays with the times among them"
+        )
 
 
 def keyword(argument: dict[str, Any]) -> str:
@@ -224,7 +228,9 @@ def _option(argument: dict[str, Any], value: Any) -> list[str]:
     return [f"{flag}={','.join(texts)}"]
 
 
-_OPTION = re.compile(r"--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?:[ =](<[^>]*>|[A-Z][A-Z0-9_,…]*(?![a-z])|\"[^\"]*\"|[-+]?\d[\w.,…]*))?")
+_OPTION = re.compile(
+    r"--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?:[ =](<[^>]*>|[A-Z][A-Z0-9_,…]*(?![a-z])|\"[^\"]*\"|[-+]?\d[\w.,…]*))?"
+)
 
 
 def in_keywords(text: str, words: str | None = None) -> str:

@@ -112,10 +112,14 @@ def _numbers(array: np.ndarray, name: str) -> np.ndarray:
     if array.dtype.kind == "c":
         raise RequestError(f"{name} is complex", hint="give real and imaginary parts as columns")
     if array.dtype.kind not in "fiub":
-        raise RequestError(f"{name} is of type {array.dtype}, which holds no numbers", hint="convert it with .astype(float)")
+        raise RequestError(
+            f"{name} is of type {array.dtype}, which holds no numbers", hint="convert it with .astype(float)"
+        )
     wanted = array.dtype.newbyteorder("<") if array.dtype in (np.float64, np.float32) else np.dtype("<f8")
     if math.prod(array.shape) > sys.maxsize // 16 or _stride_trick(array):
-        raise RequestError(f"{name} claims {math.prod(array.shape)} numbers that stand in less memory", hint="copy it first")
+        raise RequestError(
+            f"{name} claims {math.prod(array.shape)} numbers that stand in less memory", hint="copy it first"
+        )
     array = np.ascontiguousarray(array, dtype=wanted)
     finite(array, name)
     return array
@@ -146,8 +150,6 @@ def _array(data: Any, name: str) -> Recording:
         )
     array = _numbers(array, name)
     head = io.BytesIO()
-    np.lib.format.write_array_header_1_0(
-        head, {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
-    )
+    np.lib.format.write_array_header_1_0(head, {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape})
     channels = 1 if array.ndim == 1 else array.shape[1]
     return Recording((name, head.getvalue(), memoryview(array.reshape(-1)).cast("B")), channels, True)

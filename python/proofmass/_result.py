@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import _proofmass
+from ._arrow import stream_of
 from ._calibration import Calibration
 from ._errors import DataError
 
@@ -251,6 +252,10 @@ class Result:
 
         return polars.DataFrame(self._rows())
 
+    def __arrow_c_stream__(self, requested_schema=None):
+        """The quantities as a stream of Arrow, a row for each."""
+        return stream_of(self._rows())
+
     def html(self) -> str:
         """The report, one page that needs no network."""
         return self._stored.html()
@@ -300,7 +305,8 @@ class Result:
         )
         heads = "".join(f"<th>{head}</th>" for head in ("quantity", "value", "U", "unit", "k", "u", "ν"))
         findings = "".join(
-            f"<li><b>{escape(f.severity)}</b> <code>{escape(f.code)}</code> {escape(str(f))}</li>" for f in self.findings
+            f"<li><b>{escape(f.severity)}</b> <code>{escape(f.code)}</code> {escape(str(f))}</li>"
+            for f in self.findings
         )
         findings = f"<ul>{findings}</ul>" if findings else ""
         picture = self._stored.picture() or ""

@@ -103,7 +103,9 @@ def fit_sine(samples: ArrayLike, rate: float, frequency: float | None = None, *,
     """
     try:
         known = None if frequency is None else float(frequency)
-        found, u, (re, im), (covariance, dof, offset, rms) = _proofmass.fit_sine(_samples(samples), float(rate), known, white)
+        found, u, (re, im), (covariance, dof, offset, rms) = _proofmass.fit_sine(
+            _samples(samples), float(rate), known, white
+        )
     except ValueError as error:
         raise DataError(str(error)) from None
     rr, ri, ii = covariance

@@ -42,7 +42,12 @@ def ufloat(value: float, u: float, name: str | None = None, *, dof: float = floa
 
 
 def ucomplex(
-    value: complex, u: tuple[float, float], name: str | None = None, *, correlation: float = 0.0, dof: float = float("inf")
+    value: complex,
+    u: tuple[float, float],
+    name: str | None = None,
+    *,
+    correlation: float = 0.0,
+    dof: float = float("inf"),
 ) -> UncertainComplex:
     """A complex number; `u` are the standard uncertainties of real and imaginary part, `correlation` is theirs."""
     value, (u_re, u_im), word = complex(value), u, name or _cause()
@@ -53,7 +58,9 @@ def ucomplex(
     rest = (1 - correlation**2) ** 0.5 * u_im
     try:
         re = UncertainNumber.with_causes(value.real, [(f"{word}.re", u_re, dof)])
-        im = UncertainNumber.with_causes(value.imag, [(f"{word}.re", correlation * u_im, dof), (f"{word}.im", rest, dof)])
+        im = UncertainNumber.with_causes(
+            value.imag, [(f"{word}.re", correlation * u_im, dof), (f"{word}.im", rest, dof)]
+        )
     except ValueError as error:
         raise DataError(str(error)) from None
     return UncertainComplex.new(re, im)
@@ -106,7 +113,9 @@ def _joined(parts: list[_Part]) -> list[_Part]:
                 break
             same = other.index == part.index
             if same.any():
-                joined[k] = _Part(part.block, part.dof, other.index, other.contribution + np.where(same, part.contribution, 0))
+                joined[k] = _Part(
+                    part.block, part.dof, other.index, other.contribution + np.where(same, part.contribution, 0)
+                )
                 part = _Part(part.block, part.dof, part.index, np.where(same, 0, part.contribution))
         else:
             joined.append(part)

@@ -29,7 +29,9 @@ def command_line():
     """Runs the command line in a folder; without the program the test is skipped with the reason."""
     named = os.environ.get("PROOFMASS_PROGRAM")
     suffix = ".exe" if sys.platform == "win32" else ""
-    places = [Path(named)] if named else [ROOT / "target" / kind / f"proofmass{suffix}" for kind in ("debug", "release")]
+    places = (
+        [Path(named)] if named else [ROOT / "target" / kind / f"proofmass{suffix}" for kind in ("debug", "release")]
+    )
     program = next((p for p in places if p.is_file()), None)
     if program is None:
         pytest.skip("the command line is not built: cargo build, or name it in PROOFMASS_PROGRAM")
@@ -57,4 +59,4 @@ def simulated(tmp_path_factory):
 @pytest.fixture
 def rest():
     """Three channels of white noise, m/s²."""
-    return np.random.default_rng(3).normal(0, 1e-3, (20_000, 3)) + [0, 0, 9.8]
+    return [*np.random.default_rng(3).normal(0, 0.001, (20000, 3)), 0, 0, 9.8]

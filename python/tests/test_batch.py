@@ -35,7 +35,7 @@ def test_one_row_for_each_device(table):
     assert set(batch.errors) == {"S1"} and len(batch.results) == 4
     rows = batch.to_dict()
     assert rows["serial"] == list(batch)
-    k = [name for name in rows if name.startswith("bias.x")][0]
+    k = next(name for name in rows if name.startswith("bias.x"))
     assert rows[k][3] is None and rows["error"][3] and rows["error"][0] is None
     alone = {name: column[table["serial"] == "S2"] for name, column in table.items() if name != "serial"}
     assert proofmass.calibrate(alone, **options()).to_dict()["quantities"] == batch["S2"].to_dict()["quantities"]

@@ -61,30 +61,63 @@ def world(simulated, command_line, examples):
     heat = 20 + 20 * np.sin(np.pi * seconds / 3600)
     axes = [rng.normal(g + 1e-3 * k * (heat - 20), 1e-3) for k, g in enumerate((0.0, 0.0, 9.8), 1)]
     table = np.column_stack([seconds, *axes, heat])
-    np.savetxt(sim / "oven.csv", table, delimiter=",", header="time_s,x_m/s²,y_m/s²,z_m/s²,T_degC", comments="", encoding="utf-8")
-    still = np.where(seconds[:, None] % 300 < 100, [0.0, 0.0, 9.8], np.add([0.0, 0.0, 9.8], rng.normal(0, 0.5, (3600, 3))))
+    np.savetxt(
+        sim / "oven.csv",
+        table,
+        delimiter=",",
+        header="time_s,x_m/s²,y_m/s²,z_m/s²,T_degC",
+        comments="",
+        encoding="utf-8",
+    )
+    still = np.where(
+        seconds[:, None] % 300 < 100, [0.0, 0.0, 9.8], np.add([0.0, 0.0, 9.8], rng.normal(0, 0.5, (3600, 3)))
+    )
     table = np.column_stack([seconds / 50, still + rng.normal(0.02, 1e-3, (3600, 3))])
-    np.savetxt(sim / "level.csv", table, delimiter=",", header="time_s,x_m/s²,y_m/s²,z_m/s²", comments="", encoding="utf-8")
+    np.savetxt(
+        sim / "level.csv", table, delimiter=",", header="time_s,x_m/s²,y_m/s²,z_m/s²", comments="", encoding="utf-8"
+    )
     turns = rng.normal(size=(180, 3))
     turns /= np.linalg.norm(turns, axis=1)[:, None]
     worn = np.repeat(turns, 60 * 20, axis=0)
     moving = (np.arange(len(worn)) % 1200 > 900)[:, None] * rng.normal(0, 0.3, worn.shape)
-    table = np.column_stack([np.arange(len(worn)) / 20, worn * [1.01, 0.99, 1.0] + [0.01, 0, -0.02] + moving + rng.normal(0, 2e-3, worn.shape)])
-    np.savetxt(sim / "free-living" / "wrist.csv", table, fmt="%.6f", delimiter=",", header="t_s,x_g,y_g,z_g", comments="")
+    table = np.column_stack(
+        [
+            np.arange(len(worn)) / 20,
+            worn * [1.01, 0.99, 1.0] + [0.01, 0, -0.02] + moving + rng.normal(0, 2e-3, worn.shape),
+        ]
+    )
+    np.savetxt(
+        sim / "free-living" / "wrist.csv", table, fmt="%.6f", delimiter=",", header="t_s,x_g,y_g,z_g", comments=""
+    )
     level = np.linspace(1, 20, 12)
     table = np.column_stack([level, 0.1 * level + 1e-5 * level**2, np.full(12, 1e-4)])
     np.savetxt(sim / "levels.csv", table, delimiter=",", header="a_m/s²,V_V,u_V", comments="", encoding="utf-8")
     for k in (1, 2):
         rows = [f"{f},{10 + 0.001 * k * f**0.1},0.05,0,0.2" for f in (10, 20, 40, 80, 160)]
-        text = "frequency_Hz,sensitivity_mV/(m/s2),u_sensitivity_mV/(m/s2),phase_deg,u_phase_deg\n" + "\n".join(rows) + "\n"
+        text = (
+            "frequency_Hz,sensitivity_mV/(m/s2),u_sensitivity_mV/(m/s2),phase_deg,u_phase_deg\n"
+            + "\n".join(rows)
+            + "\n"
+        )
         (sim / f"certificate-{k}.csv").write_text(text, encoding="utf-8")
     command_line("calibrate", sim / "positions", "-o", sim / "calibrated")
     command_line("noise", sim / "level.csv", "--between", "0", "2", "-o", sim / "noise-level")
     for k in (1, 2):
-        command_line("noise", sim / "noise" / "recording.csv", "-o", sim / f"noise-{k}", "--detrend", ("none", "linear")[k - 1])
+        command_line(
+            "noise", sim / "noise" / "recording.csv", "-o", sim / f"noise-{k}", "--detrend", ("none", "linear")[k - 1]
+        )
     command_line(
-        "test", "random", sim / "random" / "recording.csv", "--input", "reference", "--output-column", "output",
-        "--model", "1mode", "-o", sim / "random" / "result",
+        "test",
+        "random",
+        sim / "random" / "recording.csv",
+        "--input",
+        "reference",
+        "--output-column",
+        "output",
+        "--model",
+        "1mode",
+        "-o",
+        sim / "random" / "result",
     )
     return {"sim": sim, "examples": examples, "axis": AXIS}
 
@@ -145,7 +178,10 @@ def test_files_are_the_same(form, world, command_line, tmp_path):
 
 
 def test_compensated_files_are_the_same(world, command_line, tmp_path):
-    calibration, recording = world["sim"] / "calibrated" / "calibration.json", world["sim"] / "positions" / "recording.csv"
+    calibration, recording = (
+        world["sim"] / "calibrated" / "calibration.json",
+        world["sim"] / "positions" / "recording.csv",
+    )
     ours = proofmass.apply(calibration, recording, output=tmp_path / "ours.csv")
     command_line("apply", calibration, recording, "-o", tmp_path / "theirs.csv")
     assert ours.read_bytes() == (tmp_path / "theirs.csv").read_bytes()

@@ -33,7 +33,15 @@ def test_forms_of_one_array(expected, tmp_path):
     wide[:, 0] = array
     read_only = array.copy()
     read_only.flags.writeable = False
-    forms = [array[:, None], wide[:, 0], array.astype(">f8"), read_only, array.tolist(), memoryview(array), np.asfortranarray(array[:, None])]
+    forms = [
+        array[:, None],
+        wide[:, 0],
+        array.astype(">f8"),
+        read_only,
+        array.tolist(),
+        memoryview(array),
+        np.asfortranarray(array[:, None]),
+    ]
     for form in forms[:-2]:
         assert n_of(noise(form, rate=100.0)) == n_of(whole), type(form)
     file = io.BytesIO()
@@ -250,7 +258,12 @@ def test_shapes_and_kinds():
     def every(data):
         array = data.draw(hnp.arrays(data.draw(kinds), hnp.array_shapes(max_dims=3, max_side=9)))
         if array.ndim and data.draw(st.booleans()):
-            array = array[tuple(data.draw(st.sampled_from([slice(None), slice(None, None, -1), slice(0, None, 2)])) for _ in range(array.ndim))]
+            array = array[
+                tuple(
+                    data.draw(st.sampled_from([slice(None), slice(None, None, -1), slice(0, None, 2)]))
+                    for _ in range(array.ndim)
+                )
+            ]
         try:
             lent = recording(array, "array").lent
         except ProofmassError:

@@ -115,7 +115,9 @@ def test_nothing_leaks(examples):
 
 def test_import_says_nothing():
     code = "import proofmass"
-    done = subprocess.run([sys.executable, "-X", "dev", "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-X", "dev", "-W", "error", "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout == done.stderr == ""
 
 

@@ -107,7 +107,7 @@ def test_a_plot(result):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     axes = result.plot()
-    assert [label.get_text() for label in axes[0].get_yticklabels()][0] == "bias.x"
+    assert next(label.get_text() for label in axes[0].get_yticklabels()) == "bias.x"
 
 
 def test_the_summary(result):
@@ -116,7 +116,9 @@ def test_the_summary(result):
 
 def test_text_stays_text(tmp_path):
     file = tmp_path / "<b>.toml"
-    file.write_text('title = "<script>alert(1)</script>"\n[[input]]\nname="m"\nunit="kg"\nvalue=2.0\nu=0.1\n[[output]]\nname="w"\nunit="kg"\nexpression="2*m"\n')
+    file.write_text(
+        'title = "<script>alert(1)</script>"\n[[input]]\nname="m"\nunit="kg"\nvalue=2.0\nu=0.1\n[[output]]\nname="w"\nunit="kg"\nexpression="2*m"\n'
+    )
     html = proofmass.uncertainty(file, trials=1000)._repr_html_()
     assert "<script>" not in html
 
@@ -139,3 +141,19 @@ def test_compensation_of_arrays(result, examples, tmp_path):
             calibration.apply(wrong)
     with pytest.raises(proofmass.DataError, match=r"outputs\[\(1, 2\)\]"):
         calibration.apply([[1, 2, 3], [4, 5, np.nan]])
+
+
+def test_streams_of_arrow(result):
+    """Taken by those who read them, and forgotten by those who do not."""
+    from proofmass import _arrow
+
+    pyarrow = pytest.importorskip("pyarrow")
+    polars = pytest.importorskip("polars")
+    before = len(_arrow._held)
+    table = pyarrow.table(result)
+    assert table["value"].to_pylist() == [q.value for q in result.estimate.values()]
+    assert table["name"].to_pylist() == list(result.estimate)
+    assert polars.DataFrame(result)["U"].to_list() == [q.U for q in result.estimate.values()]
+    result.__arrow_c_stream__()
+    del table
+    assert len(_arrow._held) == before

@@ -16,7 +16,9 @@ def test_allantools_agrees():
         taus, theirs, _, _ = function(samples, rate=10.0, data_type="freq", taus=ours.tau)
         common = np.isin(np.round(ours.tau, 9), np.round(taus, 9))
         assert common.sum() >= 5
-        assert np.allclose(ours.deviation[common], theirs[np.isin(np.round(taus, 9), np.round(ours.tau, 9))], rtol=1e-10), name
+        assert np.allclose(
+            ours.deviation[common], theirs[np.isin(np.round(taus, 9), np.round(ours.tau, 9))], rtol=1e-10
+        ), name
     assert np.all((ours.low < ours.deviation) & (ours.deviation < ours.high))
 
 

@@ -35,7 +35,9 @@ def test_degrees_of_freedom():
     assert y.U(0.95) > 2 * y.u
 
 
-@pytest.mark.parametrize("name", ["exp", "log", "log10", "sqrt", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh"])
+@pytest.mark.parametrize(
+    "name", ["exp", "log", "log10", "sqrt", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh"]
+)
 def test_functions_of_numbers_and_arrays(name):
     function = getattr(np, name)
     h = 1e-6

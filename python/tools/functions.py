@@ -115,7 +115,9 @@ def wrapped(text: str, indent: int, width: int = 118) -> str:
         if any(line.startswith("    ") for line in paragraph.splitlines()):
             lines.append("\n".join(pad + line if line else "" for line in paragraph.splitlines()))
         else:
-            lines.append(textwrap.fill(paragraph, width, initial_indent=pad, subsequent_indent=pad, break_on_hyphens=False))
+            lines.append(
+                textwrap.fill(paragraph, width, initial_indent=pad, subsequent_indent=pad, break_on_hyphens=False)
+            )
     return "\n\n".join(lines)
 
 
@@ -127,7 +129,7 @@ def function(words: str, name: str) -> str:
     keywords = [a for a in known if a["position"] is None]
     keywords.sort(key=lambda a: default(a) is not None)
     lines = []
-    for argument in positional + ["*"] + keywords:
+    for argument in [*positional, "*", *keywords]:
         if argument == "*":
             lines.append("    *,")
             continue
@@ -156,10 +158,18 @@ def function(words: str, name: str) -> str:
     for argument in positional + keywords:
         text = argument["long_help"] or argument["help"] or ""
         text = " ".join(in_keywords(text, words).split()).replace("\\", "\\\\")
-        choices = f" One of {', '.join(argument['choices'])}." if argument["choices"] and argument["kind"] != "bool" else ""
+        choices = (
+            f" One of {', '.join(argument['choices'])}." if argument["choices"] and argument["kind"] != "bool" else ""
+        )
         text = text.rstrip(".") + "." + choices
         entries.append(
-            textwrap.fill(f"{keyword(argument)}: {text}", 118, initial_indent="        ", subsequent_indent="            ", break_on_hyphens=False)
+            textwrap.fill(
+                f"{keyword(argument)}: {text}",
+                118,
+                initial_indent="        ",
+                subsequent_indent="            ",
+                break_on_hyphens=False,
+            )
         )
     if words == "apply":
         entries.append("        Without an output the compensated recording comes back as arrays by heading.")
