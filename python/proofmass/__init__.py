@@ -16,6 +16,7 @@ from ._campaign import calibrate_campaign, run
 from ._commands import *  # noqa: F403
 from ._commands import __all__ as _commands_all
 from ._errors import DataError, OutputError, ProofmassError, ProofmassWarning, RequestError
+from ._monte_carlo import Sampled, Trials, monte_carlo
 from ._result import Covariance, Estimates, Finding, Quantity, Result, read
 from ._signals import DeviationCurve, Sine, allan_deviation, fit_sine
 from ._uncertain import UncertainArray, UncertainComplex, UncertainNumber, uarray, ucomplex, ufloat
@@ -35,7 +36,9 @@ __all__ = [
     "Quantity",
     "RequestError",
     "Result",
+    "Sampled",
     "Sine",
+    "Trials",
     "UncertainArray",
     "UncertainComplex",
     "UncertainNumber",
@@ -43,6 +46,7 @@ __all__ = [
     "calibrate_batch",
     "calibrate_campaign",
     "fit_sine",
+    "monte_carlo",
     "read",
     "run",
     "simulate",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import difflib
 import functools
 import inspect
@@ -17,6 +18,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 from . import _proofmass
+from ._calibration import Calibration
 from ._data import Lent, Recording, is_place, recording
 from ._errors import RequestError, raised, warn
 from ._result import Finding, Result
@@ -98,6 +100,9 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
     answer = _said(words, [*options, *_ended(positions)], lent, watch, level=4)
     if answer.results:
         results = [Result(stored) for stored in answer.results]
+        for result in results:
+            for line in result._stored.readings():
+                _log.info("read %s", line)
         return results[0] if len(results) == 1 else results
     if answer.output:
         return json.loads(answer.output) if asks_json else answer.output.decode()
@@ -125,7 +130,7 @@ def _applied(
         place = Path(folder) / "compensated.csv"
         _said(words, [*options, f"--output={place}", *_ended(positions)], lent, watch, level=5)
         with place.open(encoding="utf-8") as file:
-            heads = file.readline().rstrip("\r\n").split(",")
+            heads = next(csv.reader(file))
             table = np.loadtxt(file, delimiter=",", ndmin=2, converters=_number)
     return {head: table[:, k] for k, head in enumerate(heads)}
 
@@ -140,13 +145,18 @@ def _ended(positions: list[str]) -> list[str]:
 
 def _places(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording]) -> str | list[str]:
     """The name of a file, or of what is lent in its place; several where there are several."""
+    if isinstance(value, str) and "\n" in value:
+        value = value.encode()
     if is_place(value):
         return os.fspath(value)
+    if isinstance(value, Result | Calibration):
+        lent.append((_file_name(name, value), b"", memoryview(_document(name, value))))
+        return lent[-1][0]
     if isinstance(value, list | tuple) and value and all(is_place(v) or not np.isscalar(v) for v in value):
         if all(is_place(v) for v in value):
             return [os.fspath(v) for v in value]
         if not all(_is_number_row(v) for v in value):
-            places = []
+            places: list[str] = []
             for k, v in enumerate(value):
                 place = _places(v, f"{name}[{k}]", lent, recordings)
                 places.append(place if isinstance(place, str) else place[0])
@@ -155,6 +165,18 @@ def _places(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recor
     recordings[name] = found
     lent.append(found.lent)
     return found.lent[0]
+
+
+def _document(name: str, value: Result | Calibration) -> bytes:
+    """What a command reads of an object: its calibration where one is asked for, else all of it."""
+    if isinstance(value, Calibration):
+        return value.to_json()
+    wanted = value.files.get("calibration.json") if name.startswith("calibration") else None
+    return value.to_json() if wanted is None else wanted
+
+
+def _file_name(name: str, value: Result | Calibration) -> str:
+    return f"{name}.json" if "[" not in name else name
 
 
 def _is_number_row(value: Any) -> bool:
@@ -180,7 +202,7 @@ def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str,
     if given.get("unit") is None and "unit" in known:
         yield "--unit=m/s²"
     timed = given.get("rate") is not None or given.get("time") is not None
-    if "rate" in known and not timed:
+    if "rate" in known and not timed and given.get("rows") != "readings":
         raise RequestError(
             "an array has no times", hint="say rate=… in hertz, or give a dict of arrays with the times among them"
         )
@@ -219,6 +241,8 @@ def _option(argument: dict[str, Any], value: Any) -> list[str]:
         if not isinstance(value, bool | np.bool_):
             raise RequestError(f"{keyword(argument)} is True or False, not {value!r}")
         return [flag] if value else []
+    if isinstance(value, dict):
+        value = [f"{name}={_text(v)}" for name, v in value.items()]
     several = isinstance(value, list | tuple | np.ndarray)
     texts = [_text(v) for v in value] if several else [_text(value)]
     if argument["several"]:
@@ -228,6 +252,8 @@ def _option(argument: dict[str, Any], value: Any) -> list[str]:
     return [f"{flag}={','.join(texts)}"]
 
 
+#: What stays as it is: a call of the command line in quotes.
+_CALL = re.compile(r"`proofmass [^`]*`")
 _OPTION = re.compile(
     r"--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?:[ =](<[^>]*>|[A-Z][A-Z0-9_,…]*(?![a-z])|\"[^\"]*\"|[-+]?\d[\w.,…]*))?"
 )
@@ -235,14 +261,28 @@ _OPTION = re.compile(
 
 def in_keywords(text: str, words: str | None = None) -> str:
     """A text that names options, in the keywords of a function."""
-    flags: set[str] = set()
+    known: dict[str, Any] = {}
     if words in descriptions():
-        flags = {a["long"] for a in descriptions()[words]["arguments"] if a["kind"] == "bool"}
+        known = {a["long"]: a for a in descriptions()[words]["arguments"]}
 
     def said(match: re.Match[str]) -> str:
-        name, value = match.group(1).replace("-", "_"), match.group(2)
-        if match.group(1) in flags:
+        argument, name, value = known.get(match.group(1)), match.group(1).replace("-", "_"), match.group(2)
+        if argument and argument["kind"] == "bool":
             return f"{name}=True" + (f" {value}" if value else "")
+        if argument and argument["several"] and value:
+            return f"{name}=({value}"
         return f"{name}={value}" if value else f"{name}="
 
-    return _OPTION.sub(said, text)
+    def options(piece: str) -> str:
+        piece = _OPTION.sub(said, piece)
+        piece = re.sub(r"=\((<?[A-Z_]+>?) (<?[A-Z_]+>?)", r"=(\1, \2)", piece)
+        # A word that an option may have, or a unit, belongs to it.
+        choices = {c for a in known.values() for c in a["choices"]} | {"g", "mg", "count", "s", "ms"}
+        piece = re.sub(r"(\w+)= ([\w-]+)", lambda m: f'{m[1]}="{m[2]}"' if m[2] in choices else m[0], piece)
+        return re.sub(r"(?<![\w-])-o( [A-Z]+)?\b", lambda m: f"output={(m[1] or '').strip()}", piece)
+
+    parts, at = [], 0
+    for call in _CALL.finditer(text):
+        parts += [options(text[at : call.start()]), call.group()]
+        at = call.end()
+    return "".join([*parts, options(text[at:])])

@@ -47,6 +47,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 @command("calibrate")
 def calibrate(
     campaign: Data,
@@ -107,7 +111,8 @@ def calibrate(
         free_living: Days of a logger on a wrist or a machine: calibrate from its still moments.
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
-        output: Folder for the results [default: `result` beside campaign.toml].
+        output: Folder for the results [default: none is written].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -115,8 +120,8 @@ def calibrate(
 def init(
     recording: Data | None = None,
     *,
+    output: Place,
     kind: str | None = None,
-    output: Place | None = None,
     latitude: float | None = None,
     height: float | None = None,
     gravity: float | None = None,
@@ -133,7 +138,7 @@ def init(
     model: str | None = None,
     free_living: bool = False,
     watch: Watch | None = None,
-) -> Path | None:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """Write a commented campaign.toml for a recording, or an example of any kind.
 
     Columns, time and unit are filled in as far as the recording states them; the rest stands there as comments. An
@@ -163,6 +168,7 @@ def init(
         model: Model: bias, bias-scale, triangular, symmetric; with attitudes that a campaign gives also full. One of
             bias, bias-scale, triangular, symmetric, full, six-position, ferraris, ellipsoid.
         free_living: Days of a logger on a wrist or a machine: calibrate from its still moments.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -197,6 +203,7 @@ def plan(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -208,7 +215,7 @@ def apply(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
-    band: str | None = None,
+    band: str | Sequence[float] | None = None,
     filter: bool = False,
     hold: bool = False,
     coverage_factor: float | None = None,
@@ -267,6 +274,7 @@ def apply(
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         Without an output the compensated recording comes back as arrays by heading.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -302,9 +310,10 @@ def export(
         imu_yaml: IMU intrinsics of Kalibr (calibrations of outputs in m/s²).
         number: Numbers of Rust and C. One of float, double, fixed.
         method: Which gains of `velocity tune` [default: kalman]. One of kalman, observer, two-channel.
-        outputs: Smallest and largest number out of the converter, for `number= fixed`.
+        outputs: Smallest and largest number out of the converter, for `number="fixed"`.
         name: Name of the constant or function [default: from the device].
-        output: File to write, replaced if it is there [default: standard output].
+        output: File to write, replaced if it is there [default: none is written].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -333,7 +342,8 @@ def filter(
         c: C99 header without dependencies.
         number: Numbers of Rust and C. One of float, double.
         name: Name of the constant or function [default: from the filter].
-        output: File to write, replaced if it is there [default: standard output].
+        output: File to write, replaced if it is there [default: none is written].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -358,6 +368,7 @@ def import_(
         unit: Unit of the outputs the coefficients apply to: count, m/s², g, mg, V, ….
         corrected_unit: Unit of the corrected values of Magneto, that of the norm it was given.
         output: File to write, replaced if it is there.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -412,6 +423,7 @@ def validate(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -441,6 +453,7 @@ def compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -460,7 +473,7 @@ def noise(
     phase: bool = False,
     temperature: str | int | None = None,
     statistic: str | Sequence[str | int | float] = "oadev",
-    taus: str = "octave",
+    taus: str | Sequence[float] = "octave",
     detrend: str = "none",
     probability: float = 0.95,
     terms: str | Sequence[str | int | float] = "Q,N,B,K,R",
@@ -491,8 +504,8 @@ def noise(
 
     Quantisation noise Q, white noise N, bias instability B, random walk K and ramp R are fitted together. Each has an
     interval that allows for all others, or, where that reaches zero, an upper limit. Steps, bursts and spikes are
-    reported. With -o, a folder gets result.json (everything), report.html, tables, and imu.yaml where the sensors are
-    inertial.
+    reported. With output=, a folder gets result.json (everything), report.html, tables, and imu.yaml where the
+    sensors are inertial.
 
     Args:
         recording: Recording of a sensor at rest: delimited text of any common shape.
@@ -512,9 +525,8 @@ def noise(
         temperature: Column of the temperature (°C, or K or °F by its heading): its effect is fitted together with the
             noise Gives the sensitivity K_T with its interval; the effect of temperature is then not taken for B, K or
             R. An empty field keeps the last temperature.
-        statistic: Statistics, the first is plotted: adev, oadev, mdev, tdev, hdev, totdev, theo1, pdev, mtie and more
-            with help= All: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh,
-            pdev, tierms, mtie.
+        statistic: Statistics, the first is plotted: adev, oadev, mdev, tdev, hdev, totdev, theo1, pdev, mtie All:
+            adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh, pdev, tierms, mtie.
         taus: Averaging times: octave, decade, all, a number of them per decade (10/decade), or a list in seconds
             (0.1,1,10).
         detrend: Trend removed first: none, linear or quadratic.
@@ -544,6 +556,7 @@ def noise(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -572,6 +585,7 @@ def noise_compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -638,6 +652,7 @@ def bias(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -661,6 +676,7 @@ def modes(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -699,6 +715,7 @@ def inspect(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -711,7 +728,7 @@ def formats(
     and what to do with the others.
 
     Args:
-
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -768,6 +785,7 @@ def convert(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -790,6 +808,7 @@ def render(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -805,6 +824,7 @@ def explain(
 
     Args:
         code: Code of a finding, as results show it (`gaps-in-record`), or a word (`bias-instability`, VRW, SRS).
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -870,6 +890,7 @@ def uncertainty(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -891,6 +912,7 @@ def verify(
         result: Folder of results, result.json, calibration.json or compensated recording.
         data: Folder in which inputs are looked for that are not where they were.
         key: Public key that must have signed every list of files (PEM, Ed25519); may be given several times.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -899,12 +921,13 @@ def keygen(
     name: Data,
     *,
     watch: Watch | None = None,
-) -> Path | str | None:  # type: ignore[empty-body]
+) -> str:  # type: ignore[empty-body]
     """Make a pair of keys to sign results with.
 
-    NAME.key signs results (`sign=`), NAME.pub verifies them (`proofmass verify key=`). Ed25519 in the PEM form of
+    NAME.key signs results (`sign=`), NAME.pub verifies them (`proofmass verify --key`). Ed25519 in the PEM form of
     OpenSSL. The private key is not encrypted: keep it where only you can read it. A key is never replaced.
 
     Args:
         name: Path of both files, without ending.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """

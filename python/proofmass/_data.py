@@ -47,10 +47,12 @@ def recording(data: Any, name: str) -> Recording:
         return Recording((_named(data, name), b"", memoryview(content)), None, False)
     absent = 0
     # A frame of pandas has its columns at hand, and exports them only with another package.
-    if hasattr(data, "__arrow_c_stream__") and not hasattr(data, "iloc"):
+    if hasattr(data, "__arrow_c_stream__") and not (hasattr(data, "iloc") or hasattr(data, "to_frame")):
         columns, absent = columns_of(data)
     else:
         columns = named_columns(data)
+        if hasattr(data, "iloc") and columns is not None:
+            columns, absent = _without_nulls(columns)
     if columns is not None:
         return Recording(_by_name(columns, name), None, False, absent)
     return _array(data, name)
@@ -61,12 +63,31 @@ def _named(data: Any, name: str) -> str:
     return os.path.basename(given) if isinstance(given, str) and given else name
 
 
+def _frame_of_pandas(frame: Any) -> dict[str, Any]:
+    """Columns of a frame of pandas, the times of its index before them."""
+    columns = {str(name): frame[name] for name in frame.columns}
+    index = frame.index
+    if index.name is not None or getattr(index.dtype, "kind", "O") in "mM" or hasattr(index.dtype, "tz"):
+        name = str(index.name) if index.name is not None else "time"
+        if name in columns:
+            raise RequestError(f"index and column of the frame are both named {name!r}", hint="rename one of them")
+        columns = {name: index.to_series(), **columns}
+    return columns
+
+
 def named_columns(data: Any) -> Mapping[str, Any] | None:
     """The columns of a mapping, of a data frame, of a table of Arrow, of an array with fields; `None` for a plain array."""
     if isinstance(data, Mapping):
         return {str(k): v for k, v in data.items()}
     if isinstance(data, np.ndarray) and data.dtype.names:
         return {name: data[name] for name in data.dtype.names}
+    if hasattr(data, "iloc") and hasattr(data, "columns"):
+        return _frame_of_pandas(data)
+    if hasattr(data, "iloc") or hasattr(data, "to_frame"):
+        # One column with its name, if it has one.
+        return named_columns(data.to_frame()) if getattr(data, "name", None) else None
+    if hasattr(data, "collect") and hasattr(data, "columns"):
+        raise RequestError(f"{type(data).__name__} is not evaluated", hint="give .collect() of it")
     if hasattr(data, "columns") and hasattr(data, "__getitem__") and not isinstance(data, np.ndarray):
         names = getattr(data, "column_names", None) or list(data.columns)
         return {str(name): data[name] for name in names}
@@ -79,8 +100,7 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
         raise RequestError(f"{name} has no columns")
     arrays, length = {}, None
     for heading, values in columns.items():
-        values = values.to_numpy() if hasattr(values, "to_numpy") else values
-        array, heading = _seconds(np.asarray(values), heading)
+        array, heading = _seconds(_values(values), heading)
         array = _numbers(array, f"{name}[{heading!r}]")
         if array.ndim != 1:
             raise RequestError(f"{name}[{heading!r}] has shape {array.shape}, not one dimension")
@@ -93,6 +113,35 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
     archive = io.BytesIO()
     np.savez(archive, **arrays)
     return name, b"", archive.getbuffer()
+
+
+def _values(values: Any) -> np.ndarray:
+    """A column as an array; dates with a zone are those of UTC."""
+    if getattr(getattr(values, "dtype", None), "tz", None) is not None:
+        return np.asarray(values, dtype="datetime64[ns]")
+    return np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
+
+
+def _without_nulls(columns: dict[str, Any]) -> tuple[dict[str, Any], int]:
+    """Columns of a frame without the rows that hold `<NA>`, and how many these are.
+
+    NaN is a number that is none, and is told later.
+    """
+    absent = None
+    for values in columns.values():
+        if not isinstance(getattr(values, "dtype", None), np.dtype) and hasattr(values, "isna"):
+            missing = np.asarray(values.isna(), dtype=bool)
+            absent = missing if absent is None else absent | missing
+    if absent is None or not absent.any():
+        return columns, 0
+    kept = {name: values[~absent] for name, values in columns.items()}
+    numbers = {}
+    for name, values in kept.items():
+        is_nullable = not isinstance(values.dtype, np.dtype) and getattr(values.dtype, "tz", None) is None
+        numbers[name] = (
+            values.astype(values.dtype.numpy_dtype) if is_nullable and hasattr(values.dtype, "numpy_dtype") else values
+        )
+    return numbers, int(absent.sum())
 
 
 def _seconds(array: np.ndarray, heading: str) -> tuple[np.ndarray, str]:
@@ -113,7 +162,8 @@ def _numbers(array: np.ndarray, name: str) -> np.ndarray:
         raise RequestError(f"{name} is complex", hint="give real and imaginary parts as columns")
     if array.dtype.kind not in "fiub":
         raise RequestError(
-            f"{name} is of type {array.dtype}, which holds no numbers", hint="convert it with .astype(float)"
+            f"{name} is of type {array.dtype}, which holds no numbers",
+            hint="text of dates becomes times by pandas.to_datetime or numpy.datetime64, text of numbers by .astype(float)",
         )
     wanted = array.dtype.newbyteorder("<") if array.dtype in (np.float64, np.float32) else np.dtype("<f8")
     if math.prod(array.shape) > sys.maxsize // 16 or _stride_trick(array):
@@ -143,7 +193,7 @@ def _array(data: Any, name: str) -> Recording:
         raise RequestError(f"{name} has shape {array.shape}", hint="give it shape (n,) or (n, channels)")
     if array.size == 0:
         raise DataError(f"{name} is empty")
-    if array.ndim == 2 and array.shape[1] > array.shape[0] and array.shape[0] <= 12:
+    if array.ndim == 2 and array.shape[1] > array.shape[0]:
         raise RequestError(
             f"{name} has shape {array.shape}: {array.shape[0]} samples of {array.shape[1]} channels",
             hint="give a row for each sample, such as array.T",

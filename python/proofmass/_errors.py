@@ -27,11 +27,11 @@ class ProofmassError(Exception):
         return type(self), (*self.args, self.place, self.hint)
 
 
-class RequestError(ProofmassError):
+class RequestError(ProofmassError, ValueError):
     """The request contradicts itself, or asks for what there is not."""
 
 
-class DataError(ProofmassError):
+class DataError(ProofmassError, ValueError):
     """The data cannot be read, or do not carry the result that is asked for."""
 
 

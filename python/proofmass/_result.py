@@ -17,7 +17,7 @@ import numpy as np
 from . import _proofmass
 from ._arrow import stream_of
 from ._calibration import Calibration
-from ._errors import DataError
+from ._errors import DataError, OutputError
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,8 @@ class Quantity:
             low, high = self.interval
             return f"{self.name} = {self.value:.6g} {self.unit}, {100 * self.probability:g} %: {low:.6g} to {high:.6g}"
         k = "" if self.k is None else f", k = {self.k:.3g}"
-        return f"{self.name} = {self.value:.9g} ± {self.U:.2g} {self.unit} ({100 * self.probability:.4g} %{k})"
+        value, expanded = stated(self.value, self.U)
+        return f"{self.name} = {value} ± {expanded} {self.unit} ({100 * self.probability:.4g} %{k})"
 
 
 @dataclass(frozen=True)
@@ -265,7 +266,10 @@ class Result:
 
         It appears whole or not at all. `force` allows a folder that holds other files, which are kept.
         """
-        return Path(self._stored.write(os.fspath(folder), force))
+        try:
+            return Path(self._stored.write(os.fspath(folder), force))
+        except ValueError as error:
+            raise OutputError(str(error)) from None
 
     def plot(self, ax=None):
         """Draws the quantities with their intervals, those of one unit on one axis; needs matplotlib."""
@@ -309,7 +313,9 @@ class Result:
             for f in self.findings
         )
         findings = f"<ul>{findings}</ul>" if findings else ""
-        picture = self._stored.picture() or ""
+        # Its lines are dark whatever the page is.
+        picture = self._stored.picture()
+        picture = f'<div style="background:#fff;max-width:60em">{picture}</div>' if picture else ""
         return f"<h3>{escape(self.title)}</h3><table><tr>{heads}</tr>{rows}</table>{findings}{picture}"
 
     def __eq__(self, other: object) -> bool:
@@ -327,13 +333,22 @@ class Result:
         return self
 
 
+def stated(value: float, expanded: float) -> tuple[str, str]:
+    """U to two digits and the value to the same place."""
+    if not (np.isfinite(expanded) and expanded > 0):
+        return f"{value:.9g}", f"{expanded:.2g}"
+    place = 1 - int(np.floor(np.log10(float(f"{expanded:.1e}"))))
+    if place > 6 or max(abs(value), expanded) >= 1e7:
+        power = int(np.floor(np.log10(max(abs(value), expanded))))
+        digits = max(0, place + power)
+        return f"{value / 10.0**power:.{digits}f}e{power:+03d}", f"{expanded / 10.0**power:.{digits}f}e{power:+03d}"
+    place = max(0, place)
+    return f"{value:.{place}f}", f"{expanded:.{place}f}"
+
+
 def _cells(q: Quantity) -> tuple[str, ...]:
-    """The cells of a row, U to two digits and the value to the same place."""
-    if q.U:
-        digits = max(0, 1 - int(np.floor(np.log10(q.U)))) if np.isfinite(q.U) and q.U > 0 else 6
-        value, expanded = f"{q.value:.{min(digits, 17)}f}", f"{q.U:.2g}"
-    else:
-        value, expanded = f"{q.value:.6g}", "" if q.U is None else "0"
+    """The cells of a row."""
+    value, expanded = (f"{q.value:.6g}", "") if q.U is None else stated(q.value, q.U)
     k, u = ("" if x is None else f"{x:.3g}" for x in (q.k, q.u))
     nu = "∞" if np.isinf(q.nu) else ("> 9999" if q.nu > 9999 else f"{q.nu:.3g}")
     return q.name, value, expanded, q.unit, k, u, nu

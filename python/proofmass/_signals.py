@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,13 +82,20 @@ def _samples(samples: ArrayLike) -> np.ndarray:
 
 
 def allan_deviation(
-    samples: ArrayLike, rate: float, *, statistic: str = "oadev", taus: str = "octave", probability: float = 0.95
+    samples: ArrayLike,
+    rate: float,
+    *,
+    statistic: str = "oadev",
+    taus: str | Sequence[float] = "octave",
+    probability: float = 0.95,
 ) -> DeviationCurve:
     """A stability statistic of a signal, with intervals: OADEV at octaves where nothing else is asked for.
 
     `samples` are the signal itself (a rate, an acceleration), evenly spaced at `rate` hertz; `statistic` and `taus` are those of
     `proofmass.noise`. The intervals are χ², their degrees of freedom those of a noise model fitted to the record.
     """
+    if not isinstance(taus, str):
+        taus = ",".join(repr(float(tau)) for tau in taus)
     try:
         points = _proofmass.allan_deviation(_samples(samples), float(rate), statistic, taus, float(probability))
     except ValueError as error:

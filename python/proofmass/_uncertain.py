@@ -71,6 +71,10 @@ def uarray(values: ArrayLike, u: ArrayLike, name: str | None = None, *, dof: flo
 
     What all have in common is a number of its own: `uarray(readings, noise) * ufloat(1, gain_u, "gain")`.
     """
+    given = values if isinstance(values, UncertainArray) else np.asarray(values)
+    if isinstance(given, UncertainArray) or given.dtype == object:
+        known = UncertainArray._of(given)
+        return known if np.all(np.asarray(u) == 0) else known + uarray(np.zeros(known.shape), u, name, dof=dof)
     array = np.array(values, dtype=np.float64)
     sizes = np.array(np.broadcast_to(np.asarray(u, dtype=np.float64), array.shape))
     finite(array, "values")
@@ -226,8 +230,29 @@ class UncertainArray:
         where = np.arange(self._value.size).reshape(self._value.shape).T
         return self[np.unravel_index(where, self._value.shape)] if self.ndim > 1 else self
 
-    def sum(self) -> UncertainNumber:
-        """The sum of all elements."""
+    def sum(self, axis: int | None = None, dtype: Any = None, out: Any = None) -> Any:
+        """The sum of all elements, or along one axis."""
+        _only_axis(dtype, out)
+        return self._along(axis, UncertainArray._total)
+
+    def mean(self, axis: int | None = None, dtype: Any = None, out: Any = None) -> Any:
+        """The mean of all elements, or along one axis."""
+        _only_axis(dtype, out)
+        return self._along(axis, lambda x: x._total() / x.size)
+
+    def copy(self) -> UncertainArray:
+        """The same numbers with the same causes."""
+        return UncertainArray(self._value.copy(), self._parts)
+
+    def _along(self, axis: int | None, reduce: Callable[[UncertainArray], UncertainNumber]) -> Any:
+        if axis is None or self.ndim == 1:
+            return reduce(self)
+        where = np.moveaxis(np.arange(self.size).reshape(self.shape), axis, -1)
+        flat = self.reshape(-1)
+        numbers = [reduce(flat[row]) for row in where.reshape(-1, where.shape[-1])]
+        return UncertainArray._of(np.array(numbers, dtype=object).reshape(where.shape[:-1]))
+
+    def _total(self) -> UncertainNumber:
         causes: list[tuple[str, float, float]] = []
         for part in self._parts:
             index, place = np.unique(part.index, return_inverse=True)
@@ -236,10 +261,6 @@ class UncertainArray:
             totals = np.bincount(place, weights=part.contribution, minlength=len(index))
             causes += [(_name(part.block, i), float(c), part.dof) for i, c in zip(index, totals, strict=True)]
         return UncertainNumber.with_causes(float(self._value.sum()), causes)
-
-    def mean(self) -> UncertainNumber:
-        """The mean of all elements."""
-        return self.sum() / self.size
 
     def __matmul__(self, other: Any) -> Any:
         return _product(self, other)
@@ -257,6 +278,12 @@ class UncertainArray:
         if ufunc in _TWO:
             return _two(ufunc, *inputs)
         return NotImplemented
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        own = _FUNCTIONS.get(function)
+        if own is None:
+            return NotImplemented
+        return own(*args, **kwargs)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         raise TypeError("the uncertainty would be lost without a word: take .value")
@@ -303,6 +330,51 @@ class UncertainArray:
         return f"uarray([{', '.join(shown)}{more}], shape={self.shape})"
 
 
+def _only_axis(dtype: Any, out: Any) -> None:
+    if dtype is not None or out is not None:
+        raise RequestError("an uncertain array has no type and no place to choose")
+
+
+def _concatenate(arrays: Any, axis: int = 0) -> UncertainArray:
+    given = [UncertainArray._of(a) for a in arrays]
+    places, first = [], 0
+    for a in given:
+        places.append(np.arange(first, first + a.size).reshape(a.shape))
+        first += a.size
+    where = np.concatenate(places, axis)
+    return _side_by_side(given)[where.reshape(-1)].reshape(where.shape)
+
+
+def _side_by_side(arrays: list[UncertainArray]) -> UncertainArray:
+    """Flattened arrays one after the other; a block that several have is one part where it can be."""
+    sizes = [a.size for a in arrays]
+    parts: dict[tuple[str, int], tuple[np.ndarray, np.ndarray, float]] = {}
+    for k, a in enumerate(arrays):
+        at, nth = sum(sizes[:k]), {}
+        for part in a._parts:
+            layer = nth[part.block] = nth.get(part.block, -1) + 1
+            index, contribution, _ = parts.setdefault(
+                (part.block, layer), (np.full(sum(sizes), -2), np.zeros(sum(sizes)), part.dof)
+            )
+            index[at : at + a.size], contribution[at : at + a.size] = part.index, part.contribution
+    values = np.concatenate([a._value.reshape(-1) for a in arrays])
+    return UncertainArray(values, [_Part(block, dof, i, c) for (block, _), (i, c, dof) in parts.items()])
+
+
+def _stack(arrays: Any, axis: int = 0) -> UncertainArray:
+    given = [UncertainArray._of(a) for a in arrays]
+    where = np.stack([np.arange(a.size).reshape(a.shape) + k * a.size for k, a in enumerate(given)], axis)
+    return _side_by_side(given)[where.reshape(-1)].reshape(where.shape)
+
+
+def _diff(a: UncertainArray, n: int = 1, axis: int = -1) -> UncertainArray:
+    for _ in range(n):
+        later, sooner = [[slice(None)] * a.ndim for _ in range(2)]
+        later[axis], sooner[axis] = slice(1, None), slice(None, -1)
+        a = a[tuple(later)] - a[tuple(sooner)]
+    return a
+
+
 def _stacked(numbers: list[UncertainArray], shape: tuple[int, ...]) -> UncertainArray:
     """Numbers side by side as one array."""
     size, blocks = len(numbers), {}
@@ -317,6 +389,31 @@ def _stacked(numbers: list[UncertainArray], shape: tuple[int, ...]) -> Uncertain
     values = np.array([float(n._value) for n in numbers]).reshape(shape)
     parts = [_Part(block, dof, index, c) for (block, _), (index, c, dof) in blocks.items()]
     return UncertainArray(values, parts)
+
+
+_FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    np.sum: lambda a, axis=None, **k: UncertainArray._of(a).sum(axis, **k),
+    np.mean: lambda a, axis=None, **k: UncertainArray._of(a).mean(axis, **k),
+    np.dot: lambda a, b: _product(a, b),
+    np.concatenate: _concatenate,
+    np.stack: _stack,
+    np.diff: _diff,
+    np.reshape: lambda a, shape: a.reshape(shape),
+    np.transpose: lambda a: a.T,
+    np.ravel: lambda a: a.reshape(-1),
+    np.copy: lambda a: a.copy(),
+    np.shape: lambda a: a.shape,
+    np.size: lambda a: a.size,
+    np.ndim: lambda a: a.ndim,
+}
+
+
+def number_ufunc(ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+    """What numpy does with numbers: a number where all are, else an array."""
+    if method != "__call__" or options or not (ufunc in _ONE or ufunc in _TWO):
+        return NotImplemented
+    answer = _one(ufunc, *inputs) if ufunc in _ONE else _two(ufunc, *inputs)
+    return answer[()] if answer.shape == () else answer
 
 
 def _checked(value: np.ndarray, what: str, *slopes: np.ndarray) -> None:

@@ -33,6 +33,10 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 @command("simulate multi-position")
 def multi_position(
     *,
@@ -42,7 +46,7 @@ def multi_position(
     noise: float = 4,
     wander: float = 0.001,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """A triaxial accelerometer turned by hand from rest to rest: campaign.toml, recording.csv, truth.json.
 
     Args:
@@ -51,6 +55,7 @@ def multi_position(
         standstills: Number of standstills.
         noise: Noise of one sample, counts.
         wander: Wander between standstills, m/s².
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -71,7 +76,7 @@ def shaker(
     fault: str | Sequence[str | int | float] | None = None,
     wedge_motion: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
     spurious.csv, truth.json.
 
@@ -91,6 +96,7 @@ def shaker(
             wrong-mounting, missing-run, double-run; in the run in the middle, or in run 17 with `swapped-cables:17`.
         wedge_motion: Bending of the wedges named in it, in place of the standard one: spurious.csv of `proofmass
             modes`.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -104,7 +110,7 @@ def spurious_motion(
     no_common_clock: bool = False,
     wedge_motion: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
     repeat, truth.json.
 
@@ -116,6 +122,7 @@ def spurious_motion(
         no_common_clock: The samples of the vibrometer do not share the clock of the reference.
         wedge_motion: Bending of the wedges named in it, in place of the standard one: spurious.csv of `proofmass
             modes`.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -137,7 +144,7 @@ def primary(
     u_wavelength: float = 0.0000015,
     u_voltage: float = 0.0001,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """An accelerometer before a laser interferometer with quadrature outputs: campaign.toml, runs.csv, one recording of
     cosine, sine and output per run, truth.json.
 
@@ -156,6 +163,7 @@ def primary(
         drift: Drift of the interferometer, m/s.
         u_wavelength: Relative standard uncertainty of the wavelength, from which its error is drawn.
         u_voltage: Relative standard uncertainty of the voltage calibration, from which its error is drawn.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -182,7 +190,7 @@ def axis(
     bits: int = 16,
     seed: int = 1,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """A driven axis with encoder and accelerometer: recording.csv, truth.csv, truth.json.
 
     The defaults are those of the reference experiment: 500 lines decoded fourfold at 0.3 m, 16 bits fitted to the
@@ -208,6 +216,7 @@ def axis(
         latency: Time by which the accelerometer is late, s.
         bits: Bits of the converter, 0 for none.
         seed: Seed of the noise.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -229,7 +238,7 @@ def transducer(
     bits: int = 24,
     seed: int = 1,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """A transducer on a bench: recording.csv (time, reference, output), truth.csv, truth.json.
 
     The same seed makes the same recording on every machine.
@@ -252,6 +261,7 @@ def transducer(
         reference_noise: Noise of one sample of the reference, m/s².
         bits: Bits of the converter, 0 for none.
         seed: Seed of the noise.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -279,7 +289,7 @@ def noise(
     outlier_size: float = 10,
     seed: int = 1,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Path:  # type: ignore[empty-body]
     """A sensor at rest with known noise: recording.csv, truth.json.
 
     The terms are those of `proofmass noise`, in SI: for an accelerometer N in (m/s²)/√Hz as the Allan deviation at 1
@@ -308,4 +318,5 @@ def noise(
         outliers: Share of the samples that are outliers.
         outlier_size: Size of the outliers in standard deviations of white noise.
         seed: Seed of the noise.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """

@@ -44,13 +44,17 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 @command("test temperature")
 def temperature(
     recording: Data,
     *,
     temperature: str | int,
     calibration: Data | None = None,
-    reference: float | None = None,
+    reference: str | int | None = None,
     order: int = 3,
     warm_up: float | None = None,
     tilt: float | None = None,
@@ -96,6 +100,7 @@ def temperature(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -103,7 +108,7 @@ def temperature(
 def tilt(
     table: Data,
     *,
-    output_column: str,
+    output_column: str | int,
     angle: str,
     output_unit: str | None = None,
     temperature: str | int | None = None,
@@ -132,6 +137,7 @@ def tilt(
         gravity: Local gravity in m/s².
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -139,7 +145,7 @@ def tilt(
 def sensitivity(
     table: Data,
     *,
-    output_column: str,
+    output_column: str | int,
     position: str,
     output_unit: str | None = None,
     temperature: str | int | None = None,
@@ -170,6 +176,7 @@ def sensitivity(
         gravity: Local gravity in m/s².
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -216,6 +223,7 @@ def zero_g(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -235,6 +243,7 @@ def orthogonality(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -242,8 +251,8 @@ def orthogonality(
 def linearity(
     table: Data,
     *,
-    output_column: str,
-    acceleration: str,
+    output_column: str | int,
+    acceleration: str | int,
     output_unit: str | None = None,
     temperature: str | int | None = None,
     output: Place | None = None,
@@ -270,6 +279,7 @@ def linearity(
         scale_uncertainty: Relative standard uncertainty of all accelerations together, in per cent.
         full_scale: Full scale in m/s² [default: the largest acceleration].
         order: Largest order.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -277,7 +287,7 @@ def linearity(
 def centrifuge(
     table: Data,
     *,
-    output_column: str,
+    output_column: str | int,
     speed: str,
     radius: float,
     output_unit: str | None = None,
@@ -315,6 +325,7 @@ def centrifuge(
         misalignment: Standard uncertainty of the angle between axis and radius, in degrees.
         inclination: Standard uncertainty of the inclination of the axis against the horizontal, in degrees.
         full_scale: Full scale in m/s² [default: the largest acceleration].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -338,6 +349,7 @@ def stability(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -345,15 +357,15 @@ def stability(
 def random(
     recording: Data,
     *,
-    input: str,
-    output_column: str,
+    input: str | int,
+    output_column: str | int,
     segment: int | None = None,
     estimator: str = "h1",
     noise_ratio: float | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
     output_unit: str | None = None,
-    band: str | None = None,
+    band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
     standard: Data | None = None,
@@ -404,6 +416,7 @@ def random(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -411,8 +424,8 @@ def random(
 def impact(
     recordings: Sequence[Data] | Data,
     *,
-    input: str,
-    output_column: str,
+    input: str | int,
+    output_column: str | int,
     segment: int | None = None,
     force_window: int | None = None,
     estimator: str = "h1",
@@ -420,7 +433,7 @@ def impact(
     input_unit: str | None = None,
     input_uncertainty: float = 0,
     output_unit: str | None = None,
-    band: str | None = None,
+    band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
     standard: Data | None = None,
@@ -471,6 +484,7 @@ def impact(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -478,13 +492,13 @@ def impact(
 def sweep(
     recording: Data,
     *,
-    input: str,
-    output_column: str,
+    input: str | int,
+    output_column: str | int,
     smoothing: int | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
     output_unit: str | None = None,
-    band: str | None = None,
+    band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
     standard: Data | None = None,
@@ -532,6 +546,7 @@ def sweep(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -539,12 +554,12 @@ def sweep(
 def steps(
     recordings: Sequence[Data] | Data,
     *,
-    input: str,
-    output_column: str,
+    input: str | int,
+    output_column: str | int,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
     output_unit: str | None = None,
-    band: str | None = None,
+    band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
     standard: Data | None = None,
@@ -592,6 +607,7 @@ def steps(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -599,19 +615,19 @@ def steps(
 def shock(
     recording: Data,
     *,
-    column: str,
+    column: str | int,
     unit: str | None = None,
-    reference: str | None = None,
+    reference: str | int | None = None,
     reference_unit: str | None = None,
     reference_uncertainty: float = 0,
-    frequencies: str | None = None,
+    frequencies: str | Sequence[float] | None = None,
     per_octave: int = 12,
     quality: float = 10,
     peaks: str = "at-samples",
     nominal: str | None = None,
     nominal_peak: float | None = None,
     nominal_duration: float | None = None,
-    band: float = 20,
+    band: str | Sequence[float] = 20,
     velocity_band: float = 15,
     required_spectrum: Data | None = None,
     spectrum_band: str = "-1.5,3",
@@ -634,8 +650,8 @@ def shock(
     """Peak, duration, velocity change and response spectrum (SRS) of a shock.
 
     With reference=, the sensitivity of the output by peak, by integral and by spectrum (ISO 16063-13, -22), each with
-    its interval. Pulses that are cut off, doubled, saturated, shifted or ringing are reported. With -o, a folder gets
-    result.json, report.html and tables.
+    its interval. Pulses that are cut off, doubled, saturated, shifted or ringing are reported. With output=, a folder
+    gets result.json, report.html and tables.
 
     Args:
         recording: Recording with the shock.
@@ -673,6 +689,7 @@ def shock(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -680,7 +697,7 @@ def shock(
 def step(
     recording: Data,
     *,
-    column: str,
+    column: str | int,
     unit: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -709,6 +726,7 @@ def step(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -716,7 +734,7 @@ def step(
 def motion(
     recording: Data,
     *,
-    column: str,
+    column: str | int,
     unit: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -757,6 +775,7 @@ def motion(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -773,7 +792,7 @@ def model(
     phase_unit: str = "rad",
     unit: str = "1",
     reference_uncertainty: float = 0,
-    band: str | None = None,
+    band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     coverage_factor: float | None = None,
     output: Place | None = None,
@@ -804,6 +823,7 @@ def model(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -812,7 +832,7 @@ def levels(
     table: Data,
     *,
     level: str,
-    output_column: str,
+    output_column: str | int,
     output_u: str,
     level_unit: str | None = None,
     output_unit: str | None = None,
@@ -835,6 +855,7 @@ def levels(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -843,7 +864,7 @@ def deconvolve(
     result: Data,
     recording: Data,
     *,
-    column: str,
+    column: str | int,
     unit: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -861,8 +882,8 @@ def deconvolve(
 ) -> Result:  # type: ignore[empty-body]
     """Acceleration behind an output, each sample with its uncertainty.
 
-    The model is that of `proofmass test random|impact|sweep model= …` or `proofmass test model`, with its covariance;
-    `proofmass apply dynamic=` writes the same values as a recording.
+    The model is that of `proofmass test random|impact|sweep --model …` or `proofmass test model`, with its
+    covariance; `proofmass apply --dynamic` writes the same values as a recording.
 
     Args:
         result: result.json with a fitted model, or a calibration over frequency (calibration.json, table of a
@@ -884,4 +905,5 @@ def deconvolve(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """

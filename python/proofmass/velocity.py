@@ -31,9 +31,13 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 @command("velocity estimate")
 def estimate(
-    recording: str,
+    recording: Data,
     *,
     position: str | Sequence[str | int | float] | None = None,
     speed: str | Sequence[str | int | float] | None = None,
@@ -58,16 +62,16 @@ def estimate(
     track: float | None = None,
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
-    acceleration_file: str | None = None,
+    acceleration_file: Data | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
-    calibration: str | None = None,
+    calibration: Data | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
-    still: str | None = None,
+    still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
-    encoder_map: str | None = None,
+    encoder_map: Data | None = None,
     at_rest: bool = False,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -82,7 +86,7 @@ def estimate(
     """Velocity with its uncertainty; slip, collisions and encoder ripple are reported.
 
     Without method= it is the Kalman filter. Its noise is found by maximum likelihood, its gains by comparison with
-    the smoother, which uses the readings before and after. With -o, a folder gets result.json, report.html and
+    the smoother, which uses the readings before and after. With output=, a folder gets result.json, report.html and
     velocity.csv.
 
     Args:
@@ -139,12 +143,13 @@ def estimate(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
 @command("velocity compare")
 def compare(
-    recording: str,
+    recording: Data,
     *,
     position: str | Sequence[str | int | float] | None = None,
     speed: str | Sequence[str | int | float] | None = None,
@@ -169,24 +174,24 @@ def compare(
     track: float | None = None,
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
-    acceleration_file: str | None = None,
+    acceleration_file: Data | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
-    calibration: str | None = None,
+    calibration: Data | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
-    still: str | None = None,
+    still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
-    encoder_map: str | None = None,
+    encoder_map: Data | None = None,
     at_rest: bool = False,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
-    reference: str | None = None,
+    reference: str | int | None = None,
     reference_unit: str | None = None,
-    reference_file: str | None = None,
-    reference_time: str | None = None,
+    reference_file: Data | None = None,
+    reference_time: str | int | None = None,
     reference_rate: float | None = None,
     reference_latency: float = 0,
     rates: float | str | Sequence[float] | None = None,
@@ -201,7 +206,7 @@ def compare(
 
     At any list of sampling rates. Without method=: differences, a fit and the integral of single sensors, two
     channels and observers with the gains of the literature, and every fused method with gains found at that rate.
-    With -o, a folder gets result.json, report.html, errors.csv and velocities.csv.
+    With output=, a folder gets result.json, report.html, errors.csv and velocities.csv.
 
     Args:
         recording: Recording with the encoder or the wheel speed, and with the accelerometer unless that has its own
@@ -264,12 +269,13 @@ def compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
 @command("velocity tune")
 def tune(
-    recording: str,
+    recording: Data,
     *,
     position: str | Sequence[str | int | float] | None = None,
     speed: str | Sequence[str | int | float] | None = None,
@@ -294,16 +300,16 @@ def tune(
     track: float | None = None,
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
-    acceleration_file: str | None = None,
+    acceleration_file: Data | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
-    calibration: str | None = None,
+    calibration: Data | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
-    still: str | None = None,
+    still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
-    encoder_map: str | None = None,
+    encoder_map: Data | None = None,
     at_rest: bool = False,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -318,7 +324,7 @@ def tune(
     """Noise of both sensors and gains of every filter, from the recording alone.
 
     The noise is found by maximum likelihood. The gains are those whose velocity comes closest to the smoother's. With
-    -o, a folder gets result.json, report.html and likelihood.csv.
+    output=, a folder gets result.json, report.html and likelihood.csv.
 
     Args:
         recording: Recording with the encoder or the wheel speed, and with the accelerometer unless that has its own
@@ -375,12 +381,13 @@ def tune(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
 @command("velocity map")
 def map(
-    recording: str,
+    recording: Data,
     *,
     position: str | Sequence[str | int | float] | None = None,
     speed: str | Sequence[str | int | float] | None = None,
@@ -405,16 +412,16 @@ def map(
     track: float | None = None,
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
-    acceleration_file: str | None = None,
+    acceleration_file: Data | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
-    calibration: str | None = None,
+    calibration: Data | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
-    still: str | None = None,
+    still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
-    encoder_map: str | None = None,
+    encoder_map: Data | None = None,
     at_rest: bool = False,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -433,7 +440,8 @@ def map(
     They are found with the help of the accelerometer. A few turns in either direction, or there and back, suffice.
     Where the wheel slips, the segments without slip are used. Lines that differ significantly from zero are
     subtracted by `encoder_map=RESULT` of the other commands. The map belongs to the zero of the readings: an
-    incremental encoder is set to zero at its index. With -o, a folder gets result.json, report.html and lines.csv.
+    incremental encoder is set to zero at its index. With output=, a folder gets result.json, report.html and
+    lines.csv.
 
     Args:
         recording: Recording with the encoder or the wheel speed, and with the accelerometer unless that has its own
@@ -491,6 +499,7 @@ def map(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
 
 
@@ -517,7 +526,7 @@ def drift(
     """Drift of a velocity from an accelerometer alone; needs no recording.
 
     It is computed from the stated errors of the sensor. Known errors add up, uncertainties and noise widen the
-    interval; each stands by itself in the table. With -o, a folder gets result.json, report.html and drift.csv.
+    interval; each stands by itself in the table. With output=, a folder gets result.json, report.html and drift.csv.
 
     Args:
         offset: Offset, m/s².
@@ -535,4 +544,5 @@ def drift(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """

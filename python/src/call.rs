@@ -18,10 +18,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How long a signal may wait until the interpreter sees it.
 const SIGNALS: Duration = Duration::from_millis(50);
+/// How long a calculation that is told to stop may go on before nobody waits for it any more. It then ends by itself, and writes nothing.
+const PATIENCE: Duration = Duration::from_millis(500);
 
 /// What a command said.
 #[derive(Default)]
@@ -36,7 +38,7 @@ struct Said {
 
 /// Keeps what a command says, and stops it where it is told to.
 #[derive(Default)]
-struct Listener {
+pub(crate) struct Listener {
     said: Mutex<Said>,
     stop: AtomicBool,
 }
@@ -209,7 +211,7 @@ pub(crate) fn request(
 }
 
 /// Does a work beside the interpreter, which goes on in its other threads; its signals are seen within a twentieth of a second.
-fn watched(
+pub(crate) fn watched(
     py: Python<'_>,
     watch: Option<Bound<'_, PyAny>>,
     work: impl FnOnce(&Arc<Listener>) -> Result<(), Trouble> + Send + 'static,
@@ -237,29 +239,34 @@ fn watched(
             return Ok(Call { said, trouble: Some(trouble) });
         }
     }
-    let mut raised = None;
+    let mut stopped: Option<(PyErr, Instant)> = None;
     let ended = loop {
         let waited;
         (ended, waited) = py.detach(move || {
             let waited = ended.recv_timeout(SIGNALS);
             (ended, waited)
         });
-        match waited {
-            Ok(result) => break result,
-            Err(RecvTimeoutError::Disconnected) => {
+        match (waited, stopped.take()) {
+            (Ok(_), Some((error, _))) => return Err(error),
+            (Ok(result), None) => break result,
+            (Err(RecvTimeoutError::Disconnected), _) => {
                 break Err(Trouble::data("the calculation ended without an answer"));
             }
-            Err(RecvTimeoutError::Timeout) => {}
-        }
-        let stop = py.check_signals().and_then(|()| tell(&listener, watch.as_ref()));
-        if let Err(error) = stop {
-            listener.stop.store(true, Ordering::Relaxed);
-            raised.get_or_insert(error);
+            (Err(RecvTimeoutError::Timeout), Some((error, since))) => {
+                if since.elapsed() > PATIENCE {
+                    return Err(error);
+                }
+                stopped = Some((error, since));
+            }
+            (Err(RecvTimeoutError::Timeout), None) => {
+                let stop = py.check_signals().and_then(|()| tell(&listener, watch.as_ref()));
+                if let Err(error) = stop {
+                    listener.stop.store(true, Ordering::Relaxed);
+                    stopped = Some((error, Instant::now()));
+                }
+            }
         }
     };
-    if let Some(error) = raised {
-        return Err(error);
-    }
     let said = listener.said.lock().map(|mut said| std::mem::take(&mut *said));
     let said = said.map_err(|_| PyRuntimeError::new_err("what was said is lost"))?;
     Ok(Call { said, trouble: ended.err() })
@@ -276,4 +283,25 @@ fn tell(listener: &Listener, watch: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         Some((stage, done, of)) => watch.call1((stage, done, of)).map(drop),
         None => Ok(()),
     }
+}
+
+/// Does a work that cannot be stopped beside the interpreter; a signal is not kept waiting by it.
+pub(crate) fn beside<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> PyResult<T> {
+    let kept = Arc::new(Mutex::new(None));
+    let answer = Arc::clone(&kept);
+    let call = watched(py, None, move |_| {
+        let done = work();
+        answer
+            .lock()
+            .map(|mut answer| *answer = Some(done))
+            .map_err(|_| Trouble::data("the answer is lost"))
+    })?;
+    let answer = kept.lock().ok().and_then(|mut answer| answer.take());
+    answer.ok_or_else(|| {
+        let why = call.trouble.map_or_else(String::new, |t| t.to_string());
+        PyRuntimeError::new_err(why)
+    })
 }

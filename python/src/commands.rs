@@ -1,6 +1,6 @@
 //! Every command with its options, for the code of the Python functions.
 
-use clap::{Arg, ArgAction, Command};
+use clap::{Arg, ArgAction, Command, ValueHint};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::any::TypeId;
@@ -50,7 +50,7 @@ fn argument(argument: &Arg) -> Value {
     let one = |id: TypeId| parser == id;
     let kind = if !argument.get_action().takes_values() {
         "bool"
-    } else if one(TypeId::of::<PathBuf>()) {
+    } else if one(TypeId::of::<PathBuf>()) || argument.get_value_hint() == ValueHint::FilePath {
         "path"
     } else if [TypeId::of::<f64>(), TypeId::of::<f32>()].into_iter().any(one) {
         "float"

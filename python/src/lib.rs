@@ -6,6 +6,7 @@ mod buffer;
 mod call;
 mod commands;
 mod compensation;
+mod monte_carlo;
 mod signals;
 mod stored_result;
 mod uncertain;
@@ -22,6 +23,8 @@ mod _proofmass {
     use super::commands::{commands, result_kinds};
     #[pymodule_export]
     use super::compensation::Compensation;
+    #[pymodule_export]
+    use super::monte_carlo::monte_carlo;
     #[pymodule_export]
     use super::signals::{allan_deviation, fit_sine};
     #[pymodule_export]

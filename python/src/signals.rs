@@ -1,6 +1,7 @@
 //! Calls on arrays that need no command: a deviation, a sine.
 
 use crate::buffer::Numbers;
+use crate::call::beside;
 use crate::stored_result::refused;
 use proofmass::noise::{DeviationOptions, NoiseRecord, Statistic, Taus, deviation};
 use proofmass::signal::sine::{Frequency, Residuals, SineApproximation, dominant_frequency};
@@ -9,6 +10,9 @@ use pyo3::prelude::*;
 
 /// τ, deviation, lower, upper, degrees of freedom, terms.
 type Point = (f64, f64, Option<f64>, Option<f64>, Option<f64>, usize);
+
+/// Samples below which a deviation is a matter of milliseconds.
+const SHORT: usize = 10_000;
 
 #[pyfunction]
 pub(crate) fn allan_deviation(
@@ -26,14 +30,17 @@ pub(crate) fn allan_deviation(
     let taus: Taus = taus
         .parse()
         .map_err(|e| PyValueError::new_err(format!("taus: {e}")))?;
-    let curve = py.detach(|| {
-        let options = DeviationOptions {
-            taus,
-            probability,
-            ..DeviationOptions::default()
-        };
-        deviation(NoiseRecord::Rate(&samples), rate, statistic, &options)
-    });
+    let short = samples.len() < SHORT;
+    let options = DeviationOptions {
+        taus,
+        probability,
+        ..DeviationOptions::default()
+    };
+    let work = move || deviation(NoiseRecord::Rate(&samples), rate, statistic, &options);
+    let curve = match short {
+        true => py.detach(work),
+        false => beside(py, work)?,
+    };
     let points = curve.map_err(refused)?.points.into_iter();
     let of = |p: proofmass::noise::DeviationPoint| {
         let (low, high) = p.interval.unzip();

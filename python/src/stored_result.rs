@@ -77,6 +77,12 @@ impl StoredResult {
         Ok(estimate.and_then(|e| proofmass::uncertainty::Uncertain::of(e, name)).map(Uncertain))
     }
 
+    /// How each recording was read, in a line.
+    fn readings(&self) -> Vec<String> {
+        let lines = self.0.record().readings().into_iter();
+        lines.map(|(_, line)| line).collect()
+    }
+
     /// Files that stand beside result.json alone.
     fn beside<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
         let files = self.0.beside().iter();

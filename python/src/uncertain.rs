@@ -4,7 +4,8 @@ use crate::stored_result::refused;
 use proofmass::uncertainty::{DegreesOfFreedom, Uncertain as Inner};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use std::collections::HashMap;
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 /// A value with the causes of its uncertainty.
 #[pyclass(frozen, module = "proofmass._proofmass")]
@@ -38,6 +39,13 @@ pub(crate) fn finite(result: Inner) -> PyResult<Uncertain> {
     ))
 }
 
+/// `block` of `block[7]` and of `block [7]`.
+fn whole_of(name: &str) -> Option<&str> {
+    let (whole, number) = name.strip_suffix(']')?.rsplit_once('[')?;
+    let is_number = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
+    is_number.then(|| whole.trim_end())
+}
+
 #[pymethods]
 impl Uncertain {
     #[staticmethod]
@@ -48,38 +56,61 @@ impl Uncertain {
         Ok(Self(number.dof(dof)))
     }
 
+    /// The value.
     #[getter]
     fn value(&self) -> f64 {
         self.0.value()
     }
 
+    /// The standard uncertainty.
     #[getter]
     fn u(&self) -> f64 {
         self.0.standard_uncertainty()
     }
 
+    /// The effective degrees of freedom.
     #[getter]
     fn dof(&self) -> f64 {
         self.0.effective_dof().get()
     }
 
+    /// The effective degrees of freedom, under the name that results and arrays have for them.
+    #[getter]
+    fn nu(&self) -> f64 {
+        self.dof()
+    }
+
+    /// The expanded uncertainty for a coverage probability, by Student's t at the effective degrees of freedom.
     #[pyo3(name = "U", signature = (probability = 0.95))]
     fn expanded(&self, probability: f64) -> f64 {
         self.0.expanded(probability)
     }
 
+    /// The covariance with another number, through the causes that both name.
     fn covariance(&self, other: Operand) -> f64 {
         self.0.covariance(&other.0)
     }
 
+    /// The coefficient of correlation; `None` where one of them is exact.
     fn correlation(&self, other: Operand) -> Option<f64> {
         self.0.correlation(&other.0)
     }
 
-    /// Cause and contribution, the largest first.
+    /// Cause and contribution, the largest first. Elements of an array, and parts of a joint cause, are one line.
     fn budget(&self) -> Vec<(String, f64)> {
-        let lines = self.0.budget().into_iter();
-        lines.map(|line| (line.key, line.contribution)).collect()
+        let mut lines: Vec<(String, f64)> = Vec::new();
+        let mut known = HashMap::new();
+        for (name, contribution, _) in self.0.causes().filter(|cause| cause.1 != 0.0) {
+            let whole = whole_of(name).unwrap_or(name);
+            let at = *known.entry(whole.to_owned()).or_insert_with(|| {
+                lines.push((whole.to_owned(), 0.0));
+                lines.len() - 1
+            });
+            lines[at].1 += contribution * contribution;
+        }
+        lines.iter_mut().for_each(|line| line.1 = line.1.sqrt());
+        lines.sort_by(|a, b| b.1.total_cmp(&a.1));
+        lines
     }
 
     /// Name, contribution with its sign and degrees of freedom of every cause.
@@ -100,6 +131,7 @@ impl Uncertain {
         finite(number)
     }
 
+    /// value(u) with its unit.
     #[pyo3(signature = (unit = String::new()))]
     fn text(&self, unit: String) -> String {
         self.0.in_unit(unit).to_string()
@@ -187,66 +219,91 @@ impl Uncertain {
         finite(self.0.abs())
     }
 
-    fn __float__(&self) -> f64 {
-        self.0.value()
+    /// What numpy's functions do with it, alone and beside arrays.
+    #[pyo3(signature = (ufunc, method, *inputs, **options))]
+    fn __array_ufunc__<'py>(
+        slf: &Bound<'py, Self>,
+        ufunc: Bound<'py, PyAny>,
+        method: Bound<'py, PyAny>,
+        inputs: Bound<'py, PyTuple>,
+        options: Option<Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let own = py.import("proofmass._uncertain")?.getattr("number_ufunc")?;
+        let all: Vec<Bound<'py, PyAny>> = [ufunc, method].into_iter().chain(inputs.iter()).collect();
+        own.call(PyTuple::new(py, all)?, options.as_ref())
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().is_ok_and(|other| other.get().0 == self.0)
     }
 
+    /// eˣ.
     fn exp(&self) -> PyResult<Self> {
         finite(self.0.exp())
     }
 
+    /// Natural logarithm.
     fn log(&self) -> PyResult<Self> {
         finite(self.0.ln())
     }
 
+    /// Decimal logarithm.
     fn log10(&self) -> PyResult<Self> {
         finite(self.0.log10())
     }
 
+    /// Square root.
     fn sqrt(&self) -> PyResult<Self> {
         finite(self.0.sqrt())
     }
 
+    /// Sine.
     fn sin(&self) -> PyResult<Self> {
         finite(self.0.sin())
     }
 
+    /// Cosine.
     fn cos(&self) -> PyResult<Self> {
         finite(self.0.cos())
     }
 
+    /// Tangent.
     fn tan(&self) -> PyResult<Self> {
         finite(self.0.tan())
     }
 
+    /// Arc sine.
     fn arcsin(&self) -> PyResult<Self> {
         finite(self.0.asin())
     }
 
+    /// Arc cosine.
     fn arccos(&self) -> PyResult<Self> {
         finite(self.0.acos())
     }
 
+    /// Arc tangent.
     fn arctan(&self) -> PyResult<Self> {
         finite(self.0.atan())
     }
 
+    /// Angle of the vector (other, self).
     fn arctan2(&self, other: Operand) -> PyResult<Self> {
         finite(self.0.atan2(&other.0))
     }
 
+    /// Hyperbolic sine.
     fn sinh(&self) -> PyResult<Self> {
         finite(self.0.sinh())
     }
 
+    /// Hyperbolic cosine.
     fn cosh(&self) -> PyResult<Self> {
         finite(self.0.cosh())
     }
 
+    /// Hyperbolic tangent.
     fn tanh(&self) -> PyResult<Self> {
         finite(self.0.tanh())
     }

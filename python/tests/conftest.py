@@ -59,4 +59,4 @@ def simulated(tmp_path_factory):
 @pytest.fixture
 def rest():
     """Three channels of white noise, m/s²."""
-    return [*np.random.default_rng(3).normal(0, 0.001, (20000, 3)), 0, 0, 9.8]
+    return np.random.default_rng(3).normal(0, 1e-3, (20_000, 3)) + [0, 0, 9.8]

@@ -273,3 +273,73 @@ def test_shapes_and_kinds():
         assert np.array_equal(back.astype(float), array.astype(float))
 
     every()
+
+
+def test_frames_keep_what_they_say():
+    """Names of series, dates of an index, zones, nulls."""
+    pandas = pytest.importorskip("pandas")
+    polars = pytest.importorskip("polars")
+    values = np.random.default_rng(3).normal(0, 1e-3, 20_000)
+    stamps = pandas.date_range("2026-01-01", periods=20_000, freq="10ms")
+    expected = n_of(noise({"time_s": np.arange(20_000) / 100, "acc_x_g": values}))
+    series = pandas.Series(values, name="acc_x_g")
+    assert n_of(noise(series, rate=100.0)) == pytest.approx(expected)
+    assert n_of(noise(polars.Series("acc_x_g", values), rate=100.0)) == pytest.approx(expected)
+    frame = pandas.DataFrame({"acc_x_g": values}, index=stamps)
+    assert n_of(noise(frame)) == pytest.approx(expected, rel=1e-6)
+    zoned = pandas.DataFrame({"t": stamps.tz_localize("Europe/Berlin"), "acc_x_g": values})
+    assert n_of(noise(zoned)) == pytest.approx(expected, rel=1e-6)
+    nullable = pandas.DataFrame({"time_s": np.arange(20_000) / 100, "acc_x_g": pandas.array(values, dtype="Float64")})
+    nullable.loc[[700, 1234], "acc_x_g"] = pandas.NA
+    assert any("gap" in f.code or "missing" in f.code for f in noise(nullable).findings)
+    with pytest.raises(RequestError, match="collect"):
+        noise(polars.LazyFrame({"acc_x_g": values}), rate=100.0)
+    with pytest.raises(RequestError, match="to_datetime"):
+        noise(pandas.DataFrame({"t": stamps.astype(str), "acc_x_g": values}))
+    with pytest.raises(DataError, match="nan"):
+        noise(pandas.DataFrame({"acc_x_g": np.where(np.arange(20_000) == 5, np.nan, values)}), rate=100.0)
+
+
+def test_objects_in_the_place_of_files(examples, tmp_path):
+    """A result or a calibration stands where the command line is given its file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        result = proofmass.calibrate(examples / "hand-held")
+    recording = examples / "hand-held" / "recording.csv"
+    result.write(tmp_path / "r")
+    file = proofmass.apply(tmp_path / "r" / "calibration.json", recording)
+    for calibration in (result, result.calibration, result.calibration.to_json()):
+        applied = proofmass.apply(calibration, recording)
+        assert all(np.array_equal(applied[name], file[name]) for name in file)
+    headers = [proofmass.export(given, c=True) for given in (result, tmp_path / "r" / "calibration.json")]
+    # Where it came from differs by its folder alone.
+    assert headers[0] == headers[1].replace(f"{tmp_path}/r/", "")
+    assert proofmass.test.orthogonality(result).estimate
+    first, second = (noise(np.random.default_rng(k).normal(0, 1, 5000), rate=10.0) for k in (1, 2))
+    assert proofmass.noise_compare([first, second]).kind == "noise-comparison"
+    assert proofmass.render(first).estimate.keys() == first.estimate.keys()
+    rows = np.loadtxt(recording, delimiter=",", skiprows=1)[:, -3:]
+    applied = proofmass.apply(result, rows, rate=100.0, unit="count")
+    assert np.allclose(np.column_stack(list(applied.values())[-3:]), result.calibration.apply(rows))
+
+
+def test_velocity_of_arrays(simulated):
+    recording = simulated / "axis" / "recording.csv"
+    table = np.genfromtxt(recording, delimiter=",", names=True, deletechars="", encoding="utf-8")
+    columns = {name: table[name] for name in table.dtype.names}
+    options = dict(position="encoder", counts_per_turn=2000, radius=0.3, acceleration="acceleration")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        ours = proofmass.velocity.estimate(columns, **options)
+        theirs = proofmass.velocity.estimate(recording, **options)
+    assert {k: q.value for k, q in ours.estimate.items()} == {k: q.value for k, q in theirs.estimate.items()}
+    v = ours.table("velocity")
+    assert len(next(iter(v.values()))) == len(table)
+
+
+def test_gaps_that_are_refused():
+    values = np.random.default_rng(3).normal(0, 1e-3, 20_000)
+    keep = np.ones(20_000, bool)
+    keep[[500, 777, 12_345]] = False
+    with pytest.raises(ProofmassError, match="too many gaps"):
+        noise({"time_s": (np.arange(20_000) / 100)[keep], "acc_x_g": values[keep]}, refuse_gaps=True)

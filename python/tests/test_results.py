@@ -72,7 +72,7 @@ def test_a_result_is_read_again(result, tmp_path):
 
 def test_a_folder_of_others_is_kept(result, tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
-    with pytest.raises(ValueError, match="force|holds"):
+    with pytest.raises(proofmass.OutputError, match="force|holds"):
         result.write(tmp_path)
     result.write(tmp_path, force=True)
     assert (tmp_path / "mine.txt").read_text() == "mine"

@@ -138,3 +138,58 @@ def test_gtc_agrees():
     assert ours.value == pytest.approx(theirs.x, rel=1e-14)
     assert ours.u == pytest.approx(theirs.u, rel=1e-13)
     assert ours.dof == pytest.approx(theirs.df, rel=1e-12)
+
+
+def test_functions_of_numpy_on_arrays():
+    x = uarray(np.arange(1.0, 7).reshape(2, 3), 0.1) * ufloat(1, 0.01, "gain")
+    whole = x.covariance()
+    rows = np.array([[1, 1, 1, 0, 0, 0], [0, 0, 0, 1, 1, 1]])
+    assert np.allclose(np.sum(x, axis=1).covariance(), rows @ whole @ rows.T)
+    assert np.allclose(np.mean(x, axis=0).value, [2.5, 3.5, 4.5])
+    assert np.sum(x).u == pytest.approx(x.sum().u) and np.mean(x).value == 3.5
+    both = np.concatenate([x.reshape(6), x.reshape(6)])
+    assert np.allclose(both.covariance(), np.block([[whole, whole], [whole, whole]]))
+    assert np.allclose(np.stack([x, x]).value[1], x.value)
+    steps = np.array([[-1.0, 1, 0], [0, -1, 1]])
+    assert np.allclose(np.diff(x[0]).covariance(), steps @ whole[:3, :3] @ steps.T)
+    assert np.all((x.copy() - x).u == 0)
+    with pytest.raises(TypeError):
+        np.max(x)
+
+
+def test_numbers_beside_arrays():
+    g = ufloat(2.0, 0.1, "g")
+    for y in (g * np.arange(3), np.arange(3) * g, np.arange(3.0) * g):
+        assert isinstance(y, UncertainArray) and np.allclose(y.u, [0, 0.1, 0.2])
+    assert np.hypot(g, ufloat(3.0, 0.1)).value == pytest.approx(13**0.5)
+    assert np.log2(g).u == pytest.approx(0.05 / np.log(2))
+    with pytest.raises(TypeError):
+        math.sqrt(g)
+    with pytest.raises(TypeError):
+        np.array([g, g], dtype=float)
+    kept = uarray([g, ufloat(3.0, 0.2)], 0)
+    assert np.allclose(kept.u, [0.1, 0.2]) and kept[0].correlation(g) == pytest.approx(1)
+
+
+def test_a_budget_has_a_line_for_each_array():
+    x = uarray(np.ones(20), 0.1, "readings") * ufloat(1, 0.01, "gain")
+    assert [name for name, _ in x.mean().budget()] == ["readings", "gain"]
+    assert x.mean().budget()[0][1] == pytest.approx(0.1 / math.sqrt(20))
+
+
+def test_complex_numbers():
+    gtc = pytest.importorskip("GTC")
+    from proofmass import ucomplex
+
+    z = ucomplex(1 + 2j, (0.1, 0.2), correlation=0.5, dof=9)
+    ref = gtc.ucomplex(1 + 2j, (0.01, 0.01, 0.01, 0.04), 9)
+    w, ref_w = z * z.conjugate() / (3 + 1j), ref * ref.conjugate() / (3 + 1j)
+    assert w.value == pytest.approx(complex(ref_w.x))
+    assert w.real.u == pytest.approx(ref_w.real.u) and w.imag.u == pytest.approx(ref_w.imag.u)
+    assert abs(z).u == pytest.approx(gtc.magnitude(ref).u)
+    assert z.phase().u == pytest.approx(gtc.phase(ref).u)
+    assert (z - z).real.u == 0 and (z**2).value == (1 + 2j) ** 2
+    assert pickle.loads(pickle.dumps(z)) == z
+    assert (ufloat(2, 0.1) * z).value == 2 + 4j
+    with pytest.raises(DataError):
+        ucomplex(1, (0.1, -0.1))

@@ -24,7 +24,7 @@ from proofmass._command import arguments, descriptions, in_keywords, keyword  # 
 
 #: Commands whose answers are no result of their own.
 ANSWERS = {
-    "init": "Path | None",
+    "init": "Path",
     "plan": "Result | Path | None",
     "apply": "dict[str, np.ndarray] | Path",
     "export": "str | Path",
@@ -35,8 +35,9 @@ ANSWERS = {
     "formats": "list[dict[str, Any]]",
     "explain": "Any",
     "verify": "dict[str, Any]",
-    "keygen": "Path | str | None",
+    "keygen": "str",
     "calibrate": "Result | list[Result]",
+    **dict.fromkeys((words for words in descriptions() if words.startswith("simulate ")), "Path"),
 }
 GROUPS = {
     "velocity": "Velocity of an axis from encoder and accelerometer.",
@@ -70,8 +71,15 @@ Place = str | os.PathLike[str]
 Watch = Callable[[str, int, int], object]
 
 __all__ = {names}
+
+
+def __dir__() -> list[str]:
+    return __all__
 '''
 
+#: Columns by name or number, and what is typed as numbers with commas.
+COLUMNS = {"time", "temperature", "column", "input", "output_column", "reference", "reference_time", "acceleration"}
+NUMBERS = {"band", "frequencies", "taus", "still", "between"}
 #: Places that a command writes to, which no array can stand for.
 WRITTEN = {"output", "draws", "imu_yaml", "plot", "filter_yaml"}
 
@@ -91,7 +99,9 @@ def annotation(argument: dict) -> str:
     if argument["delimiter"] or argument["repeated"] or argument["id"] == "columns":
         plain = one if one == "str" else f"{one} | str"
         return f"{plain} | Sequence[str | int | float]" if one == "str" else f"{plain} | Sequence[{one}]"
-    return "str | int" if argument["id"] in ("time", "temperature") else one
+    if argument["id"] in COLUMNS:
+        return "str | int"
+    return "str | Sequence[float]" if argument["id"] in NUMBERS else one
 
 
 def default(argument: dict) -> str | None:
@@ -137,7 +147,11 @@ def function(words: str, name: str) -> str:
         # A calibration and a recording come first, what may be left out is a keyword that is.
         if words == "apply" and argument["id"] == "output":
             value = "None"
+        # Nothing is written where nobody said so.
+        if words == "init" and argument["id"] == "output":
+            value = None
         if value is None:
+            kind = kind.removesuffix(" | None")
             lines.append(f"    {keyword(argument)}: {kind},")
         else:
             kind = f"{kind} | None" if value == "None" else kind
@@ -157,7 +171,9 @@ def function(words: str, name: str) -> str:
     entries = []
     for argument in positional + keywords:
         text = argument["long_help"] or argument["help"] or ""
-        text = " ".join(in_keywords(text, words).split()).replace("\\", "\\\\")
+        text = " ".join(in_keywords(text.replace(" and more with --help", ""), words).split()).replace("\\", "\\\\")
+        if argument["id"] == "output" and "[default:" in text:
+            text = text[: text.index("[default:")] + "[default: none is written]"
         choices = (
             f" One of {', '.join(argument['choices'])}." if argument["choices"] and argument["kind"] != "bool" else ""
         )
@@ -173,6 +189,9 @@ def function(words: str, name: str) -> str:
         )
     if words == "apply":
         entries.append("        Without an output the compensated recording comes back as arrays by heading.")
+    entries.append(
+        "        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command."
+    )
     doc.append("    Args:\n" + "\n".join(entries))
     answer = ANSWERS.get(words, "Result")
     body = "\n\n".join(doc)

@@ -1,6 +1,6 @@
 //! Where the results of a command go: a folder, standard output, the exit code.
 
-use crate::{Failure, Outcome, console};
+use crate::{Failure, Outcome, console, host};
 use proofmass::io::{OutputFolder, SigningKey};
 use proofmass::jobs::StoredResult;
 use std::path::{Path, PathBuf};
@@ -93,6 +93,7 @@ impl Delivery {
             for (name, bytes) in result.files()? {
                 folder.write(&name, bytes)?;
             }
+            host::go_on()?;
             place = Some(folder.commit()?);
         }
         if self.json {

@@ -1,7 +1,7 @@
 //! A program that runs commands in its own process, and is told what a terminal would show.
 
-use crate::{Outcome, begun};
-use proofmass::jobs::{StoredResult, Trouble};
+use crate::{Failure, Outcome, begun};
+use proofmass::jobs::{StoredResult, Trouble, TroubleKind};
 use proofmass::uncertainty::Finding;
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -82,13 +82,23 @@ fn refused(wrong: &clap::Error) -> Trouble {
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let what = lines.next().unwrap_or_default();
     let mut trouble = Trouble::request(what.trim_start_matches("error: "));
-    for line in lines.take_while(|line| !line.starts_with("Usage:")) {
+    let of_help = |line: &&str| line.starts_with("Usage:") || line.starts_with("For more information");
+    for line in lines.take_while(|line| !of_help(line)) {
         trouble = match line.strip_prefix("tip: ") {
             Some(tip) => trouble.with_hint(tip),
             None => trouble.detail(line),
         };
     }
     trouble
+}
+
+/// Refuses to go on where the host wants the command to stop: before a result takes its place.
+pub(crate) fn go_on() -> Result<(), Failure> {
+    let goes_on = host().is_none_or(|host| host.progress("writing", 0, 0).is_continue());
+    match goes_on {
+        true => Ok(()),
+        false => Err(Trouble::new(TroubleKind::Cancelled, "stopped: nothing was written").into()),
+    }
 }
 
 /// Tells the host of this thread where there is one; whether there is.

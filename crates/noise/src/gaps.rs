@@ -140,8 +140,8 @@ pub fn stretches(
 
 /// The stretches to analyse under a policy.
 ///
-/// **Errors** under [`Gaps::Refuse`]: [`Error::NotFinite`] at a missing row, [`Error::OutOfRange`] with the row of
-/// a stamp that jumps.
+/// **Errors** under [`Gaps::Refuse`]: [`Error::NotFinite`] at a missing row, [`Error::TooMany`] with the number of
+/// gaps where stamps jump.
 pub(crate) fn choose(
     policy: Gaps,
     runs: Vec<(usize, usize)>,
@@ -155,11 +155,10 @@ pub(crate) fn choose(
                 name: "rate",
                 index: gap.row,
             },
-            GapKind::Jump | GapKind::Backwards => Error::OutOfRange {
-                name: "row whose time stamp jumps",
-                value: gap.row as f64,
-                min: f64::INFINITY,
-                max: f64::INFINITY,
+            GapKind::Jump | GapKind::Backwards => Error::TooMany {
+                name: "gaps",
+                most: 0,
+                got: gaps.len(),
             },
         });
     }

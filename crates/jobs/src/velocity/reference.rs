@@ -40,6 +40,7 @@ pub struct Reference {
             id = "reference_file",
             long = "reference-file",
             value_name = "FILE",
+            value_hint = clap::ValueHint::FilePath,
             requires = "reference"
         )
     )]

@@ -30,6 +30,7 @@ use serde::{Deserialize, Serialize};
 #[serde(default)]
 pub struct AxisSensors {
     /// Recording with the encoder or the wheel speed, and with the accelerometer unless that has its own file
+    #[cfg_attr(feature = "clap", arg(value_hint = clap::ValueHint::FilePath))]
     pub recording: String,
     /// Encoder or wheel speed
     #[cfg_attr(feature = "clap", command(flatten))]
@@ -47,7 +48,7 @@ pub struct AxisSensors {
     #[cfg_attr(feature = "clap", arg(long, value_name = "UNIT"))]
     pub acceleration_unit: Option<Unit>,
     /// File of the accelerometer, when it has its own; its clock must be that of the recording
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath))]
     pub acceleration_file: Option<String>,
     /// Time column of the accelerometer's file, where no heading names it
     #[cfg_attr(
@@ -62,7 +63,7 @@ pub struct AxisSensors {
     )]
     pub acceleration_rate: Option<f64>,
     /// calibration.json that compensates the acceleration first; needs the axis and three columns
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", requires = "axis"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath, requires = "axis"))]
     pub calibration: Option<String>,
     /// Axis of the compensated accelerometer that lies along the motion
     #[cfg_attr(feature = "clap", arg(long, value_enum, requires = "calibration"))]
@@ -92,7 +93,7 @@ pub struct AxisSensors {
     )]
     pub between: Option<Vec<f64>>,
     /// Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity map`
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RESULT"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RESULT", value_hint = clap::ValueHint::FilePath))]
     pub encoder_map: Option<String>,
     /// The axis stands still at the first sample
     #[cfg_attr(feature = "clap", arg(long))]
