@@ -86,7 +86,7 @@ def named_columns(data: Any) -> Mapping[str, Any] | None:
     if hasattr(data, "iloc") or hasattr(data, "to_frame"):
         # One column with its name, if it has one.
         return named_columns(data.to_frame()) if getattr(data, "name", None) else None
-    if hasattr(data, "collect") and hasattr(data, "columns"):
+    if hasattr(type(data), "collect") and hasattr(type(data), "columns"):
         raise RequestError(f"{type(data).__name__} is not evaluated", hint="give .collect() of it")
     if hasattr(data, "columns") and hasattr(data, "__getitem__") and not isinstance(data, np.ndarray):
         names = getattr(data, "column_names", None) or list(data.columns)

@@ -111,7 +111,12 @@ impl Call {
 
     #[getter]
     fn results(&self) -> Vec<StoredResult> {
-        self.said.results.iter().cloned().map(StoredResult).collect()
+        self.said
+            .results
+            .iter()
+            .cloned()
+            .map(StoredResult)
+            .collect()
     }
 
     #[getter]
@@ -122,7 +127,8 @@ impl Call {
     /// Findings that stand in no result, as JSON.
     #[getter]
     fn findings(&self) -> PyResult<String> {
-        serde_json::to_string(&self.said.findings).map_err(|e| PyRuntimeError::new_err(e.to_string()))
+        serde_json::to_string(&self.said.findings)
+            .map_err(|e| PyRuntimeError::new_err(e.to_string()))
     }
 
     #[getter]
@@ -136,13 +142,17 @@ static THREADS: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
 /// Threads to calculate with: those of a process that was forked are not its child's.
 fn threads() -> Result<Arc<ThreadPool>, Trouble> {
-    let mut known = THREADS.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let mut known = THREADS
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
     let process = std::process::id();
     match &*known {
         Some((owner, pool)) if *owner == process => Ok(Arc::clone(pool)),
         _ => {
             let pool = ThreadPoolBuilder::new().build().map_err(|e| {
-                Trouble::request(format!("the system gives no threads to calculate with: {e}"))
+                Trouble::request(format!(
+                    "the system gives no threads to calculate with: {e}"
+                ))
             })?;
             let pool = Arc::new(pool);
             // Threads of the parent are none here, and wait for no end.
@@ -167,7 +177,10 @@ pub(crate) fn call(
     watched(py, watch, move |listener| {
         let _loans: Vec<_> = lent.into_iter().map(|(name, c)| lend(name, c)).collect();
         let program = std::iter::once("proofmass".to_owned());
-        proofmass_cli::call(program.chain(arguments), Arc::clone(listener) as Arc<dyn Host>)
+        proofmass_cli::call(
+            program.chain(arguments),
+            Arc::clone(listener) as Arc<dyn Host>,
+        )
     })
 }
 
@@ -181,7 +194,9 @@ pub(crate) fn campaign(
 ) -> PyResult<Call> {
     watched(py, watch, move |listener| {
         let files = files.into_iter();
-        let store = files.fold(Memory::new(), |store, (name, bytes)| store.file(name, bytes));
+        let store = files.fold(Memory::new(), |store, (name, bytes)| {
+            store.file(name, bytes)
+        });
         let campaign = Campaign::read(Arc::new(store), "campaign.toml")?;
         for (_, campaign) in campaign.of_each_device() {
             listener.result(campaign.evaluate(date.clone(), listener.as_ref())?);
@@ -236,7 +251,10 @@ pub(crate) fn watched(
         Ok(pool) => pool.spawn(work),
         Err(trouble) => {
             let said = Said::default();
-            return Ok(Call { said, trouble: Some(trouble) });
+            return Ok(Call {
+                said,
+                trouble: Some(trouble),
+            });
         }
     }
     let mut stopped: Option<(PyErr, Instant)> = None;
@@ -259,7 +277,9 @@ pub(crate) fn watched(
                 stopped = Some((error, since));
             }
             (Err(RecvTimeoutError::Timeout), None) => {
-                let stop = py.check_signals().and_then(|()| tell(&listener, watch.as_ref()));
+                let stop = py
+                    .check_signals()
+                    .and_then(|()| tell(&listener, watch.as_ref()));
                 if let Err(error) = stop {
                     listener.stop.store(true, Ordering::Relaxed);
                     stopped = Some((error, Instant::now()));
@@ -267,9 +287,15 @@ pub(crate) fn watched(
             }
         }
     };
-    let said = listener.said.lock().map(|mut said| std::mem::take(&mut *said));
+    let said = listener
+        .said
+        .lock()
+        .map(|mut said| std::mem::take(&mut *said));
     let said = said.map_err(|_| PyRuntimeError::new_err("what was said is lost"))?;
-    Ok(Call { said, trouble: ended.err() })
+    Ok(Call {
+        said,
+        trouble: ended.err(),
+    })
 }
 
 /// Calls the function that wants to know how far it is; what it raises stops the command.

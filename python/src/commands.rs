@@ -27,7 +27,9 @@ fn gather(command: &Command, words: &[&str], found: &mut Vec<Value>) {
         let words = [words, &[inner.get_name()]].concat();
         let takes = inner.get_arguments().any(|a| !is_help(a));
         if takes || !inner.has_subcommands() {
-            let arguments = inner.get_arguments().filter(|a| !is_help(a) && !a.is_hide_set());
+            let arguments = inner
+                .get_arguments()
+                .filter(|a| !is_help(a) && !a.is_hide_set());
             let about = inner.get_about().map(ToString::to_string);
             let long = inner.get_long_about().map(ToString::to_string);
             found.push(json!({
@@ -52,7 +54,10 @@ fn argument(argument: &Arg) -> Value {
         "bool"
     } else if one(TypeId::of::<PathBuf>()) || argument.get_value_hint() == ValueHint::FilePath {
         "path"
-    } else if [TypeId::of::<f64>(), TypeId::of::<f32>()].into_iter().any(one) {
+    } else if [TypeId::of::<f64>(), TypeId::of::<f32>()]
+        .into_iter()
+        .any(one)
+    {
         "float"
     } else if [
         TypeId::of::<usize>(),

@@ -84,7 +84,9 @@ impl Compensation {
                     Some(each) => each[k],
                 };
                 let outputs = self.inner.apply([row[0], row[1], row[2]], at);
-                outputs.iter().for_each(|a| bytes.extend_from_slice(&a.to_ne_bytes()));
+                outputs
+                    .iter()
+                    .for_each(|a| bytes.extend_from_slice(&a.to_ne_bytes()));
             }
             bytes
         });

@@ -64,7 +64,10 @@ impl Trial for Function {
 
 /// Runs the trials; the answer is JSON, or what the function raised.
 #[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "called by one function, which names them")]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "called by one function, which names them"
+)]
 pub(crate) fn monte_carlo(
     py: Python<'_>,
     function: Py<PyAny>,
@@ -79,7 +82,11 @@ pub(crate) fn monte_carlo(
         .map_err(|e| PyValueError::new_err(format!("the inputs cannot be read: {e}")))?;
     let joint = entries.inputs().and_then(|inputs| inputs.single());
     let joint = joint.map_err(|refusal| PyValueError::new_err(refusal.to_string()))?;
-    let names = entries.input.iter().map(|entry| entry.name.clone()).collect();
+    let names = entries
+        .input
+        .iter()
+        .map(|entry| entry.name.clone())
+        .collect();
     let raised = Arc::new(Mutex::new(None));
     let model = Function {
         function,

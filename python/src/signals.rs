@@ -74,9 +74,7 @@ pub(crate) fn fit_sine(
             None => SineApproximation::new(dominant_frequency(rate, &samples)?)
                 .frequency(Frequency::Common),
         };
-        approximation
-            .residuals(residuals)
-            .fit(rate, &[&samples])
+        approximation.residuals(residuals).fit(rate, &[&samples])
     });
     let fit = fit.map_err(refused)?;
     let sine = &fit.channels[0];

@@ -42,7 +42,9 @@ impl StoredResult {
     fn files<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
         let files = py.detach(|| self.0.files()).map_err(refused)?;
         let files = files.into_iter();
-        Ok(files.map(|(name, bytes)| (name, PyBytes::new(py, &bytes))).collect())
+        Ok(files
+            .map(|(name, bytes)| (name, PyBytes::new(py, &bytes)))
+            .collect())
     }
 
     /// Writes the folder that the command writes; where it stands.
@@ -74,7 +76,9 @@ impl StoredResult {
     /// A parameter of the joint estimate, with its causes.
     fn uncertain(&self, name: &str) -> PyResult<Option<Uncertain>> {
         let estimate = self.0.estimate().map_err(refused)?;
-        Ok(estimate.and_then(|e| proofmass::uncertainty::Uncertain::of(e, name)).map(Uncertain))
+        Ok(estimate
+            .and_then(|e| proofmass::uncertainty::Uncertain::of(e, name))
+            .map(Uncertain))
     }
 
     /// How each recording was read, in a line.
@@ -86,7 +90,9 @@ impl StoredResult {
     /// Files that stand beside result.json alone.
     fn beside<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
         let files = self.0.beside().iter();
-        files.map(|(name, bytes)| (name.clone(), PyBytes::new(py, bytes))).collect()
+        files
+            .map(|(name, bytes)| (name.clone(), PyBytes::new(py, bytes)))
+            .collect()
     }
 
     /// The summary as a terminal shows it, so many columns wide.

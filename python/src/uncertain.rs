@@ -4,8 +4,8 @@ use crate::stored_result::refused;
 use proofmass::uncertainty::{DegreesOfFreedom, Uncertain as Inner};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use std::collections::HashMap;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
+use std::collections::HashMap;
 
 /// A value with the causes of its uncertainty.
 #[pyclass(frozen, module = "proofmass._proofmass")]
@@ -24,7 +24,9 @@ impl<'py> FromPyObject<'_, 'py> for Operand {
         let value: f64 = object.extract()?;
         match value.is_finite() {
             true => Ok(Self(Inner::exact(value))),
-            false => Err(PyValueError::new_err(format!("{value} is no number to calculate with"))),
+            false => Err(PyValueError::new_err(format!(
+                "{value} is no number to calculate with"
+            ))),
         }
     }
 }
@@ -116,7 +118,9 @@ impl Uncertain {
     /// Name, contribution with its sign and degrees of freedom of every cause.
     fn causes(&self) -> Vec<(String, f64, f64)> {
         let causes = self.0.causes();
-        causes.map(|(name, c, dof)| (name.to_owned(), c, dof.get())).collect()
+        causes
+            .map(|(name, c, dof)| (name.to_owned(), c, dof.get()))
+            .collect()
     }
 
     /// A number of such causes; a name that stands twice is one cause.
@@ -124,8 +128,9 @@ impl Uncertain {
     fn with_causes(value: f64, causes: Vec<(String, f64, f64)>) -> PyResult<Self> {
         let mut number = Inner::exact(value);
         for (name, contribution, dof) in causes {
-            let dof = DegreesOfFreedom::new(dof)
-                .ok_or_else(|| PyValueError::new_err(format!("{dof} degrees of freedom are none")))?;
+            let dof = DegreesOfFreedom::new(dof).ok_or_else(|| {
+                PyValueError::new_err(format!("{dof} degrees of freedom are none"))
+            })?;
             number = number.with_cause(name, contribution, dof);
         }
         finite(number)
@@ -145,7 +150,10 @@ impl Uncertain {
         format!("<{}>", self.0)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
         let json = serde_json::to_vec(&self.0).map_err(|e| PyValueError::new_err(e.to_string()))?;
         let read = py.get_type::<Self>().getattr("read")?;
         Ok((read, (PyBytes::new(py, &json),)))
@@ -153,7 +161,8 @@ impl Uncertain {
 
     #[staticmethod]
     fn read(json: &[u8]) -> PyResult<Self> {
-        let number = serde_json::from_slice(json).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let number =
+            serde_json::from_slice(json).map_err(|e| PyValueError::new_err(e.to_string()))?;
         finite(number)
     }
 
@@ -191,7 +200,9 @@ impl Uncertain {
 
     fn __pow__(&self, exponent: Bound<'_, PyAny>, modulo: Option<i64>) -> PyResult<Self> {
         if modulo.is_some() {
-            return Err(PyTypeError::new_err("a power of an uncertain number has no modulus"));
+            return Err(PyTypeError::new_err(
+                "a power of an uncertain number has no modulus",
+            ));
         }
         if let Ok(n) = exponent.extract::<i32>() {
             return finite(self.0.powi(n));
@@ -203,7 +214,9 @@ impl Uncertain {
     fn __rpow__(&self, base: Operand, modulo: Option<i64>) -> PyResult<Self> {
         match modulo {
             None => finite(base.0.powf(&self.0)),
-            Some(_) => Err(PyTypeError::new_err("a power of an uncertain number has no modulus")),
+            Some(_) => Err(PyTypeError::new_err(
+                "a power of an uncertain number has no modulus",
+            )),
         }
     }
 
@@ -230,12 +243,15 @@ impl Uncertain {
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = slf.py();
         let own = py.import("proofmass._uncertain")?.getattr("number_ufunc")?;
-        let all: Vec<Bound<'py, PyAny>> = [ufunc, method].into_iter().chain(inputs.iter()).collect();
+        let all: Vec<Bound<'py, PyAny>> =
+            [ufunc, method].into_iter().chain(inputs.iter()).collect();
         own.call(PyTuple::new(py, all)?, options.as_ref())
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        other.cast::<Self>().is_ok_and(|other| other.get().0 == self.0)
+        other
+            .cast::<Self>()
+            .is_ok_and(|other| other.get().0 == self.0)
     }
 
     /// eˣ.

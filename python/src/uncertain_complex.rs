@@ -24,11 +24,17 @@ impl<'py> FromPyObject<'_, 'py> for Operand {
             return Ok(Self(Inner::from(number.get().0.clone())));
         }
         let parts = match object.cast::<PyComplex>() {
-            Ok(number) => [number.getattr("real")?.extract()?, number.getattr("imag")?.extract()?],
+            Ok(number) => [
+                number.getattr("real")?.extract()?,
+                number.getattr("imag")?.extract()?,
+            ],
             Err(_) => [object.extract::<f64>()?, 0.0],
         };
         match parts.iter().all(|x| x.is_finite()) {
-            true => Ok(Self(Inner::new(Part::exact(parts[0]), Part::exact(parts[1])))),
+            true => Ok(Self(Inner::new(
+                Part::exact(parts[0]),
+                Part::exact(parts[1]),
+            ))),
             false => Err(PyValueError::new_err("the operand is no finite number")),
         }
     }
@@ -49,7 +55,10 @@ impl UncertainComplex {
     }
 
     #[staticmethod]
-    fn from_polar(magnitude: &Bound<'_, Uncertain>, phase: &Bound<'_, Uncertain>) -> PyResult<Self> {
+    fn from_polar(
+        magnitude: &Bound<'_, Uncertain>,
+        phase: &Bound<'_, Uncertain>,
+    ) -> PyResult<Self> {
         checked(Inner::from_polar(&magnitude.get().0, &phase.get().0))
     }
 
@@ -144,7 +153,9 @@ impl UncertainComplex {
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        other.cast::<Self>().is_ok_and(|other| other.get().0 == self.0)
+        other
+            .cast::<Self>()
+            .is_ok_and(|other| other.get().0 == self.0)
     }
 
     fn __repr__(&self) -> String {

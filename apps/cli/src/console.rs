@@ -11,8 +11,8 @@ use proofmass::uncertainty::{Finding, Severity};
 use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Prints a report as text, as wide as the terminal, with colour where a person looks at it.

@@ -40,7 +40,11 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "\x1b[1;31merror\x1b[0m: {}", Visible(&self.0.to_string()))?;
+        writeln!(
+            f,
+            "\x1b[1;31merror\x1b[0m: {}",
+            Visible(&self.0.to_string())
+        )?;
         for detail in self.0.place() {
             writeln!(f, "  {}", Visible(detail))?;
         }

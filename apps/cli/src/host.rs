@@ -82,7 +82,8 @@ fn refused(wrong: &clap::Error) -> Trouble {
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     let what = lines.next().unwrap_or_default();
     let mut trouble = Trouble::request(what.trim_start_matches("error: "));
-    let of_help = |line: &&str| line.starts_with("Usage:") || line.starts_with("For more information");
+    let of_help =
+        |line: &&str| line.starts_with("Usage:") || line.starts_with("For more information");
     for line in lines.take_while(|line| !of_help(line)) {
         trouble = match line.strip_prefix("tip: ") {
             Some(tip) => trouble.with_hint(tip),
@@ -141,9 +142,15 @@ mod tests {
 
     #[test]
     fn a_host_is_given_the_result_and_the_text() {
-        let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/uncertainty/mass.toml");
+        let model = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../examples/uncertainty/mass.toml"
+        );
         let (ended, said) = ask(&["uncertainty", model, "--trials", "1000"]);
-        assert!(ended.is_ok() && said == ["uncertainty"], "{ended:?} {said:?}");
+        assert!(
+            ended.is_ok() && said == ["uncertainty"],
+            "{ended:?} {said:?}"
+        );
         let (ended, said) = ask(&["formats", "--json"]);
         assert!(ended.is_ok() && said[0].starts_with('['), "{ended:?}");
         assert!(host().is_none());
@@ -155,9 +162,16 @@ mod tests {
         let trouble = ended.unwrap_err();
         assert!(said.is_empty());
         assert!(trouble.to_string().contains("--statistik"), "{trouble}");
-        assert!(trouble.hint().is_some_and(|hint| hint.contains("--statistic")));
+        assert!(
+            trouble
+                .hint()
+                .is_some_and(|hint| hint.contains("--statistic"))
+        );
         let trouble = ask(&["noise", "there-is-none.csv"]).0.unwrap_err();
-        assert!(trouble.to_string().contains("there-is-none.csv"), "{trouble}");
+        assert!(
+            trouble.to_string().contains("there-is-none.csv"),
+            "{trouble}"
+        );
     }
 
     #[test]
@@ -168,7 +182,10 @@ mod tests {
                 ControlFlow::Break(())
             }
         }
-        let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/uncertainty/mass.toml");
+        let model = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../../examples/uncertainty/mass.toml"
+        );
         let ended = call(["proofmass", "uncertainty", model], Arc::new(Impatient));
         let kind = ended.unwrap_err().kind();
         assert_eq!(kind, proofmass::jobs::TroubleKind::Cancelled);

@@ -14,10 +14,7 @@ pub struct Content {
 
 impl Content {
     /// A head and what follows it.
-    pub fn new(
-        head: impl Into<Vec<u8>>,
-        body: impl AsRef<[u8]> + Send + Sync + 'static,
-    ) -> Self {
+    pub fn new(head: impl Into<Vec<u8>>, body: impl AsRef<[u8]> + Send + Sync + 'static) -> Self {
         Self {
             head: head.into(),
             body: Box::new(body),
