@@ -81,14 +81,25 @@ fn verdict(shock: &ShockOutcome) -> String {
             .spectrum_tolerance()
             .map(|t| format!("tolerance of the shock spectrum: {}", kept(t.result.kept))),
     );
-    if let Some(first) = shock
-        .shock_calibration()
-        .and_then(|c| c.estimate.quantities().into_iter().next())
-    {
+    let ways = shock.shock_calibration().map(|c| c.estimate.quantities());
+    if let Some([first, others @ ..]) = ways.as_deref() {
+        let of = match shock.request.reference.relative_uncertainty {
+            0.0 => "of noise alone: no uncertainty of the reference is stated",
+            _ => "of noise and reference",
+        };
         says.push(format!(
-            "Sensitivity known to U = {} % (95 %)",
+            "Sensitivity by peak known to U = {} % (95 %), {of}",
             two_digits(100.0 * (first.expanded(0.95) / first.value).abs())
         ));
+        // What the three have of the device itself is no error of one of them.
+        let apart = others.iter().map(|q| (q.value / first.value - 1.0).abs());
+        let apart = apart.fold(0.0, f64::max);
+        if !others.is_empty() {
+            says.push(format!(
+                "by integral or spectrum it differs by up to {} %, since they weigh what the device does not follow otherwise",
+                two_digits(100.0 * apart)
+            ));
+        }
     }
     match says.is_empty() {
         true => String::new(),
