@@ -4,6 +4,7 @@ pub mod blows;
 pub mod deconvolution;
 pub mod findings;
 pub mod frequency_response;
+pub mod input_noise;
 pub mod linearity;
 pub mod measured;
 pub mod model;

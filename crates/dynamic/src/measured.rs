@@ -1,6 +1,7 @@
 //! A frequency response as it was measured: the standard at its input, what its errors have in common, what is doubtful in it.
 
 use crate::FrequencyResponse;
+use crate::input_noise::InputNoise;
 use crate::model::ResponsePoints;
 use crate::reference_table::ReferenceTable;
 use num_complex::Complex64;
@@ -108,7 +109,7 @@ pub fn by_standard(
 }
 
 /// Causes of an error of the input that all frequencies have in common: keys and what they are.
-const COMMON: [(&str, &str); 2] = [
+const COMMON: [(&str, &str); 3] = [
     (
         "reference.modulus",
         "relative error of the input that its frequencies have in common",
@@ -116,6 +117,10 @@ const COMMON: [(&str, &str); 2] = [
     (
         "reference.phase",
         "phase of the input that its frequencies have in common",
+    ),
+    (
+        "input.noise",
+        "noise that may be on the input: the response by H1 would be too small",
     ),
 ];
 
@@ -126,22 +131,28 @@ pub struct CommonInput<'a> {
     pub relative: f64,
     /// Calibration over frequency of the transducer at the input.
     pub standard: Option<&'a ReferenceTable>,
+    /// Noise that may be on the input, where nobody said that there is none.
+    pub noise: Option<&'a InputNoise>,
 }
 
 impl CommonInput<'_> {
     /// Relative errors of the response that all its frequencies have in common, at one of them: a cause for the modulus, one for
-    /// the phase.
+    /// the phase, and the noise of the input.
     ///
     /// # Errors
     /// As [`ReferenceTable::shares_at`].
-    pub fn at(&self, frequency: f64) -> Result<[Complex64; 2], Error> {
+    pub fn at(&self, frequency: f64) -> Result<[Complex64; 3], Error> {
         let of_standard = match &self.standard {
             Some(standard) => standard.shares_at(frequency)?.common,
             None => [0.0; 2],
         };
+        let noise = self
+            .noise
+            .map_or(0.0, |n| n.standard_uncertainty(frequency));
         Ok([
             Complex64::new(self.relative.hypot(of_standard[0]), 0.0),
             Complex64::new(0.0, of_standard[1]),
+            Complex64::new(noise, 0.0),
         ])
     }
 

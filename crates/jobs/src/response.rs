@@ -24,6 +24,7 @@ use crate::findings;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
+use proofmass_dynamic::input_noise::InputNoise;
 use proofmass_dynamic::measured::{
     CommonInput, Lead, by_standard, driven_band, leaking, swept_band,
 };
@@ -84,9 +85,9 @@ pub enum Excitation {
 pub struct ResponseJob {
     /// What drives the device.
     pub excitation: Excitation,
-    /// Where the noise is.
-    #[serde(default)]
-    pub estimator: Estimator,
+    /// Where the noise is; `None` where nobody knows: H₁, with what noise of the input the coherence allows in its uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimator: Option<Estimator>,
     /// Samples per segment (random), of a hit (impact); chosen by the record when `None`.
     #[serde(default)]
     pub segment: Option<usize>,
@@ -124,11 +125,11 @@ pub struct ResponseData<'a> {
 }
 
 impl ResponseJob {
-    /// This excitation, everything else by its default: H₁, all frequencies, no model.
+    /// This excitation, everything else by its default: H₁ with noise anywhere, all frequencies, no model.
     pub fn new(excitation: Excitation) -> Self {
         Self {
             excitation,
-            estimator: Estimator::H1,
+            estimator: None,
             segment: None,
             band: None,
             force_window: None,
@@ -140,11 +141,16 @@ impl ResponseJob {
     }
 
     /// What the errors of the input have in common.
-    fn input(&self) -> CommonInput<'_> {
+    fn input<'a>(&'a self, noise: Option<&'a InputNoise>) -> CommonInput<'a> {
         CommonInput {
             relative: self.input_uncertainty,
             standard: self.standard.as_ref(),
+            noise,
         }
+    }
+
+    fn estimator(&self) -> Estimator {
+        self.estimator.unwrap_or_default()
     }
 
     /// The response to the acceleration behind the volts of the standard, as far as its calibration reaches.
@@ -224,7 +230,7 @@ impl ResponseJob {
                 };
                 let spectra =
                     CrossSpectra::welch(x.data, &[y.data], rate, &welch, watch).map_err(named)?;
-                let response = spectra.response(0, self.estimator).map_err(named)?;
+                let response = spectra.response(0, self.estimator()).map_err(named)?;
                 // A mean removed from each segment takes the two lowest lines with it.
                 let lowest = 2.0 * rate / segment as f64;
                 Ok((response.within(band[0].max(lowest), band[1]), Some(spectra)))
@@ -241,7 +247,7 @@ impl ResponseJob {
                 let spectra =
                     CrossSpectra::hits(&pieces, rate, hits.length, self.force_window, None)
                         .map_err(named)?;
-                let response = spectra.response(0, self.estimator).map_err(named)?;
+                let response = spectra.response(0, self.estimator()).map_err(named)?;
                 let lowest = rate / hits.length as f64;
                 Ok((response.within(band[0].max(lowest), band[1]), Some(spectra)))
             }
@@ -332,16 +338,22 @@ impl Job for ResponseJob {
             (a, b) if b.contains('/') => format!("{a}/({b})"),
             (a, b) => format!("{a}/{b}"),
         };
+        let input_noise = match (&spectra, self.estimator, response.frequency.first()) {
+            (Some(spectra), None, Some(lowest)) => Some(InputNoise::allowed(spectra, 0, *lowest)),
+            _ => None,
+        };
+        let noise = input_noise.as_ref();
+        findings.extend(noise.and_then(|n| unsaid(n, &response)));
         let fit: Option<ModelFit> = match self.model {
             Some(structure) => {
                 let points = ResponsePoints::of(&response, &unit);
                 let seen = match &spectra {
                     Some(spectra) => {
-                        points.seen_through(&response, spectra.smearing(self.estimator))
+                        points.seen_through(&response, spectra.smearing(self.estimator()))
                     }
                     None => points,
                 };
-                let seen = self.input().on(seen)?;
+                let seen = self.input(noise).on(seen)?;
                 match FitProblem::new(structure).fit(&seen) {
                     Ok(fit) => {
                         findings.extend(fit.findings.iter().cloned());
@@ -357,7 +369,7 @@ impl Job for ResponseJob {
             None => None,
         };
         watch.step("response", 2, 2)?;
-        let points = self.input().on(ResponsePoints::of(&response, &unit))?;
+        let points = self.input(noise).on(ResponsePoints::of(&response, &unit))?;
         let fitted = fit.as_ref().and_then(|f| {
             let q = f.estimate.get("mode.1.damping")?;
             Some((q.value, q.standard_uncertainty))
@@ -388,6 +400,7 @@ impl Job for ResponseJob {
             unit,
             independent,
             response,
+            input_noise,
             power,
             modes,
             figures,
@@ -395,6 +408,26 @@ impl Job for ResponseJob {
             findings,
         })
     }
+}
+
+/// Noise that may be on the input, where it is more than what is left of the noise in a mean over the lines.
+fn unsaid(noise: &InputNoise, response: &ResponseEstimate) -> Option<Finding> {
+    let mut ratios: Vec<(f64, f64, f64)> = (0..response.lines())
+        .map(|k| {
+            let f = response.frequency[k];
+            let (u, _) = response.polar_uncertainty(k);
+            let share = noise.standard_uncertainty(f);
+            (share * response.value[k].norm() / u, noise.at(f), f)
+        })
+        .collect();
+    let middle = ratios.len() / 2;
+    let (_, (ratio, share, frequency), _) = ratios
+        .get(middle)
+        .is_some()
+        .then(|| ratios.select_nth_unstable_by(middle, |a, b| a.0.total_cmp(&b.0)))?;
+    let lines = (response.lines() / response.independent_every.max(1)) as f64;
+    (*ratio * lines.sqrt() > 2.0 && *share > 1e-3)
+        .then(|| findings::input_noise_unsaid(100.0 * *share, *frequency))
 }
 
 /// Where the output seems to come before the input.

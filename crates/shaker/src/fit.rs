@@ -1,12 +1,15 @@
 //! The two rigorous methods and what they give.
 
 mod angles;
+mod delays;
 mod drift;
 mod excess;
 mod identifiability;
 pub(crate) mod missing;
 mod supported;
 
+pub use delays::OutputDelay;
+pub use drift::GainDrift;
 pub use identifiability::{AngleInformation, FrameTurn, Identifiability};
 pub(crate) use supported::Supported;
 pub use supported::VarianceComponent;
@@ -104,6 +107,10 @@ pub struct Fit {
     pub identifiability: Option<Identifiability>,
     /// What the runs tell of the declared uncertainties.
     pub components: Vec<VarianceComponent>,
+    /// Drifts of the gains in the order of the runs, of [`joint`].
+    pub drifts: Vec<GainDrift>,
+    /// Delays between the outputs, of [`joint`] from three frequencies on.
+    pub delays: Vec<OutputDelay>,
     pub(crate) scale: f64,
 }
 
@@ -188,9 +195,13 @@ pub fn complex(
 /// As [`complex`].
 pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
     let declared = Adjustment::new(rows, spurious, budget)?;
-    let drift = drift::finding(&declared);
     let mut fit = reported(&declared, rows, spurious, budget)?;
-    fit.findings.extend(drift);
+    fit.drifts = drift::drifts(&declared);
+    fit.findings.extend(drift::finding(&fit.drifts));
+    if !rows.iter().any(|r| r.free_phase) {
+        fit.delays = delays::delays(&fit);
+        fit.findings.extend(delays::finding(&fit));
+    }
     Ok(fit)
 }
 
@@ -270,6 +281,8 @@ fn reported(
         shared: Some(shared_effects(adjustment)?),
         identifiability,
         components: supported.components,
+        drifts: vec![],
+        delays: vec![],
         scale: declared.scale,
     })
 }

@@ -58,9 +58,9 @@ pub(super) struct Random {
     /// Samples per segment [default: by the record]
     #[arg(long, value_name = "SAMPLES")]
     segment: Option<usize>,
-    /// Where the noise is: on the output (h1), on the input (h2), on both (hv)
-    #[arg(long, value_enum, default_value = "h1")]
-    estimator: Choice,
+    /// Where the noise is: on the output (h1), on the input (h2), on both (hv) [default: h1, with U for noise on either]
+    #[arg(long, value_enum)]
+    estimator: Option<Choice>,
     /// Ratio of the densities of output noise to input noise, for hv, in the square of the unit of the response
     #[arg(long, value_name = "RATIO", value_parser = positive, required_if_eq("estimator", "hv"))]
     noise_ratio: Option<f64>,
@@ -82,9 +82,9 @@ pub(super) struct Impact {
     /// Samples to either side of the greatest force that are kept of the force [default: all]
     #[arg(long, value_name = "SAMPLES")]
     force_window: Option<usize>,
-    /// Where the noise is: on the output (h1), on the input (h2), on both (hv)
-    #[arg(long, value_enum, default_value = "h1")]
-    estimator: Choice,
+    /// Where the noise is: on the output (h1), on the input (h2), on both (hv) [default: h1, with U for noise on either]
+    #[arg(long, value_enum)]
+    estimator: Option<Choice>,
     /// Ratio of the densities of output noise to input noise, for hv
     #[arg(long, value_name = "RATIO", value_parser = positive, required_if_eq("estimator", "hv"))]
     noise_ratio: Option<f64>,
@@ -126,12 +126,12 @@ enum Choice {
     Hv,
 }
 
-fn estimator(choice: Choice, noise_ratio: Option<f64>) -> Estimator {
-    match (choice, noise_ratio) {
+fn estimator(choice: Option<Choice>, noise_ratio: Option<f64>) -> Option<Estimator> {
+    choice.map(|choice| match (choice, noise_ratio) {
         (Choice::H2, _) => Estimator::H2,
         (Choice::Hv, Some(noise_ratio)) => Estimator::Hv { noise_ratio },
         _ => Estimator::H1,
-    }
+    })
 }
 
 impl Random {

@@ -236,6 +236,13 @@ findings! {
         evidence "coherence below {limit} at {poor} of {lines} lines",
         advice "raise the excitation, check the channels, or narrow --band; noise on the input asks for H2 or Hv";
 
+    /// Nobody said where the noise is, and noise on the input may be most of the uncertainty of what is read from many lines.
+    input_noise_unsaid(share: f64, frequency: f64) =
+        "input-noise-unsaid", [Note],
+        what "noise may be on the input, which makes the response by H1 too small; the uncertainty allows for it",
+        evidence "the coherence allows {share:.2} % at {frequency:.0} Hz",
+        advice "record both channels while nothing moves: state --estimator h1 where the input has no noise to speak of, h2 where the output has none, or hv with the ratio of both";
+
     /// The lines are too far apart for a resonance.
     leakage(bias: f64, frequency: f64) =
         "leakage", [Warning],

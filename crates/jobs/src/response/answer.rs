@@ -67,7 +67,9 @@ pub(super) fn explained_at(response: &ResponseEstimate, averages: f64, frequency
 impl ResponseOutcome {
     /// Standard uncertainty of the modulus of a line, that of the input included.
     pub(super) fn modulus_uncertainty(&self, k: usize) -> f64 {
-        let common = self.request.input_uncertainty * self.response.value[k].norm();
+        let noise = self.input_noise.as_ref();
+        let noise = noise.map_or(0.0, |n| n.standard_uncertainty(self.response.frequency[k]));
+        let common = self.request.input_uncertainty.hypot(noise) * self.response.value[k].norm();
         self.response.polar_uncertainty(k).0.hypot(common)
     }
 

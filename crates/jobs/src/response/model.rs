@@ -93,6 +93,7 @@ impl Job for ModelJob {
             unit: p.unit.clone(),
             independent: 0.0,
             response: p.estimate(),
+            input_noise: None,
             power: None,
             modes: Vec::new(),
             figures,

@@ -5,6 +5,7 @@ use crate::frequency_response;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
+use proofmass_dynamic::input_noise::InputNoise;
 use proofmass_dynamic::measured::ResponsePower;
 use proofmass_dynamic::model::{ModelFit, ResponseFigures};
 use proofmass_dynamic::modes::Resonance;
@@ -25,6 +26,7 @@ pub struct ResponseOutcome {
     pub(super) unit: String,
     pub(super) independent: f64,
     pub(super) response: ResponseEstimate,
+    pub(super) input_noise: Option<InputNoise>,
     pub(super) power: Option<ResponsePower>,
     pub(super) modes: Vec<Resonance>,
     pub(super) figures: Option<ResponseFigures>,
@@ -116,7 +118,7 @@ impl Outcome for ResponseOutcome {
         let (Some(unit), "m/s²") = (Unit::recognise(output), input.as_str()) else {
             return Ok(None);
         };
-        let input = self.request.input();
+        let input = self.request.input(self.input_noise.as_ref());
         let Some(response) = input.frequency_response(&self.response, &self.unit, MOST_LINES)?
         else {
             return Ok(None);

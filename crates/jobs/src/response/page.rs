@@ -163,7 +163,7 @@ impl ResponseOutcome {
         let expanded: Vec<(f64, f64)> = kept
             .iter()
             .map(|k| {
-                let (u, turn) = r.polar_uncertainty(*k);
+                let (u, turn) = (self.modulus_uncertainty(*k), r.polar_uncertainty(*k).1);
                 let t = student_quantile(0.975, r.dof[*k]);
                 (t * u, t * turn.to_degrees())
             })
