@@ -58,6 +58,8 @@ _Stream._fields_ = [
 
 #: Numbers by their letter in the interface.
 _NUMBERS = {
+    b"b": "bits",
+    b"e": "f2",
     b"c": "i1",
     b"C": "u1",
     b"s": "i2",
@@ -73,15 +75,26 @@ _NUMBERS = {
 _STEPS = {b"s": 1, b"m": 1_000, b"u": 1_000_000, b"n": 1_000_000_000}
 
 
+#: What the heading of dates becomes.
+STAMPED = "_s"
+
+
+def since_first(stamps: np.ndarray, steps: int) -> np.ndarray:
+    """Seconds since the first of some stamps in whole steps: of the date itself a number of seconds would round them."""
+    return (stamps - stamps[0]) / steps if len(stamps) else stamps.astype(float)
+
+
 def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
     """Columns of numbers by heading, without the rows that hold a null, and how many rows that are.
 
-    A unit in the metadata of a field becomes part of its heading. Time stamps become seconds since 1970.
+    A unit in the metadata of a field becomes part of its heading. Time stamps become seconds since the first.
     """
     capsule = table.__arrow_c_stream__()
     pointer = ctypes.pythonapi.PyCapsule_GetPointer
     pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
     stream = _Stream.from_address(pointer(capsule, b"arrow_array_stream"))
+    if not stream.release:
+        raise DataError("the stream of Arrow was read before", hint="give the table again")
     schema = _Schema()
     _ask(stream, stream.get_schema(ctypes.byref(stream), ctypes.byref(schema)))
     try:
@@ -100,7 +113,7 @@ def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
             if not array.release:
                 break
             try:
-                missing = np.zeros(array.length, bool)
+                missing = _nulls(array, array.offset, array.length)
                 for piece, (k, _, form) in zip(pieces, kept, strict=True):
                     numbers, nulls = _numbers(array.children[k].contents, array.offset, array.length, form)
                     piece.append(numbers)
@@ -117,7 +130,12 @@ def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
     if not absent:
         raise DataError("the table is empty")
     whole = ~np.concatenate(absent)
-    columns = {heading: np.concatenate(piece)[whole] for piece, (_, heading, _) in zip(pieces, kept, strict=True)}
+    columns: dict[str, np.ndarray] = {}
+    for piece, (_, heading, (_, steps)) in zip(pieces, kept, strict=True):
+        if heading in columns:
+            raise RequestError(f"two columns of the table are called {heading!r}", hint="rename one of them")
+        numbers = np.concatenate(piece)[whole]
+        columns[heading] = since_first(numbers, steps) if steps > 1 or heading.endswith(STAMPED) else numbers
     return columns, int((~whole).sum())
 
 
@@ -141,7 +159,7 @@ def _form(field: _Schema) -> tuple[str, int] | None:
 def _heading(field: _Schema, form: tuple[str, int]) -> str:
     name, unit = field.name.decode(), _metadata(field).get("unit")
     if field.format.startswith(b"ts"):
-        return f"{name}_s"
+        return name + STAMPED
     return f"{name} ({unit})" if unit else name
 
 
@@ -168,17 +186,28 @@ def _metadata(field: _Schema) -> dict[str, str]:
 
 def _numbers(array: _Array, offset: int, length: int, form: tuple[str, int]) -> tuple[np.ndarray, np.ndarray]:
     """Copies of the numbers of a column, and which are null."""
-    kind, steps = np.dtype(form[0]), form[1]
+    kind = np.dtype("u1" if form[0] == "bits" else form[0])
     start = array.offset + offset
-    nulls = np.zeros(length, bool)
+    nulls = _nulls(array, start, length)
     if length == 0:
         return np.zeros(0), nulls
-    if array.null_count != 0 and array.buffers[0]:
-        bits = np.frombuffer(ctypes.string_at(array.buffers[0], (start + length + 7) // 8), np.uint8)
-        nulls = np.unpackbits(bits, bitorder="little")[start : start + length] == 0
+    if form[0] == "bits":
+        return _bits(array.buffers[1], start, length).astype(float), nulls
     address = array.buffers[1] + start * kind.itemsize
     numbers = np.frombuffer(ctypes.string_at(address, length * kind.itemsize), kind)
-    return (numbers if steps == 1 else numbers / steps), nulls
+    return numbers, nulls
+
+
+def _bits(address: int, start: int, length: int) -> np.ndarray:
+    bits = np.frombuffer(ctypes.string_at(address, (start + length + 7) // 8), np.uint8)
+    return np.unpackbits(bits, bitorder="little")[start : start + length]
+
+
+def _nulls(array: _Array, start: int, length: int) -> np.ndarray:
+    """Which rows are null."""
+    if length == 0 or array.null_count == 0 or not array.n_buffers or not array.buffers[0]:
+        return np.zeros(length, bool)
+    return _bits(array.buffers[0], start, length) == 0
 
 
 #: What a consumer holds, by the address of its structure, until it releases it.

@@ -97,10 +97,18 @@ def calibrate_batch(table: Any, *, by: str = "serial", threads: int | None = Non
             raise RequestError(f"{name!r} has {len(array)} values, {by!r} has {len(serials)}")
     if len(serials) == 0:
         raise RequestError("the table is empty")
-    # Numbers and words alike are told apart by their text; the first of each is its name.
-    _, first, which = np.unique(serials.astype(str), return_index=True, return_inverse=True)
-    order = np.argsort(which, kind="stable")
-    rows_of = np.split(order, np.flatnonzero(np.diff(which[order])) + 1)
+    if "output" in options:
+        raise RequestError("a batch writes no folder", hint="write each result: batch[serial].write(folder)")
+    if threads is not None and not (isinstance(threads, int) and threads > 0):
+        raise RequestError(f"{threads!r} threads are none")
+    groups: dict[Any, list[int]] = {}
+    for row, serial in enumerate(serials.tolist()):
+        if serial is None or serial != serial:
+            raise RequestError(f"{by}[{row}] is missing", hint="leave such rows out, or name them")
+        try:
+            groups.setdefault(serial, []).append(row)
+        except TypeError:
+            raise RequestError(f"{by}[{row}] is of type {type(serial).__name__}, which names nothing") from None
 
     def one(rows: np.ndarray) -> Result | ProofmassError:
         kept = {name: array[rows] for name, array in arrays.items()}
@@ -111,11 +119,5 @@ def calibrate_batch(table: Any, *, by: str = "serial", threads: int | None = Non
         return result[0] if isinstance(result, list) else result
 
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        answers = list(pool.map(one, rows_of))
-    devices = sorted(zip(first, answers, strict=True), key=lambda device: device[0])
-    return Batch(by, {_plain(serials[row]): answer for row, answer in devices})
-
-
-def _plain(serial: Any) -> Any:
-    """A serial number without the type of its array."""
-    return serial.item() if isinstance(serial, np.generic) else serial
+        answers = list(pool.map(one, (np.array(rows) for rows in groups.values())))
+    return Batch(by, dict(zip(groups, answers, strict=True)))

@@ -50,7 +50,11 @@ class Calibration:
         A calibration over temperature needs the temperature in °C, of each row or of all; it is held at the ends of the range
         in which the calibration was measured.
         """
-        rows = np.asarray(outputs, dtype=np.float64)
+        if hasattr(outputs, "columns"):
+            raise RequestError(
+                "a table has columns in an order of its own", hint='name them: table[["x", "y", "z"]].to_numpy()'
+            )
+        rows = real(outputs, "outputs")
         if rows.ndim not in (1, 2) or rows.shape[-1] != 3:
             raise RequestError(
                 f"an array of shape {rows.shape} has no three axes",
@@ -64,7 +68,7 @@ class Calibration:
                 raise RequestError(
                     "the calibration follows the temperature, which is not given", hint="add temperature=… in °C"
                 )
-            at = np.clip(np.asarray(temperature, dtype=np.float64), *measured).reshape(-1)
+            at = np.clip(real(temperature, "temperature"), *measured).reshape(-1)
             finite(at, "temperature")
             samples = 1 if rows.ndim == 1 else len(rows)
             if at.size not in (1, samples):
@@ -97,3 +101,13 @@ def finite(numbers: np.ndarray, name: str) -> None:
         raise DataError(
             f"{name}[{place}] is {numbers[at]}", hint="leave such samples out, or mark the gap by the times"
         )
+
+
+def real(values: ArrayLike, name: str) -> np.ndarray:
+    """Real numbers as float64; masks and complex numbers are no such."""
+    if np.ma.isMaskedArray(values):
+        raise RequestError(f"{name} is masked", hint="leave the masked samples out")
+    array = np.asarray(values)
+    if array.dtype.kind not in "fiub" and array.size:
+        raise RequestError(f"{name} is of type {array.dtype}, which holds no real numbers")
+    return np.ascontiguousarray(array, dtype=np.float64)

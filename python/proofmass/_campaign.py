@@ -18,7 +18,7 @@ from ._result import Result
 def _today() -> str:
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     now = datetime.datetime.now(datetime.UTC)
-    if epoch and epoch.isdigit():
+    if epoch and epoch.isascii() and epoch.isdigit() and len(epoch) < 12:
         now = datetime.datetime.fromtimestamp(int(epoch), datetime.UTC)
     return now.date().isoformat()
 
@@ -49,7 +49,11 @@ def calibrate_campaign(
 
 def run(request: Mapping[str, Any], *, watch: Callable[[str, int, int], object] | None = None) -> Result:
     """Evaluates the JSON of a request that needs no data (`job` is its kind): a model of measurement, a plan, a drift."""
-    result = _results(_proofmass.request(json.dumps(request).encode(), _today(), watch))
+    try:
+        written = json.dumps(request).encode()
+    except (TypeError, ValueError, RecursionError) as error:
+        raise RequestError(f"the request cannot be written as JSON: {error}") from None
+    result = _results(_proofmass.request(written, _today(), watch))
     assert isinstance(result, Result)
     return result
 

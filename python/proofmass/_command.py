@@ -6,6 +6,7 @@ import csv
 import difflib
 import functools
 import inspect
+import itertools
 import json
 import logging
 import os
@@ -21,7 +22,7 @@ from . import _proofmass
 from ._calibration import Calibration
 from ._data import Lent, Recording, is_place, recording
 from ._errors import RequestError, raised, warn
-from ._result import Finding, Result
+from ._result import Finding, Result, column
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -34,6 +35,8 @@ def descriptions() -> dict[str, dict[str, Any]]:
     return {" ".join(c["words"]): c for c in json.loads(_proofmass.commands())}
 
 
+#: Places that a command writes to, which no array can stand for.
+WRITTEN = {"output", "draws", "imu_yaml", "plot"}
 #: Options that a function has no use for: it returns the object, whose `needs_decision` says the rest.
 UNUSED = {"json", "strict"}
 
@@ -85,7 +88,13 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
         if value is None or _is_default(signature.parameters[name].default, value):
             continue
         argument = known[name]
-        if argument["kind"] == "path":
+        if argument["kind"] == "path" and (argument["id"] in WRITTEN or words == "keygen"):
+            if not is_place(value):
+                raise TypeError(f"{name} is a place to write to, not of type {type(value).__name__}")
+            value = _text(value)
+            if value == "-":
+                raise RequestError("- is the output of the command line", hint="name a file")
+        elif argument["kind"] == "path":
             value = _places(value, name, lent, recordings)
         if argument["position"] is not None:
             positions.extend(value if isinstance(value, list) else [str(value)])
@@ -129,13 +138,25 @@ def _applied(
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "compensated.csv"
         _said(words, [*options, f"--output={place}", *_ended(positions)], lent, watch, level=5)
-        with place.open(encoding="utf-8") as file:
+        with place.open(encoding="utf-8", newline="") as file:
             heads = next(csv.reader(file))
-            table = np.loadtxt(file, delimiter=",", ndmin=2, converters=_number)
-    return {head: table[:, k] for k, head in enumerate(heads)}
+            try:
+                columns = np.loadtxt(file, delimiter=",", ndmin=2, converters=_number).T
+            except ValueError:
+                # A column of text, kept as it is.
+                file.seek(0)
+                rows = list(csv.reader(file))[1:]
+                columns = [column(list(fields)) for fields in zip(*rows, strict=True)]
+    arrays: dict[str, np.ndarray] = {}
+    for head, values in zip(heads, columns, strict=True):
+        name = next(n for k in itertools.count(1) if (n := head if k == 1 else f"{head}.{k}") not in arrays)
+        arrays[name] = values
+    return arrays
 
 
 def _number(field: str) -> float:
+    if "_" in field:
+        raise ValueError(field)
     return float(field) if field else float("nan")
 
 
@@ -148,23 +169,21 @@ def _places(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recor
     if isinstance(value, str) and "\n" in value:
         value = value.encode()
     if is_place(value):
-        return os.fspath(value)
+        return _text(value)
     if isinstance(value, Result | Calibration):
-        lent.append((_file_name(name, value), b"", memoryview(_document(name, value))))
-        return lent[-1][0]
+        return _lent((f"{name}.json", b"", memoryview(_document(name, value))), lent)
     if isinstance(value, list | tuple) and value and all(is_place(v) or not np.isscalar(v) for v in value):
         if all(is_place(v) for v in value):
-            return [os.fspath(v) for v in value]
+            return [_text(v) for v in value]
         if not all(_is_number_row(v) for v in value):
             places: list[str] = []
             for k, v in enumerate(value):
                 place = _places(v, f"{name}[{k}]", lent, recordings)
                 places.append(place if isinstance(place, str) else place[0])
             return places
-    found = recording(value, name)
+    found = recording(value, f"{name} in memory")
     recordings[name] = found
-    lent.append(found.lent)
-    return found.lent[0]
+    return _lent(found.lent, lent)
 
 
 def _document(name: str, value: Result | Calibration) -> bytes:
@@ -175,8 +194,16 @@ def _document(name: str, value: Result | Calibration) -> bytes:
     return value.to_json() if wanted is None else wanted
 
 
-def _file_name(name: str, value: Result | Calibration) -> str:
-    return f"{name}.json" if "[" not in name else name
+def _lent(content: Lent, lent: list[Lent]) -> str:
+    """The name under which a content is lent, which no other has."""
+    name, known = content[0], {n for n, _, _ in lent}
+    stem, dot, end = name.rpartition(".")
+    for k in itertools.count(2):
+        if name not in known:
+            break
+        name = f"{stem}-{k}{dot}{end}" if dot else f"{content[0]}-{k}"
+    lent.append((name, *content[1:]))
+    return name
 
 
 def _is_number_row(value: Any) -> bool:
@@ -197,6 +224,8 @@ def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str,
     plain = [r for r in recordings.values() if r.plain]
     if not plain:
         return
+    if len({r.columns for r in recordings.values()}) > 1 and given.get("columns") is None:
+        raise RequestError("the recordings have different numbers of columns", hint="say columns=…")
     if given.get("columns") is None and "columns" in known and plain[0].columns is not None:
         yield "--columns=" + ",".join(str(k + 1) for k in range(plain[0].columns))
     if given.get("unit") is None and "unit" in known:
@@ -223,10 +252,11 @@ def _is_default(default: Any, value: Any) -> bool:
 def _text(value: Any) -> str:
     if isinstance(value, bool | np.bool_):
         raise RequestError(f"{value} is neither a number nor a word")
-    if isinstance(value, str):
-        return value
     if is_place(value):
-        return os.fspath(value)
+        text = os.fsdecode(value)
+        if "\0" in text or any("\ud800" <= c <= "\udfff" for c in text):
+            raise RequestError(f"{text!r} is no text that can be passed on", hint="rename the file")
+        return text
     if isinstance(value, int | np.integer):
         return str(int(value))
     if isinstance(value, float | np.floating):

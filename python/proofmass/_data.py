@@ -6,12 +6,13 @@ import io
 import math
 import os
 import sys
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from ._arrow import columns_of
+from ._arrow import STAMPED, columns_of, since_first
 from ._calibration import finite
 from ._errors import DataError, RequestError
 
@@ -42,8 +43,13 @@ def recording(data: Any, name: str) -> Recording:
     if isinstance(data, bytes | bytearray | memoryview):
         return Recording((name, b"", memoryview(data).cast("B")), None, False)
     if hasattr(data, "read"):
-        content = data.read()
-        content = content.encode() if isinstance(content, str) else content
+        try:
+            content = data.read()
+            content = content.encode() if isinstance(content, str) else content
+        except (ValueError, OSError) as error:
+            raise DataError(f"{name} cannot be read: {error}") from error
+        if not isinstance(content, bytes | bytearray | memoryview):
+            raise RequestError(f"{name}.read() gave {type(content).__name__}, not bytes")
         return Recording((_named(data, name), b"", memoryview(content)), None, False)
     absent = 0
     # A frame of pandas has its columns at hand, and exports them only with another package.
@@ -60,7 +66,8 @@ def recording(data: Any, name: str) -> Recording:
 
 def _named(data: Any, name: str) -> str:
     given = getattr(data, "name", None)
-    return os.path.basename(given) if isinstance(given, str) and given else name
+    given = os.path.basename(given) if isinstance(given, str) else ""
+    return given if given not in ("", "-") else name
 
 
 def _frame_of_pandas(frame: Any) -> dict[str, Any]:
@@ -78,7 +85,10 @@ def _frame_of_pandas(frame: Any) -> dict[str, Any]:
 def named_columns(data: Any) -> Mapping[str, Any] | None:
     """The columns of a mapping, of a data frame, of a table of Arrow, of an array with fields; `None` for a plain array."""
     if isinstance(data, Mapping):
-        return {str(k): v for k, v in data.items()}
+        columns = {str(k): v for k, v in data.items()}
+        if len(columns) < len(data):
+            raise RequestError("two columns have one name, as a number and as a word", hint="rename one of them")
+        return columns
     if isinstance(data, np.ndarray) and data.dtype.names:
         return {name: data[name] for name in data.dtype.names}
     if hasattr(data, "iloc") and hasattr(data, "columns"):
@@ -101,6 +111,8 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
     arrays, length = {}, None
     for heading, values in columns.items():
         array, heading = _seconds(_values(values), heading)
+        if heading in arrays or "\0" in heading or len(heading) > 1000:
+            raise RequestError(f"{heading[:60]!r} cannot be the name of one more column", hint="rename it")
         array = _numbers(array, f"{name}[{heading!r}]")
         if array.ndim != 1:
             raise RequestError(f"{name}[{heading!r}] has shape {array.shape}, not one dimension")
@@ -110,13 +122,18 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
         arrays[heading] = array
     if length is None or length[1] == 0:
         raise DataError(f"{name} is empty")
-    archive = io.BytesIO()
-    np.savez(archive, **arrays)
-    return name, b"", archive.getbuffer()
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        for heading, array in arrays.items():
+            with archive.open(zipfile.ZipInfo(f"{heading}.npy"), "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
+    return name, b"", content.getbuffer()
 
 
 def _values(values: Any) -> np.ndarray:
     """A column as an array; dates with a zone are those of UTC."""
+    if np.ma.isMaskedArray(values):
+        return values
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         return np.asarray(values, dtype="datetime64[ns]")
     return np.asarray(values.to_numpy() if hasattr(values, "to_numpy") else values)
@@ -145,13 +162,27 @@ def _without_nulls(columns: dict[str, Any]) -> tuple[dict[str, Any], int]:
 
 
 def _seconds(array: np.ndarray, heading: str) -> tuple[np.ndarray, str]:
-    """Dates as seconds since 1970."""
+    """Dates as seconds since the first, spans of time as seconds."""
     if array.dtype.kind not in "mM":
         return array, heading
     if np.isnat(array).any():
         raise DataError(f"{heading!r} has a date that is none, at index {int(np.argmax(np.isnat(array)))}")
-    steps = array.astype(f"{array.dtype.kind}8[ns]").astype(np.int64)
-    return steps / 1e9, f"{heading}_s"
+    unit, count = np.datetime_data(array.dtype)
+    if unit == "generic":
+        raise RequestError(f"{heading!r} has spans of time without a unit")
+    if unit in ("Y", "M") or (unit not in _STEPS and unit not in ("W", "D", "h", "m")):
+        array, unit, count = array.astype(f"{array.dtype.kind}8[s]"), "s", 1
+    whole = array.astype(np.int64)
+    if unit in ("W", "D", "h", "m"):
+        whole, unit = whole * {"W": 604_800, "D": 86_400, "h": 3600, "m": 60}[unit], "s"
+    whole = whole * count
+    steps = _STEPS[unit]
+    seconds = whole / steps if array.dtype.kind == "m" else since_first(whole, steps)
+    return seconds, heading + STAMPED
+
+
+#: Steps of dates and spans in a second.
+_STEPS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
 
 
 def _numbers(array: np.ndarray, name: str) -> np.ndarray:

@@ -8,7 +8,6 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,18 @@ from . import _proofmass
 from ._arrow import stream_of
 from ._calibration import Calibration
 from ._errors import DataError, OutputError
+
+
+class kept:
+    """A property that is made once, without a lock that a forked process would wait for."""
+
+    def __init__(self, make):
+        self._make, self._name, self.__doc__ = make, make.__name__, make.__doc__
+
+    def __get__(self, owner, kind=None):
+        if owner is None:
+            return self
+        return owner.__dict__.setdefault(self._name, self._make(owner))
 
 
 @dataclass(frozen=True)
@@ -156,7 +167,7 @@ class Result:
     def __init__(self, stored: _proofmass.StoredResult):
         self._stored = stored
 
-    @cached_property
+    @kept
     def _document(self) -> dict[str, Any]:
         return json.loads(self._stored.json())
 
@@ -170,12 +181,12 @@ class Result:
         """Title of the report."""
         return self._document.get("title") or ""
 
-    @cached_property
+    @kept
     def estimate(self) -> Estimates:
         """The stated quantities by name."""
         return Estimates([Quantity._of(q) for q in self._document.get("quantities", [])])
 
-    @cached_property
+    @kept
     def covariance(self) -> Covariance | None:
         """Covariance of the fitted parameters, where there is a joint estimate."""
         written = self._document.get("covariance")
@@ -185,7 +196,7 @@ class Result:
         matrix.flags.writeable = False
         return Covariance(tuple(written["names"]), tuple(written["units"]), matrix)
 
-    @cached_property
+    @kept
     def findings(self) -> tuple[Finding, ...]:
         """What there is to doubt, the gravest first."""
         return tuple(Finding._of(f) for f in self._document.get("findings", []))
@@ -210,7 +221,7 @@ class Result:
             return None
         return Calibration.from_json(written)
 
-    @cached_property
+    @kept
     def files(self) -> dict[str, bytes]:
         """Every file that `write` writes, by name, without the list of them."""
         return dict(self._stored.files())
@@ -226,7 +237,7 @@ class Result:
         if name not in self.files:
             raise DataError(f"the result has no table {name}", hint=f"there are {', '.join(self.tables)}")
         rows = list(csv.reader(io.StringIO(self.files[name].decode("utf-8-sig"))))
-        return {head: _column([row[k] for row in rows[1:]]) for k, head in enumerate(rows[0])}
+        return {head: column([row[k] for row in rows[1:]]) for k, head in enumerate(rows[0])}
 
     def to_dict(self) -> dict[str, Any]:
         """What result.json holds."""
@@ -319,7 +330,7 @@ class Result:
         return f"<h3>{escape(self.title)}</h3><table><tr>{heads}</tr>{rows}</table>{findings}{picture}"
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Result) and self._stored == other._stored
+        return isinstance(other, Result) and self.__reduce__()[1] == other.__reduce__()[1]
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -354,7 +365,8 @@ def _cells(q: Quantity) -> tuple[str, ...]:
     return q.name, value, expanded, q.unit, k, u, nu
 
 
-def _column(fields: list[str]) -> np.ndarray:
+def column(fields: list[str]) -> np.ndarray:
+    """Fields as numbers where every one is, else as text."""
     try:
         return np.array([float(field) if field else np.nan for field in fields])
     except ValueError:
@@ -371,7 +383,7 @@ def read(path: str | os.PathLike[str]) -> Result:
     place = place / "result.json" if place.is_dir() else place
     try:
         written = place.read_bytes()
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise DataError(str(error), hint="name a result.json or the folder that holds it") from error
     trials = place.with_name("trials.csv")
     beside = [(trials.name, trials.read_bytes())] if trials.is_file() else []

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _proofmass
-from ._calibration import finite
+from ._calibration import finite, real
 from ._errors import DataError, RequestError
 
 
@@ -70,11 +70,11 @@ class Sine:
     def phase_u(self) -> float:
         """Standard uncertainty of the phase in radians."""
         across = np.array([-np.sin(self.phase), np.cos(self.phase)])
-        return float(np.sqrt(across @ self.covariance @ across)) / self.modulus
+        return float(np.sqrt(across @ self.covariance @ across)) / self.modulus if self.modulus else float("inf")
 
 
 def _samples(samples: ArrayLike) -> np.ndarray:
-    array = np.ascontiguousarray(samples, dtype=np.float64)
+    array = real(samples, "samples")
     if array.ndim != 1:
         raise RequestError(f"samples have shape {array.shape}", hint="give one channel, such as samples[:, 0]")
     finite(array, "samples")
@@ -111,10 +111,14 @@ def fit_sine(samples: ArrayLike, rate: float, frequency: float | None = None, *,
     """
     try:
         known = None if frequency is None else float(frequency)
-        found, u, (re, im), (covariance, dof, offset, rms) = _proofmass.fit_sine(
-            _samples(samples), float(rate), known, white
-        )
+        array = _samples(samples)
+        found, u, (re, im), (covariance, dof, offset, rms) = _proofmass.fit_sine(array, float(rate), known, white)
     except ValueError as error:
         raise DataError(str(error)) from None
     rr, ri, ii = covariance
-    return Sine(found, u, complex(re, im), np.array([[rr, ri], [ri, ii]]), dof, offset, rms)
+    matrix = np.array([[rr, ri], [ri, ii]])
+    if u is not None:
+        # So far it is that of a known frequency, whose error turns the phase about the middle of the record.
+        turn = np.pi * (len(array) - 1) / float(rate) * u * np.array([-im, re])
+        matrix = matrix + np.outer(turn, turn)
+    return Sine(found, u, complex(re, im), matrix, dof, offset, rms)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import re
 import uuid
 from collections.abc import Callable
@@ -20,8 +21,19 @@ UncertainNumber = _proofmass.Uncertain
 UncertainComplex = _proofmass.UncertainComplex
 
 #: Names of causes that nobody named; other processes have others.
-_process = uuid.uuid4().hex[:12]
 _counter = itertools.count(1)
+_process = ""
+
+
+def _begin_process() -> None:
+    global _process
+    _process = uuid.uuid4().hex[:12]
+
+
+_begin_process()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_begin_process)
+
 #: Most coefficients that a sum or product may hold.
 _MOST = 50_000_000
 
@@ -131,7 +143,7 @@ def _name(block: str, index: int) -> str:
     return block if index < 0 else f"{block}[{index}]"
 
 
-_ELEMENT = re.compile(r"(.*)\[(\d+)\]")
+_ELEMENT = re.compile(r"(.*)\[(0|[1-9][0-9]*)\]", re.DOTALL)
 
 
 class UncertainArray:
@@ -157,8 +169,13 @@ class UncertainArray:
             return cls(np.array(other.value), parts)
         value = np.asarray(other)
         if value.dtype == object:
+            for x in value.reshape(-1):
+                if not isinstance(x, UncertainNumber | int | float | np.integer | np.floating) or isinstance(x, bool):
+                    raise TypeError(f"{type(x).__name__} is no operand of uncertain numbers")
             numbers = [cls._of(x) for x in value.reshape(-1)]
             return _stacked(numbers, value.shape)
+        if (value.dtype.kind not in "fiub" and value.size) or np.ma.isMaskedArray(other):
+            raise TypeError(f"{type(other).__name__} of type {value.dtype} is no operand of uncertain numbers")
         value = value.astype(np.float64)
         finite(value, "operand")
         return cls(value, [])
@@ -209,13 +226,19 @@ class UncertainArray:
         return len(self._value)
 
     def __getitem__(self, key: Any) -> UncertainArray | UncertainNumber:
+        if isinstance(key, int) and not isinstance(key, bool) and self.ndim == 1:
+            if not -self.size <= key < self.size:
+                raise IndexError(f"index {key} of {self.size} numbers")
+            return self._element(key % self.size)
         where = np.arange(self._value.size).reshape(self._value.shape)[key]
         if np.ndim(where) == 0:
-            at = int(where)
-            causes = [(_name(p.block, p.index[at]), float(p.contribution[at]), p.dof) for p in self._parts]
-            return UncertainNumber.with_causes(float(self._value.reshape(-1)[at]), causes)
+            return self._element(int(where))
         flat = where.reshape(-1)
         return UncertainArray(self._value[key], [p.taken(flat) for p in self._parts])
+
+    def _element(self, at: int) -> UncertainNumber:
+        causes = [(_name(p.block, p.index[at]), float(p.contribution[at]), p.dof) for p in self._parts]
+        return UncertainNumber.with_causes(float(self._value.reshape(-1)[at]), [c for c in causes if c[1]])
 
     def __iter__(self):
         return (self[k] for k in range(len(self)))
@@ -317,6 +340,11 @@ class UncertainArray:
 
     def __rpow__(self, other: Any) -> Any:
         return _two(np.power, other, self)
+
+    def __eq__(self, other: object) -> Any:
+        raise TypeError("uncertain arrays are not compared: take .value, or the u of their difference")
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __neg__(self) -> UncertainArray:
         return _one(np.negative, self)
@@ -459,7 +487,7 @@ _TWO: dict[np.ufunc, Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[Any, A
     np.multiply: lambda a, b, y: (b, a),
     np.true_divide: lambda a, b, y: (1 / b, -y / b),
     np.power: _power,
-    np.arctan2: lambda a, b, y: (b / (a * a + b * b), -a / (a * a + b * b)),
+    np.arctan2: lambda a, b, y: (b / np.hypot(a, b) / np.hypot(a, b), -a / np.hypot(a, b) / np.hypot(a, b)),
     np.hypot: lambda a, b, y: (a / y, b / y),
 }
 

@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long a signal may wait until the interpreter sees it.
@@ -137,29 +137,32 @@ impl Call {
     }
 }
 
-/// The threads of the calculation, and the process they belong to.
-static THREADS: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+/// The process that began the threads of the calculation.
+static PROCESS: OnceLock<u32> = OnceLock::new();
+/// Those of a process that was forked, with its number: the ones of its parent are not there.
+static FORKED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Threads to calculate with: those of a process that was forked are not its child's.
-fn threads() -> Result<Arc<ThreadPool>, Trouble> {
-    let mut known = THREADS
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
+/// Threads to calculate with, where they are not those that every thread of the process shares.
+fn threads() -> Result<Option<Arc<ThreadPool>>, Trouble> {
     let process = std::process::id();
-    match &*known {
-        Some((owner, pool)) if *owner == process => Ok(Arc::clone(pool)),
-        _ => {
-            let pool = ThreadPoolBuilder::new().build().map_err(|e| {
-                Trouble::request(format!(
-                    "the system gives no threads to calculate with: {e}"
-                ))
-            })?;
-            let pool = Arc::new(pool);
-            // Threads of the parent are none here, and wait for no end.
-            std::mem::forget(known.replace((process, Arc::clone(&pool))));
-            Ok(pool)
-        }
+    if *PROCESS.get_or_init(|| process) == process {
+        return Ok(None);
     }
+    let mut known = FORKED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((owner, pool)) = &*known
+        && *owner == process
+    {
+        return Ok(Some(Arc::clone(pool)));
+    }
+    let pool = ThreadPoolBuilder::new().build().map_err(no_threads)?;
+    let pool = Arc::new(pool);
+    // What is left of a parent waits for no end.
+    std::mem::forget(known.replace((process, Arc::clone(&pool))));
+    Ok(Some(pool))
+}
+
+fn no_threads(why: impl std::fmt::Display) -> Trouble {
+    Trouble::request(format!("the system gives no threads to calculate with: {why}"))
 }
 
 /// Runs a command; `lent` are names, heads and buffers of what is in memory.
@@ -246,16 +249,17 @@ pub(crate) fn watched(
         });
         let _ = told.send(ended);
     };
-    let pool = py.detach(threads);
-    match pool {
-        Ok(pool) => pool.spawn(work),
-        Err(trouble) => {
-            let said = Said::default();
-            return Ok(Call {
-                said,
-                trouble: Some(trouble),
-            });
-        }
+    // A thread of its own: it waits for no other calculation to end.
+    let begin = move || {
+        let pool = threads()?;
+        let work = move || match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        };
+        std::thread::Builder::new().spawn(work).map_err(no_threads)
+    };
+    if let Err(trouble) = py.detach(begin) {
+        return Ok(Call { said: Said::default(), trouble: Some(trouble) });
     }
     let mut stopped: Option<(PyErr, Instant)> = None;
     let ended = loop {

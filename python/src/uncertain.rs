@@ -7,6 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 use std::collections::HashMap;
 
+/// Largest exponent that is multiplied out.
+pub(crate) const LARGEST_POWER: u32 = 1024;
+
 /// A value with the causes of its uncertainty.
 #[pyclass(frozen, module = "proofmass._proofmass")]
 pub(crate) struct Uncertain(pub(crate) Inner);
@@ -84,8 +87,13 @@ impl Uncertain {
 
     /// The expanded uncertainty for a coverage probability, by Student's t at the effective degrees of freedom.
     #[pyo3(name = "U", signature = (probability = 0.95))]
-    fn expanded(&self, probability: f64) -> f64 {
-        self.0.expanded(probability)
+    fn expanded(&self, probability: f64) -> PyResult<f64> {
+        match probability > 0.0 && probability < 1.0 {
+            true => Ok(self.0.expanded(probability)),
+            false => Err(PyValueError::new_err(format!(
+                "{probability} is no coverage probability: it lies between 0 and 1"
+            ))),
+        }
     }
 
     /// The covariance with another number, through the causes that both name.
@@ -204,7 +212,9 @@ impl Uncertain {
                 "a power of an uncertain number has no modulus",
             ));
         }
-        if let Ok(n) = exponent.extract::<i32>() {
+        if let Ok(n) = exponent.extract::<i32>()
+            && n.unsigned_abs() <= LARGEST_POWER
+        {
             return finite(self.0.powi(n));
         }
         let exponent: Operand = exponent.extract()?;

@@ -1,6 +1,6 @@
 //! Complex numbers that carry their uncertainty.
 
-use crate::uncertain::{Uncertain, finite};
+use crate::uncertain::{LARGEST_POWER, Uncertain, finite};
 use proofmass::uncertainty::{Uncertain as Part, UncertainComplex as Inner};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -139,7 +139,12 @@ impl UncertainComplex {
     }
 
     fn __pow__(&self, exponent: i32, _modulo: Option<i64>) -> PyResult<Self> {
-        checked(self.0.powi(exponent))
+        match exponent.unsigned_abs() <= LARGEST_POWER {
+            true => checked(self.0.powi(exponent)),
+            false => Err(PyValueError::new_err(format!(
+                "a power of {exponent} is more than the {LARGEST_POWER} that are multiplied out"
+            ))),
+        }
     }
 
     fn __complex__<'py>(&self, py: Python<'py>) -> Bound<'py, PyComplex> {

@@ -68,3 +68,15 @@ def test_tables_that_are_none(table):
     for wrong in ({"x": np.zeros(3)}, np.zeros((3, 3)), {**table, "y_g": np.zeros(3)}, {"serial": np.zeros(0)}):
         with pytest.raises(proofmass.RequestError):
             proofmass.calibrate_batch(wrong, **options())
+
+
+def test_serials_of_every_kind(table):
+    for wrong, says in ((None, "missing"), (float("nan"), "missing"), ([1], "names nothing")):
+        serials = list(table["serial"])
+        serials[5] = wrong
+        column = np.empty(len(serials), object)
+        column[:] = serials
+        with pytest.raises(proofmass.RequestError, match=says):
+            proofmass.calibrate_batch({**table, "serial": column}, **options())
+    with pytest.raises(proofmass.RequestError, match="folder"):
+        proofmass.calibrate_batch(table, output="out", **options())

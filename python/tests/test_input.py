@@ -234,7 +234,7 @@ def test_arrow_without_its_package():
     assert list(columns) == ["time_s", "acc_x (g)"]
     assert absent == 20
     assert np.array_equal(columns["acc_x (g)"], noise_of[7:][present[7:]])
-    assert columns["time_s"][0] == stamps[7].astype("int64") / 1e6
+    assert np.array_equal(columns["time_s"], (np.arange(7, n)[present[7:]] - 7) / 100)
     result = noise(Stream())
     assert any("gap" in f.code or "missing" in f.code for f in result.findings), result.findings
     with pytest.raises(RequestError, match="null"):
@@ -343,3 +343,81 @@ def test_gaps_that_are_refused():
     keep[[500, 777, 12_345]] = False
     with pytest.raises(ProofmassError, match="too many gaps"):
         noise({"time_s": (np.arange(20_000) / 100)[keep], "acc_x_g": values[keep]}, refuse_gaps=True)
+
+
+def test_masks_and_tables_are_not_taken_for_numbers(examples):
+    masked = np.ma.masked_array(np.ones(100), mask=np.arange(100) == 5)
+    for call in (
+        lambda: noise({"acc_x (g)": masked}, rate=10.0),
+        lambda: proofmass.allan_deviation(masked, 1.0),
+        lambda: proofmass.fit_sine(masked, 1.0),
+        lambda: proofmass.allan_deviation(np.ones(100, complex), 1.0),
+    ):
+        with pytest.raises(RequestError, match="masked|real"):
+            call()
+    pandas = pytest.importorskip("pandas")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        calibration = proofmass.calibrate(examples / "hand-held").calibration
+    with pytest.raises(RequestError, match="order of its own"):
+        calibration.apply(pandas.DataFrame(np.ones((4, 3)), columns=["z", "y", "x"]))
+
+
+def test_a_stream_of_arrow_that_was_read():
+    pyarrow = pytest.importorskip("pyarrow")
+
+    class Kept:
+        stream = pyarrow.table({"acc_x (g)": [1.0, 2.0] * 500}).__arrow_c_stream__()
+
+        def __arrow_c_stream__(self, requested_schema=None):
+            return self.stream
+
+    pyarrow.table(Kept())
+    with pytest.raises(DataError, match="read before"):
+        noise(Kept(), rate=1.0)
+
+
+def test_recordings_of_one_name_are_two(tmp_path):
+    """Files in memory are told apart, whatever they are called."""
+    for k in (1, 2):
+        (tmp_path / str(k)).mkdir()
+        (tmp_path / str(k) / "rec.csv").write_text("acc_g\n" + f"{k}.5\n" * 200)
+    with open(tmp_path / "1" / "rec.csv", "rb") as a, open(tmp_path / "2" / "rec.csv", "rb") as b:
+        out = proofmass.convert([a, b], rate=100.0, output=tmp_path / "o.csv")
+    values = np.loadtxt(out, delimiter=",", skiprows=1, ndmin=2)[:, -1]
+    assert (values[:200] == 1.5).all() and (values[200:] == 2.5).all()
+
+
+@pytest.mark.parametrize("columns", [{1: np.ones(9), "1": np.ones(9)}, {"a\0b": np.ones(9)}, {"x" * 2000: np.ones(9)}])
+def test_names_that_are_none(columns):
+    with pytest.raises(RequestError, match="name"):
+        noise(columns, rate=10.0)
+
+
+def test_names_that_numpy_keeps_for_itself():
+    values = np.random.default_rng(1).normal(0, 1, 5000)
+    assert len(noise({"file": values, "allow_pickle": values}, rate=10.0, unit="V").estimate) > 0
+
+
+def test_dates_far_and_fine():
+    from proofmass._data import _seconds
+
+    far = np.array(["3026-01-01", "3026-01-02"], "M8[s]")
+    assert _seconds(far, "t")[0].tolist() == [0.0, 86_400.0]
+    fine = np.datetime64("2026-01-01T00:00:00", "ns") + np.arange(5) * np.timedelta64(100, "ns")
+    assert np.array_equal(_seconds(fine, "t")[0], np.arange(5) * 100 / 1e9)
+    assert _seconds(np.array([2, -3], "m8[h]"), "t")[0].tolist() == [7200.0, -10_800.0]
+    with pytest.raises(RequestError):
+        _seconds(np.array([1, 2], "m8"), "t")
+
+
+def test_places_to_write_to_are_places(rest, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for wrong in (np.zeros(3), b"x", io.BytesIO()):
+        with pytest.raises(TypeError, match="place"):
+            proofmass.noise(rest, rate=100.0, output=wrong)
+    with pytest.raises(RequestError):
+        proofmass.noise(rest, rate=100.0, output="-")
+    with pytest.raises(TypeError):
+        proofmass.init(rest, rate=100.0)
+    assert list(tmp_path.iterdir()) == []

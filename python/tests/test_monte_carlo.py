@@ -101,7 +101,9 @@ def test_what_is_no_model():
 def test_trials_that_are_no_numbers_are_counted():
     with pytest.warns(proofmass.ProofmassWarning):
         with np.errstate(invalid="ignore"):
-            y = monte_carlo(lambda a: np.sqrt(np.where(a < 0, np.nan, a)), {"a": {"value": 1.0, "u": 0.5}}, trials=50_000)["y"]
+            y = monte_carlo(
+                lambda a: np.sqrt(np.where(a < 0, np.nan, a)), {"a": {"value": 1.0, "u": 0.5}}, trials=50_000
+            )["y"]
     assert 0 < y.invalid < 5_000
 
 

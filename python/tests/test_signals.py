@@ -51,3 +51,15 @@ def test_words_that_are_none():
     for options in ({"statistic": "adve"}, {"taus": "often"}, {"probability": 2.0}):
         with pytest.raises(proofmass.ProofmassError):
             proofmass.allan_deviation(np.zeros(100) + np.arange(100), 1.0, **options)
+
+
+def test_u_of_the_phase_where_the_frequency_is_found():
+    """Standard deviation of the phase over simulated records; that at a known frequency is half of it."""
+    rng = np.random.default_rng(6)
+    t = np.arange(200)
+    found = []
+    for _ in range(400):
+        x = np.cos(2 * np.pi * 0.0731 * t + 0.7) + rng.normal(0, 0.1, 200)
+        found.append(proofmass.fit_sine(x, 1.0))
+    u = np.mean([s.phase_u for s in found])
+    assert np.std([s.phase for s in found]) == pytest.approx(u, rel=0.12)

@@ -193,3 +193,40 @@ def test_complex_numbers():
     assert (ufloat(2, 0.1) * z).value == 2 + 4j
     with pytest.raises(DataError):
         ucomplex(1, (0.1, -0.1))
+
+
+def test_operands_that_are_none():
+    x = uarray([1.0, 2.0], 0.1)
+    for wrong in (None, object(), 1j, "2", np.datetime64("2026-01-01"), np.ma.masked_array([1.0, 2.0], mask=[0, 1])):
+        with pytest.raises(TypeError):
+            x * wrong
+    with pytest.raises(TypeError):
+        _ = x == 1
+    with pytest.raises(ValueError):
+        ufloat(1, 0.1).U(95)
+    with pytest.raises(ValueError):
+        ufloat(0, 0.1) ** (-(2**31))
+    big = uarray([1e200], 1e199)
+    assert np.arctan2(big, big)[0].u == pytest.approx(0, abs=1e-12)
+    assert np.arctan2(big, uarray([1e200], 1e199))[0].u == pytest.approx(0.0707, rel=1e-2)
+    named = uarray([1.0, 2.0], 0.1, "a\nb")
+    assert (named - named[0]).u[0] == 0
+    assert uarray([ufloat(1.0, 0.5)], 0.1)[0].u == pytest.approx(0.26**0.5)
+
+
+def test_processes_that_were_forked_have_causes_of_their_own():
+    import multiprocessing
+    import sys
+
+    if sys.platform == "win32":
+        pytest.skip("there is no fork here")
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        numbers = pool.map(_one_of_its_own, range(2), chunksize=1) + [ufloat(1.0, 0.1)]
+    assert sum(numbers, ufloat(0, 0)).u == pytest.approx(0.1 * 3**0.5)
+
+
+def _one_of_its_own(_):
+    import time
+
+    time.sleep(0.2)
+    return ufloat(1.0, 0.1)

@@ -20,7 +20,7 @@ bare = types.ModuleType("proofmass")
 bare.__path__ = [str(PACKAGE)]
 sys.modules["proofmass"] = bare
 
-from proofmass._command import arguments, descriptions, in_keywords, keyword  # noqa: E402
+from proofmass._command import WRITTEN, arguments, descriptions, in_keywords, keyword  # noqa: E402
 
 #: Commands whose answers are no result of their own.
 ANSWERS = {
@@ -80,8 +80,6 @@ def __dir__() -> list[str]:
 #: Columns by name or number, and what is typed as numbers with commas.
 COLUMNS = {"time", "temperature", "column", "input", "output_column", "reference", "reference_time", "acceleration"}
 NUMBERS = {"band", "frequencies", "taus", "still", "between"}
-#: Places that a command writes to, which no array can stand for.
-WRITTEN = {"output", "draws", "imu_yaml", "plot", "filter_yaml"}
 
 
 def annotation(argument: dict) -> str:
