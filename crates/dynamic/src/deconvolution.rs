@@ -26,7 +26,8 @@ pub struct Deconvolution {
 /// the noise; by bands of half an octave, for single lines of a pulse are zero. Three causes, added in squares:
 ///
 /// - **noise**: its density before anything happens, through |L/S|², or what the filter leaves of the quiet samples themselves, where
-///   that is more (hum, a drift); the same at every sample;
+///   that is more (hum, a drift), and the level of those samples as it would be at the peak if it went on as it changes among them; the same
+///   at every sample;
 /// - **model**: ∂â/∂θ by the same filter, with the covariance of all parameters (their common errors kept);
 /// - **regularisation**: what L removes is at most Δ = 2∫|1 − L| B df, B the modulus of Â where it is seen above the noise, beyond
 ///   that falling as f⁻²; rectangular, u = Δ/√3.
@@ -175,6 +176,8 @@ impl Deconvolution {
         let near = coarse.saturating_sub(near)..(coarse + near + 1).min(n);
         let top = greatest(&value, near);
         let noise_u = noise_u.max(left_of_quiet(&value[..self.quiet], corner / rate));
+        let level_u = moved_level(&output[..self.quiet], top) / response[0].norm();
+        let noise_u = noise_u.hypot(level_u);
         let sensitivities: Vec<Vec<f64>> = device
             .shifted
             .iter()
@@ -221,6 +224,26 @@ fn left_of_quiet(value: &[f64], corner: f64) -> f64 {
     let dof = (2.0 * corner * quiet.len() as f64).max(1.0);
     let u = (squares / quiet.len().max(1) as f64).sqrt();
     u * student_quantile(0.975, dof) / 1.96
+}
+
+/// By how much a level that goes on as it changes among the quiet samples has moved away from their mean at another sample, as a standard
+/// uncertainty whose 95 % interval holds it: a drift, or the part of a period of hum. What white noise makes of it is taken off.
+fn moved_level(quiet: &[f64], at: usize) -> f64 {
+    /// A shift of known size over its u; 1.96 u reach 1.6 times as far.
+    const REACH: f64 = 1.2;
+    let n = quiet.len() as f64;
+    let middle = 0.5 * (n - 1.0);
+    let mean = quiet.iter().sum::<f64>() / n;
+    let spread = n * (n * n - 1.0) / 12.0;
+    let along = quiet.iter().enumerate();
+    let slope = along.map(|(k, v)| (k as f64 - middle) * v).sum::<f64>() / spread;
+    let left: f64 = quiet
+        .iter()
+        .enumerate()
+        .map(|(k, v)| (v - mean - slope * (k as f64 - middle)).powi(2))
+        .sum();
+    let by_noise = left / (n - 2.0).max(1.0) / spread;
+    (slope * slope - by_noise).max(0.0).sqrt() * (at as f64 - middle).abs() / REACH
 }
 
 /// Where an output stands out of the noise of its quiet samples: from its first to its last sample above a tenth of its greatest, or

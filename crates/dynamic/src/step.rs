@@ -1,6 +1,7 @@
 //! Step response: an oscillator fitted to a record, and what is read from it.
 
 mod fit;
+mod profile;
 mod response;
 mod starts;
 #[cfg(test)]
@@ -9,14 +10,22 @@ mod tests;
 pub use response::{risen_response, step_response};
 
 use crate::findings;
-use fit::{P, Samples, Unit, cost, left_out, sandwich, settled};
+use fit::{P, Samples, Unit, cost, inverse, left_out, sandwich, settled};
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::Equations;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
-    Severity,
+    Severity, student_quantile,
 };
 use std::f64::consts::PI;
+
+/// Places of frequency (by its logarithm) and damping among the parameters.
+const FREQUENCY: usize = 3;
+const DAMPING: usize = 4;
+/// U of the frequency, as a share, from which on it is not stated.
+const FREQUENCY_KNOWN: f64 = 0.5;
+/// U of the logarithm of the frequency, and of the damping, below which the squares are taken for a parabola.
+const NEARLY_LINEAR: f64 = 0.01;
 
 /// A step response as fitted and as read.
 ///
@@ -24,11 +33,13 @@ use std::f64::consts::PI;
 /// of the others. Samples from a twentieth of a period before the instant to a sixth after it are left
 /// out of the last fit.
 ///
-/// **Uncertainty** of the parameters from the residuals, their autocorrelation included: J⁺ Ω J⁺ᵀ with Ω by Bartlett's window.
+/// **Uncertainty** of the parameters from the residuals, their autocorrelation included: J⁺ Ω J⁺ᵀ with Ω by Bartlett's window. Where U of frequency
+/// or damping is more than 0.01, the squares are no parabola: U is then the larger distance at which they have grown by as much with all
+/// other parameters fitted anew.
 ///
 /// **Assumes** a rise, and filters behind the device, that are short beside the period.
 ///
-/// **Errors** [`Error::TooFew`] below 40 samples, [`Error::NotFinite`], [`Error::Constant`], [`Error::NotConverged`].
+/// **Errors** [`Error::TooFew`] below 40 samples, [`Error::Unobservable`] where U of the frequency is half of it or more, [`Error::NotFinite`], [`Error::Constant`], [`Error::NotConverged`].
 ///
 /// **Accuracy** the table of docs/dynamic-tests.md, by the example `step_map` of proofmass-jobs.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,8 +113,47 @@ impl StepFit {
             parameter: "step.frequency",
             condition: f64::INFINITY,
         })?;
+        let wider = {
+            let rising = time.rising(&samples, &p);
+            let without = |p: &[f64]| time.equations(&samples, p).map(|e| left_out(e, &rising));
+            let t = student_quantile(0.975, freedom);
+            let plain = inverse(&equations).unwrap_or_default();
+            let least = cost(&equations);
+            let factor = |parameter: usize| -> f64 {
+                let (variance, unit) =
+                    (covariance[parameter * (P + 1)], plain[parameter * (P + 1)]);
+                let linear = t * variance.sqrt();
+                if linear < NEARLY_LINEAR {
+                    return 1.0;
+                }
+                let growth = t * t * variance / unit;
+                let [down, up] = profile::reach(&p, least, parameter, growth, linear, without);
+                let far = match parameter {
+                    FREQUENCY => (1.0 - (-down).exp()).max(up.exp_m1()),
+                    _ => down.max(up),
+                };
+                (far / linear).max(1.0)
+            };
+            [factor(FREQUENCY), factor(DAMPING)]
+        };
+        // Records of which most do not determine it answer by chance, and wrongly.
+        let t = student_quantile(0.975, freedom);
+        let far = wider[0] * t * covariance[FREQUENCY * (P + 1)].sqrt();
+        if !(far < FREQUENCY_KNOWN && wider[1].is_finite()) {
+            return Err(Error::Unobservable {
+                parameter: "step.frequency",
+                condition: f64::INFINITY,
+            });
+        }
         let stated = value.len();
         let mut rows = vec![0.0; stated * stated];
+        let scale: Vec<f64> = (0..stated)
+            .map(|a| match a {
+                FREQUENCY => scale[a] * wider[0],
+                DAMPING => scale[a] * wider[1],
+                _ => scale[a],
+            })
+            .collect();
         for a in 0..stated {
             for b in 0..stated {
                 rows[a * stated + b] =

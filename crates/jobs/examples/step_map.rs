@@ -206,6 +206,8 @@ fn main() {
     );
     println!("|{}", "---|".repeat(10));
     let mut all = [0; 3];
+    // Recordings, answers, and those that hold, by damping and noise.
+    let mut groups = vec![[0; 4]; 9];
     for place in places() {
         let cell = place.cell(recordings, first as u64);
         let stated = cell.recordings - cell.refused;
@@ -235,9 +237,34 @@ fn main() {
         if let Some(reason) = &cell.reason {
             eprintln!("    {reason}");
         }
+        let damping = [0.05, 0.4].iter().filter(|d| place.damping > **d).count();
+        let noise = [1e-3, 1e-2].iter().filter(|n| place.noise > **n).count();
+        let counts = [cell.recordings, stated, cell.held[0], cell.held[1]];
+        for (sum, count) in groups[3 * damping + noise].iter_mut().zip(counts) {
+            *sum += count;
+        }
+        // Least number that 92 % leave, once in a thousand for all cells together.
+        let n = stated as f64;
+        let least = 0.92 * n - 4.3 * (0.92 * 0.08 * n).sqrt();
+        if cell.held.iter().any(|held| (*held as f64) < least) {
+            eprintln!("    below 92 %: {place:?}");
+        }
         all[0] += stated;
         all[1] += cell.held[0];
         all[2] += cell.held[1];
+    }
+    println!(
+        "\n| ζ | noise / % | recordings | answers | f holds / % | ζ holds / % |\n|---|---|---|---|---|---|"
+    );
+    for (k, [recordings, stated, f, damping]) in groups.iter().enumerate() {
+        let share = |n: usize| 100.0 * n as f64 / (*stated).max(1) as f64;
+        println!(
+            "| {} | {} | {recordings} | {stated} | {:.1} | {:.1} |",
+            ["0.01 to 0.05", "0.1 to 0.4", "0.7 to 1.2"][k / 3],
+            ["0.01, 0.1", "0.3, 1", "3"][k % 3],
+            share(*f),
+            share(*damping)
+        );
     }
     let share = |n: usize| 100.0 * n as f64 / all[0].max(1) as f64;
     println!(

@@ -197,27 +197,30 @@ fn normal(equations: &Equations) -> Vec<f64> {
     normal
 }
 
+/// (JᵀJ)⁻¹, row by row.
+pub(super) fn inverse(equations: &Equations) -> Option<Vec<f64>> {
+    let mut factor = normal(equations);
+    cholesky(&mut factor, P)?;
+    let columns = (0..P).flat_map(|a| {
+        let mut unit = vec![0.0; P];
+        unit[a] = 1.0;
+        solve(&factor, &mut unit);
+        unit
+    });
+    Some(columns.collect())
+}
+
 /// (JᵀJ)⁻¹ JᵀΩJ (JᵀJ)⁻¹ with the residuals' autocovariance under Bartlett's window, and the degrees of freedom with which that is known.
 ///
 /// Each autocovariance has what the fit takes of it added, as it is for white noise: σ² Σ hₖ,ₖ₋ₗ, h of the hat matrix.
 pub(super) fn sandwich(equations: &Equations) -> Option<(Vec<f64>, f64)> {
     let n = equations.residual.len();
-    let mut factor = normal(equations);
-    cholesky(&mut factor, P)?;
     // As many lags as leave little of the correlation of neighbours out; what their number costs is in the degrees of freedom.
     let lags = ((n as f64).sqrt() as usize).min(100).min(n / 4);
     let window = |l: usize| 1.0 - l as f64 / (lags + 1) as f64;
     let r = &equations.residual;
     let rows: Vec<&[f64]> = equations.jacobian.chunks_exact(P).collect();
-    // Columns of the inverse of JᵀJ.
-    let inverse: Vec<f64> = (0..P)
-        .flat_map(|a| {
-            let mut unit = vec![0.0; P];
-            unit[a] = 1.0;
-            solve(&factor, &mut unit);
-            unit
-        })
-        .collect();
+    let inverse = inverse(equations)?;
     let variance = cost(equations) / (n - P) as f64;
     let mut meat = [0.0; P * P];
     for l in 0..=lags {
