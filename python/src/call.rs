@@ -162,7 +162,9 @@ fn threads() -> Result<Option<Arc<ThreadPool>>, Trouble> {
 }
 
 fn no_threads(why: impl std::fmt::Display) -> Trouble {
-    Trouble::request(format!("the system gives no threads to calculate with: {why}"))
+    Trouble::request(format!(
+        "the system gives no threads to calculate with: {why}"
+    ))
 }
 
 /// Runs a command; `lent` are names, heads and buffers of what is in memory.
@@ -259,7 +261,10 @@ pub(crate) fn watched(
         std::thread::Builder::new().spawn(work).map_err(no_threads)
     };
     if let Err(trouble) = py.detach(begin) {
-        return Ok(Call { said: Said::default(), trouble: Some(trouble) });
+        return Ok(Call {
+            said: Said::default(),
+            trouble: Some(trouble),
+        });
     }
     let mut stopped: Option<(PyErr, Instant)> = None;
     let ended = loop {

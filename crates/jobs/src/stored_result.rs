@@ -133,6 +133,10 @@ impl StoredResult {
         // Pages that were written before a page had an answer.
         shown.page = answer_first(shown.page, &document.quantities);
         document.extra.remove(SHOWN);
+        if !shown.page.is_whole() {
+            return Err(Trouble::data("the result is damaged: a row of one of its tables is not as long as the table is wide")
+                .with_hint("take a copy of the result, or evaluate it again"));
+        }
         let tables = shown.page.filed_tables();
         let names = tables.iter().map(|t| &t.file).chain(shown.files.keys());
         for name in names {

@@ -151,6 +151,13 @@ pub struct Table {
     pub notes: Vec<String>,
 }
 
+impl Table {
+    /// Whether every row is as long as the columns.
+    fn is_whole(&self) -> bool {
+        self.rows.iter().all(|row| row.len() == self.columns.len())
+    }
+}
+
 /// Heading, unit and alignment of a table column, its name in a file and how its numbers are rounded.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Column {
@@ -457,6 +464,19 @@ impl Report {
         }
         list.retain(|table| !table.file.is_empty());
         list
+    }
+
+    /// Whether every table has a cell for every column in each of its rows, which a page that was read may not have.
+    pub fn is_whole(&self) -> bool {
+        fn whole(blocks: &[Block]) -> bool {
+            blocks.iter().all(|block| match block {
+                Block::Table(table) => table.is_whole(),
+                Block::Beside(tables) => tables.iter().all(Table::is_whole),
+                Block::Folded { blocks, .. } => whole(blocks),
+                _ => true,
+            })
+        }
+        whole(&self.answer.blocks) && self.sections.iter().all(|s| whole(&s.blocks))
     }
 
     /// Sets the last line.

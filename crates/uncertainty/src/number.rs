@@ -329,7 +329,7 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
         if n == 0 {
             return Self::from(1.0);
         }
-        let lower = self.real.powi(n - 1);
+        let lower = self.real.powi(n.saturating_sub(1));
         self.map(lower * self.real, lower * T::from(f64::from(n)))
     }
     fn powf(self, exponent: Self) -> Self {
