@@ -96,8 +96,9 @@ def allan_deviation(
     """
     if not isinstance(taus, str):
         taus = ",".join(repr(float(tau)) for tau in taus)
+    array = _samples(samples)
     try:
-        points = _proofmass.allan_deviation(_samples(samples), float(rate), statistic, taus, float(probability))
+        points = _proofmass.allan_deviation(array, float(rate), statistic, taus, float(probability))
     except ValueError as error:
         raise DataError(str(error)) from None
     columns = np.array([[np.nan if x is None else x for x in p] for p in points], dtype=float).reshape(-1, 6).T
@@ -109,9 +110,9 @@ def fit_sine(samples: ArrayLike, rate: float, frequency: float | None = None, *,
 
     Residuals are taken as white; with `white=False` only those beside the frequency count, which is right for noise of any colour.
     """
+    array = _samples(samples)
     try:
         known = None if frequency is None else float(frequency)
-        array = _samples(samples)
         found, u, (re, im), (covariance, dof, offset, rms) = _proofmass.fit_sine(array, float(rate), known, white)
     except ValueError as error:
         raise DataError(str(error)) from None

@@ -360,7 +360,7 @@ def random(
     input: str | int,
     output_column: str | int,
     segment: int | None = None,
-    estimator: str = "h1",
+    estimator: str | None = None,
     noise_ratio: float | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
@@ -392,7 +392,8 @@ def random(
         input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
         output_column: Column of the device.
         segment: Samples per segment [default: by the record].
-        estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv). One of h1, h2, hv.
+        estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv) [default: h1, with U for
+            noise on either]. One of h1, h2, hv.
         noise_ratio: Ratio of the densities of output noise to input noise, for hv, in the square of the unit of the
             response.
         input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
@@ -428,7 +429,7 @@ def impact(
     output_column: str | int,
     segment: int | None = None,
     force_window: int | None = None,
-    estimator: str = "h1",
+    estimator: str | None = None,
     noise_ratio: float | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
@@ -461,7 +462,8 @@ def impact(
         output_column: Column of the device.
         segment: Samples of each impact [default: up to the next one].
         force_window: Samples to either side of the greatest force that are kept of the force [default: all].
-        estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv). One of h1, h2, hv.
+        estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv) [default: h1, with U for
+            noise on either]. One of h1, h2, hv.
         noise_ratio: Ratio of the densities of output noise to input noise, for hv.
         input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
