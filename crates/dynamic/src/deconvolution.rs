@@ -2,6 +2,7 @@
 
 use super::model::parameters::{Device, STEP};
 use super::model::{ModelStructure, TransducerModel};
+use crate::limit;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::{Density, Welch, fourier};
@@ -229,8 +230,6 @@ fn left_of_quiet(value: &[f64], corner: f64) -> f64 {
 /// By how much a level that goes on as it changes among the quiet samples has moved away from their mean at another sample, as a standard
 /// uncertainty whose 95 % interval holds it: a drift, or the part of a period of hum. What white noise makes of it is taken off.
 fn moved_level(quiet: &[f64], at: usize) -> f64 {
-    /// A shift of known size over its u; 1.96 u reach 1.6 times as far.
-    const REACH: f64 = 1.2;
     let n = quiet.len() as f64;
     let middle = 0.5 * (n - 1.0);
     let mean = quiet.iter().sum::<f64>() / n;
@@ -243,7 +242,8 @@ fn moved_level(quiet: &[f64], at: usize) -> f64 {
         .map(|(k, v)| (v - mean - slope * (k as f64 - middle)).powi(2))
         .sum();
     let by_noise = left / (n - 2.0).max(1.0) / spread;
-    (slope * slope - by_noise).max(0.0).sqrt() * (at as f64 - middle).abs() / REACH
+    let steepest = (slope * slope - by_noise).max(0.0).sqrt();
+    limit::standard_uncertainty(steepest * (at as f64 - middle).abs())
 }
 
 /// Where an output stands out of the noise of its quiet samples: from its first to its last sample above a tenth of its greatest, or

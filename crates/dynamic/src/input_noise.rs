@@ -1,15 +1,12 @@
 //! Noise that may be on the input of a frequency response: by how much H₁ may be too small where nobody knows.
 
+use crate::limit;
 use proofmass_signal::transfer::CrossSpectra;
 
 /// Lines over which a density of noise is averaged.
 const WIDE: usize = 16;
 /// Standard deviations of that average by which the noise may be larger.
 const MARGIN: f64 = 2.0;
-/// The limit over its u: an interval of 1.96 u reaches 1.6 times as far, so that one with the noise of the estimate in it, added in squares, holds
-/// a truth at the limit in 93.9 % at least.
-const REACH: f64 = 1.2;
-
 /// Largest share, by lines, by which noise on the input may make the modulus by H₁ too small.
 ///
 /// What the coherence leaves is noise of the output or of the input: E Ĥ₁ = H/(1 + N/X) with noise N beside the input X, and
@@ -82,6 +79,6 @@ impl InputNoise {
     /// Relative standard uncertainty whose 95 % interval holds the larger response: the error is of one sign, and its limit is what is
     /// known.
     pub fn standard_uncertainty(&self, frequency: f64) -> f64 {
-        self.at(frequency) / REACH
+        limit::standard_uncertainty(self.at(frequency))
     }
 }

@@ -5,6 +5,7 @@ pub mod deconvolution;
 pub mod findings;
 pub mod frequency_response;
 pub mod input_noise;
+mod limit;
 pub mod linearity;
 pub mod measured;
 pub mod model;

@@ -10,7 +10,7 @@ mod tests;
 pub use response::{risen_response, step_response};
 
 use crate::findings;
-use fit::{P, Samples, Unit, cost, inverse, left_out, sandwich, settled};
+use fit::{P, Samples, Unit, cost, left_out, sandwich, settled};
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::Equations;
 use proofmass_uncertainty::{
@@ -108,52 +108,39 @@ impl StepFit {
             frequency,
             damping,
         ];
-        let scale = [height, height, 1.0 / time.frequency, frequency, 1.0];
-        let (covariance, freedom) = sandwich(&equations).ok_or(Error::Unobservable {
+        let unobservable = Error::Unobservable {
             parameter: "step.frequency",
             condition: f64::INFINITY,
-        })?;
-        let wider = {
-            let rising = time.rising(&samples, &p);
-            let without = |p: &[f64]| time.equations(&samples, p).map(|e| left_out(e, &rising));
-            let t = student_quantile(0.975, freedom);
-            let plain = inverse(&equations).unwrap_or_default();
-            let least = cost(&equations);
-            let factor = |parameter: usize| -> f64 {
-                let (variance, unit) =
-                    (covariance[parameter * (P + 1)], plain[parameter * (P + 1)]);
-                let linear = t * variance.sqrt();
-                if linear < NEARLY_LINEAR {
-                    return 1.0;
-                }
-                let growth = t * t * variance / unit;
-                let [down, up] = profile::reach(&p, least, parameter, growth, linear, without);
-                let far = match parameter {
-                    FREQUENCY => (1.0 - (-down).exp()).max(up.exp_m1()),
-                    _ => down.max(up),
-                };
-                (far / linear).max(1.0)
-            };
-            [factor(FREQUENCY), factor(DAMPING)]
         };
-        // Records of which most do not determine it answer by chance, and wrongly.
+        let (covariance, inverse, freedom) = sandwich(&equations).ok_or(unobservable)?;
         let t = student_quantile(0.975, freedom);
-        let far = wider[0] * t * covariance[FREQUENCY * (P + 1)].sqrt();
-        if !(far < FREQUENCY_KNOWN && wider[1].is_finite()) {
-            return Err(Error::Unobservable {
-                parameter: "step.frequency",
-                condition: f64::INFINITY,
-            });
+        let linear = |parameter: usize| t * covariance[parameter * (P + 1)].sqrt();
+        let rising = time.rising(&samples, &p);
+        let without = |p: &[f64]| time.equations(&samples, p).map(|e| left_out(e, &rising));
+        let least = cost(&equations);
+        // By how much U is larger than that of a parabola.
+        let wider = [FREQUENCY, DAMPING].map(|parameter| {
+            let linear = linear(parameter);
+            if linear < NEARLY_LINEAR {
+                return 1.0;
+            }
+            let growth = linear * linear / inverse[parameter * (P + 1)];
+            let [down, up] = profile::reach(&p, least, parameter, growth, linear, without);
+            let far = match parameter {
+                FREQUENCY => (1.0 - (-down).exp()).max(up.exp_m1()),
+                _ => down.max(up),
+            };
+            (far / linear).max(1.0)
+        });
+        // Records of which most do not determine it answer by chance, and wrongly.
+        if !(wider[0] * linear(FREQUENCY) < FREQUENCY_KNOWN && wider[1].is_finite()) {
+            return Err(unobservable);
         }
+        let mut scale = [height, height, 1.0 / time.frequency, frequency, 1.0];
+        scale[FREQUENCY] *= wider[0];
+        scale[DAMPING] *= wider[1];
         let stated = value.len();
         let mut rows = vec![0.0; stated * stated];
-        let scale: Vec<f64> = (0..stated)
-            .map(|a| match a {
-                FREQUENCY => scale[a] * wider[0],
-                DAMPING => scale[a] * wider[1],
-                _ => scale[a],
-            })
-            .collect();
         for a in 0..stated {
             for b in 0..stated {
                 rows[a * stated + b] =

@@ -4,11 +4,12 @@
 //! shape, duration, damping, noise, length of the record, hum, offset and drift; each record is asked as a job, as the command does it. Arguments are
 //! the number of records (3000) and the first of them (0).
 
-use proofmass_dynamic::model::{
-    FitProblem, Mode, ModelFit, ModelStructure, ResponsePoints, TransducerModel,
-};
-use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
-use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
+#[path = "../tests/support/deconvolution.rs"]
+mod deconvolution;
+
+use deconvolution::{SENSITIVITY, asked, fitted};
+use proofmass_jobs::Outcome;
+use proofmass_jobs::deconvolution::DeconvolutionJob;
 use proofmass_signal::{PulseShape, fourier};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -69,34 +70,8 @@ pub enum Answer {
 
 /// m/s².
 const PEAK: f64 = 5000.0;
-/// V/(m/s²).
-const SENSITIVITY: f64 = 1.4e-3;
 /// Of the device, Hz.
 const RESONANCE: f64 = 20e3;
-
-fn model(damping: f64) -> TransducerModel {
-    let mode = Mode {
-        frequency: RESONANCE,
-        damping,
-        share: 1.0,
-    };
-    TransducerModel {
-        modes: vec![mode],
-        ..TransducerModel::flat(SENSITIVITY)
-    }
-}
-
-/// The model as fitted to sixty points up to one and a half resonances with 0.1 %.
-fn fitted(model: &TransducerModel) -> ModelFit {
-    let f: Vec<f64> = (1..=60).map(|k| 0.025 * RESONANCE * f64::from(k)).collect();
-    let response: Vec<_> = f.iter().map(|f| model.response(*f)).collect();
-    let modulus: Vec<f64> = response.iter().map(|s| s.norm()).collect();
-    let phase: Vec<f64> = response.iter().map(|s| s.arg()).collect();
-    let u: Vec<f64> = modulus.iter().map(|m| 1e-3 * m).collect();
-    let points = ResponsePoints::polar(f, &modulus, &u, &phase, &[1e-3; 60], "V/(m/s²)");
-    let fit = FitProblem::new(ModelStructure::modes(1)).fit(&points.expect("points"));
-    fit.expect("a fit")
-}
 
 impl Place {
     /// Forty samples to the pulse, at least two and a half to a period of the resonance.
@@ -126,8 +101,7 @@ impl Place {
     pub fn answer(&self, seed: u64) -> Answer {
         let rate = self.rate();
         let n = (self.length * self.duration * rate) as usize;
-        let device = model(self.damping);
-        let fit = fitted(&device);
+        let (device, fit) = fitted(RESONANCE, self.damping);
         let truth = self.truth(n);
         // As much again behind it, that the ringing does not come round to the beginning.
         let long = fourier::fast_length(2 * n);
@@ -153,19 +127,7 @@ impl Place {
                 v + volts * (self.offset + drift + self.noise * normal() + self.hum * hum)
             })
             .collect();
-        let data = DeconvolutionData {
-            fit: &fit,
-            unit: "V/(m/s²)",
-            channel: Channel {
-                name: "u",
-                unit: "V",
-                data: &record,
-            },
-            rate,
-            findings: &[],
-            name: "shock",
-        };
-        let outcome = match DeconvolutionJob::default().evaluate(&data, &Unwatched) {
+        let outcome = match asked(&DeconvolutionJob::default(), &fit, &record, rate) {
             Ok(outcome) => outcome,
             Err(trouble) => return Answer::Refused(trouble.to_string()),
         };

@@ -1,36 +1,15 @@
 //! `test deconvolve` on shocks beside noise, hum and in long records: the peak is covered, or refused, and never lost in silence.
 
-use proofmass_dynamic::model::{
-    FitProblem, Mode, ModelFit, ModelStructure, ResponsePoints, TransducerModel,
-};
-use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
-use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
+#[path = "support/deconvolution.rs"]
+mod deconvolution;
+
+use deconvolution::{asked, fitted};
+use proofmass_jobs::Outcome;
+use proofmass_jobs::deconvolution::DeconvolutionJob;
 use proofmass_signal::{PulseShape, fourier};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
-
-const SENSITIVITY: f64 = 1.4e-3;
-
-fn fitted(frequency: f64, damping: f64) -> (TransducerModel, ModelFit) {
-    let mode = Mode {
-        frequency,
-        damping,
-        share: 1.0,
-    };
-    let model = TransducerModel {
-        modes: vec![mode],
-        ..TransducerModel::flat(SENSITIVITY)
-    };
-    let f: Vec<f64> = (1..=60).map(|k| 0.025 * frequency * f64::from(k)).collect();
-    let response: Vec<_> = f.iter().map(|f| model.response(*f)).collect();
-    let modulus: Vec<f64> = response.iter().map(|s| s.norm()).collect();
-    let phase: Vec<f64> = response.iter().map(|s| s.arg()).collect();
-    let u: Vec<f64> = modulus.iter().map(|m| 1e-3 * m).collect();
-    let points = ResponsePoints::polar(f, &modulus, &u, &phase, &[1e-3; 60], "V/(m/s²)");
-    let fit = FitProblem::new(ModelStructure::modes(1)).fit(&points.expect("points"));
-    (model, fit.expect("a fit"))
-}
 
 struct Case {
     shape: PulseShape,
@@ -77,21 +56,9 @@ fn answer(case: &Case, quiet: Option<f64>, seed: u64) -> Result<(f64, f64, f64),
             v + 0.2 + case.noise * e + case.hum * hum
         })
         .collect();
-    let data = DeconvolutionData {
-        fit: &fit,
-        unit: "V/(m/s²)",
-        channel: Channel {
-            name: "u",
-            unit: "V",
-            data: &record,
-        },
-        rate,
-        findings: &[],
-        name: "shock",
-    };
     let mut job = DeconvolutionJob::default();
     job.quiet = quiet;
-    let outcome = job.evaluate(&data, &Unwatched).map_err(|e| e.to_string())?;
+    let outcome = asked(&job, &fit, &record, rate).map_err(|e| e.to_string())?;
     let peak = &outcome.quantities()[0];
     Ok((peak.value, peak.expanded, outcome.deconvolved().corner))
 }

@@ -198,7 +198,7 @@ fn normal(equations: &Equations) -> Vec<f64> {
 }
 
 /// (JᵀJ)⁻¹, row by row.
-pub(super) fn inverse(equations: &Equations) -> Option<Vec<f64>> {
+fn inverse(equations: &Equations) -> Option<Vec<f64>> {
     let mut factor = normal(equations);
     cholesky(&mut factor, P)?;
     let columns = (0..P).flat_map(|a| {
@@ -210,10 +210,11 @@ pub(super) fn inverse(equations: &Equations) -> Option<Vec<f64>> {
     Some(columns.collect())
 }
 
-/// (JᵀJ)⁻¹ JᵀΩJ (JᵀJ)⁻¹ with the residuals' autocovariance under Bartlett's window, and the degrees of freedom with which that is known.
+/// (JᵀJ)⁻¹ JᵀΩJ (JᵀJ)⁻¹ with the residuals' autocovariance under Bartlett's window, (JᵀJ)⁻¹ itself, and the degrees of freedom with which
+/// the first is known.
 ///
 /// Each autocovariance has what the fit takes of it added, as it is for white noise: σ² Σ hₖ,ₖ₋ₗ, h of the hat matrix.
-pub(super) fn sandwich(equations: &Equations) -> Option<(Vec<f64>, f64)> {
+pub(super) fn sandwich(equations: &Equations) -> Option<(Vec<f64>, Vec<f64>, f64)> {
     let n = equations.residual.len();
     // As many lags as leave little of the correlation of neighbours out; what their number costs is in the degrees of freedom.
     let lags = ((n as f64).sqrt() as usize).min(100).min(n / 4);
@@ -260,5 +261,5 @@ pub(super) fn sandwich(equations: &Equations) -> Option<(Vec<f64>, f64)> {
     let freedom = ((n - P) as f64 / spread).max(1.0);
     (0..P)
         .all(|a| result[a * P + a] > 0.0)
-        .then_some((result, freedom))
+        .then_some((result, inverse, freedom))
 }
