@@ -8,7 +8,7 @@ use proofmass::jobs::{
     AnyData, AnyJob, Memory, Record, StoredResult as Inner, Trouble, TroubleKind, Watch,
 };
 use proofmass::uncertainty::Finding;
-use proofmass_cli::Host;
+use proofmass_cli::{Host, no_threads, today};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// What a command said.
 #[derive(Default)]
 struct Said {
-    results: Vec<Inner>,
+    results: Vec<Arc<Inner>>,
     output: Vec<u8>,
     findings: Vec<Finding>,
     notes: Vec<String>,
@@ -53,7 +53,7 @@ impl Listener {
 
 impl Host for Listener {
     fn result(&self, result: Inner) {
-        self.with(|said| said.results.push(result));
+        self.with(|said| said.results.push(Arc::new(result)));
     }
 
     fn output(&self, text: &[u8]) {
@@ -161,12 +161,6 @@ fn threads() -> Result<Option<Arc<ThreadPool>>, Trouble> {
     Ok(Some(pool))
 }
 
-fn no_threads(why: impl std::fmt::Display) -> Trouble {
-    Trouble::request(format!(
-        "the system gives no threads to calculate with: {why}"
-    ))
-}
-
 /// Runs a command; `lent` are names, heads and buffers of what is in memory.
 #[pyfunction]
 pub(crate) fn call(
@@ -194,7 +188,6 @@ pub(crate) fn call(
 pub(crate) fn campaign(
     py: Python<'_>,
     files: Vec<(String, Vec<u8>)>,
-    date: Option<String>,
     watch: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Call> {
     watched(py, watch, move |listener| {
@@ -204,7 +197,7 @@ pub(crate) fn campaign(
         });
         let campaign = Campaign::read(Arc::new(store), "campaign.toml")?;
         for (_, campaign) in campaign.of_each_device() {
-            listener.result(campaign.evaluate(date.clone(), listener.as_ref())?);
+            listener.result(campaign.evaluate(Some(today()), listener.as_ref())?);
         }
         Ok(())
     })
@@ -215,13 +208,12 @@ pub(crate) fn campaign(
 pub(crate) fn request(
     py: Python<'_>,
     json: Vec<u8>,
-    date: Option<String>,
     watch: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Call> {
     watched(py, watch, move |listener| {
         let job = AnyJob::from_json(&json)?;
         let record = Record {
-            date,
+            date: Some(today()),
             ..Record::default()
         };
         let result = job.evaluate(&AnyData::None, record, listener.as_ref())?;

@@ -8,10 +8,11 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A result of whatever command.
 #[pyclass(frozen, module = "proofmass._proofmass")]
-pub(crate) struct StoredResult(pub(crate) Inner);
+pub(crate) struct StoredResult(pub(crate) Arc<Inner>);
 
 /// The sentence of an error with its remedy.
 pub(crate) fn refused(trouble: impl Into<Trouble>) -> PyErr {
@@ -31,7 +32,8 @@ impl StoredResult {
             file.map(|(_, bytes)| bytes.clone())
                 .ok_or_else(|| Trouble::data(format!("{name} is missing beside the result")))
         };
-        Ok(Self(result.with_files_beside(found).map_err(refused)?))
+        let result = result.with_files_beside(found).map_err(refused)?;
+        Ok(Self(Arc::new(result)))
     }
 
     fn json<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
@@ -108,9 +110,5 @@ impl StoredResult {
     fn calibration<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyBytes>>> {
         let json = self.0.calibration().map(|file| file.to_json()).transpose();
         Ok(json.map_err(refused)?.map(|json| PyBytes::new(py, &json)))
-    }
-
-    fn __eq__(&self, other: &Self) -> bool {
-        self.0 == other.0
     }
 }

@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Today's date, UTC, as ISO 8601; `SOURCE_DATE_EPOCH` (seconds) takes the place of the clock where results must
 /// be the same every time.
-pub(crate) fn today() -> String {
+pub fn today() -> String {
     let seconds = std::env::var("SOURCE_DATE_EPOCH")
         .ok()
         .and_then(|v| v.parse().ok())

@@ -1,6 +1,6 @@
 //! A program that runs commands in its own process, and is told what a terminal would show.
 
-use crate::{Failure, Outcome, begun};
+use crate::{Failure, Outcome, begun, commands};
 use proofmass::jobs::{StoredResult, Trouble, TroubleKind};
 use proofmass::uncertainty::Finding;
 use std::cell::RefCell;
@@ -62,10 +62,8 @@ where
     T: Into<OsString> + Clone,
 {
     let _before = Before(HOST.replace(Some(host)));
-    let mut command = crate::help::command();
-    let matches = command.try_get_matches_from_mut(arguments);
-    let parsed = matches.and_then(|mut m| clap::FromArgMatches::from_arg_matches_mut(&mut m));
-    let arguments: crate::Arguments = parsed.map_err(|wrong| {
+    let parsed = crate::read(&mut commands(), arguments);
+    let arguments = parsed.map_err(|wrong| {
         let failure = crate::number_arguments::no_number(&wrong);
         failure.map_or_else(|| refused(&wrong), Trouble::from)
     })?;

@@ -37,9 +37,11 @@ mod written_file;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{FromArgMatches, Parser, Subcommand};
+pub use clock::today;
 use failure::Failure;
 pub use host::{Host, call};
 use proofmass::io::Addressee;
+use proofmass::jobs::Trouble;
 use std::ffi::OsString;
 
 /// The open accelerometer laboratory: from a recording to a calibration with a defensible uncertainty, and to
@@ -205,11 +207,14 @@ fn begin_threads() -> Result<(), Failure> {
     // Without a source it says that an earlier call in this process began them.
     match std::error::Error::source(&refused) {
         None => Ok(()),
-        Some(why) => Err(Failure::new(format!(
-            "the system gives no threads to calculate with: {why}"
-        ))
-        .hint("raise the number of processes (`ulimit -u`) or the memory that this user may have, or end other programs")),
+        Some(why) => Err(no_threads(why).into()),
     }
+}
+
+/// What is wrong where the system gives no threads, and what to do about it.
+pub fn no_threads(why: impl std::fmt::Display) -> Trouble {
+    Trouble::request(format!("the system gives no threads to calculate with: {why}"))
+        .with_hint("raise the number of processes (`ulimit -u`) or the memory that this user may have, or end other programs")
 }
 
 /// Carries out a command, its threads begun.
@@ -222,6 +227,16 @@ pub fn commands() -> clap::Command {
     help::command()
 }
 
+/// The arguments, the name of the program first, as a request.
+fn read<I, T>(command: &mut clap::Command, arguments: I) -> Result<Arguments, clap::Error>
+where
+    I: IntoIterator<Item = T>,
+    T: Into<OsString> + Clone,
+{
+    let mut matches = command.try_get_matches_from_mut(arguments)?;
+    Arguments::from_arg_matches_mut(&mut matches)
+}
+
 /// The arguments as a request, or the exit code after help, the version or an error was shown.
 fn parsed<I, T>(arguments: I) -> Result<Arguments, u8>
 where
@@ -232,10 +247,8 @@ where
         console::complain(&failure.to_string());
         2
     })?;
-    let mut command = help::command();
-    let found = command.try_get_matches_from_mut(&expanded.arguments);
-    let found = found.and_then(|mut matches| Arguments::from_arg_matches_mut(&mut matches));
-    found.map_err(|wrong| {
+    let mut command = commands();
+    read(&mut command, &expanded.arguments).map_err(|wrong| {
         if let Some(ContextValue::String(word)) = wrong.get(ContextKind::InvalidSubcommand)
             && let Some(failure) = glossary::no_command(word, &command)
         {
