@@ -115,7 +115,7 @@ def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
             try:
                 missing = _nulls(array, array.offset, array.length)
                 for piece, (k, _, form) in zip(pieces, kept, strict=True):
-                    numbers, nulls = _numbers(array.children[k].contents, array.offset, array.length, form)
+                    numbers, nulls = _numbers(array.children[k].contents, array.offset, array.length, form[0])
                     piece.append(numbers)
                     missing |= nulls
                 absent.append(missing)
@@ -135,7 +135,7 @@ def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
         if heading in columns:
             raise RequestError(f"two columns of the table are called {heading!r}", hint="rename one of them")
         numbers = np.concatenate(piece)[whole]
-        columns[heading] = since_first(numbers, steps) if steps > 1 or heading.endswith(STAMPED) else numbers
+        columns[heading] = numbers if steps is None else since_first(numbers, steps)
     return columns, int((~whole).sum())
 
 
@@ -145,20 +145,20 @@ def _ask(stream: _Stream, code: int) -> None:
         raise DataError(f"the stream of Arrow ends with error {code}" + (f": {said.decode()}" if said else ""))
 
 
-def _form(field: _Schema) -> tuple[str, int] | None:
-    """Type of the numbers and steps in a unit; `None` for what is no number."""
+def _form(field: _Schema) -> tuple[str, int | None] | None:
+    """Type of the numbers, and of dates their steps in a second; `None` for what is no number."""
     if field.dictionary:
         return None
     if field.format in _NUMBERS:
-        return _NUMBERS[field.format], 1
+        return _NUMBERS[field.format], None
     if field.format.startswith(b"ts"):
         return "i8", _STEPS[field.format[2:3]]
     return None
 
 
-def _heading(field: _Schema, form: tuple[str, int]) -> str:
+def _heading(field: _Schema, form: tuple[str, int | None]) -> str:
     name, unit = field.name.decode(), _metadata(field).get("unit")
-    if field.format.startswith(b"ts"):
+    if form[1] is not None:
         return name + STAMPED
     return f"{name} ({unit})" if unit else name
 
@@ -184,18 +184,16 @@ def _metadata(field: _Schema) -> dict[str, str]:
     return {text(): text() for _ in range(number())}
 
 
-def _numbers(array: _Array, offset: int, length: int, form: tuple[str, int]) -> tuple[np.ndarray, np.ndarray]:
+def _numbers(array: _Array, offset: int, length: int, kind: str) -> tuple[np.ndarray, np.ndarray]:
     """Copies of the numbers of a column, and which are null."""
-    kind = np.dtype("u1" if form[0] == "bits" else form[0])
     start = array.offset + offset
     nulls = _nulls(array, start, length)
     if length == 0:
         return np.zeros(0), nulls
-    if form[0] == "bits":
+    if kind == "bits":
         return _bits(array.buffers[1], start, length).astype(float), nulls
-    address = array.buffers[1] + start * kind.itemsize
-    numbers = np.frombuffer(ctypes.string_at(address, length * kind.itemsize), kind)
-    return numbers, nulls
+    size = np.dtype(kind).itemsize
+    return np.frombuffer(ctypes.string_at(array.buffers[1] + start * size, length * size), kind), nulls
 
 
 def _bits(address: int, start: int, length: int) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ._arrow import stream_of
 from ._commands import calibrate
-from ._data import named_columns
+from ._data import named_columns, values_of
 from ._errors import ProofmassError, RequestError
 from ._result import Result
 
@@ -90,7 +90,7 @@ def calibrate_batch(table: Any, *, by: str = "serial", threads: int | None = Non
         )
     if by not in columns:
         raise RequestError(f"the table has no column {by!r}", hint=f"there are {', '.join(columns)}")
-    arrays = {name: np.asarray(c.to_numpy() if hasattr(c, "to_numpy") else c) for name, c in columns.items()}
+    arrays = {name: values_of(c) for name, c in columns.items()}
     serials = arrays.pop(by)
     for name, array in arrays.items():
         if len(array) != len(serials):

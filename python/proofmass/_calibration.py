@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from . import _proofmass
 from ._errors import DataError, RequestError
+from ._numbers import doubles, finite
 
 
 class Calibration:
@@ -54,7 +55,7 @@ class Calibration:
             raise RequestError(
                 "a table has columns in an order of its own", hint='name them: table[["x", "y", "z"]].to_numpy()'
             )
-        rows = real(outputs, "outputs")
+        rows = doubles(outputs, "outputs")
         if rows.ndim not in (1, 2) or rows.shape[-1] != 3:
             raise RequestError(
                 f"an array of shape {rows.shape} has no three axes",
@@ -68,12 +69,12 @@ class Calibration:
                 raise RequestError(
                     "the calibration follows the temperature, which is not given", hint="add temperature=… in °C"
                 )
-            at = np.clip(real(temperature, "temperature"), *measured).reshape(-1)
+            at = np.clip(doubles(temperature, "temperature"), *measured).reshape(-1)
             finite(at, "temperature")
             samples = 1 if rows.ndim == 1 else len(rows)
             if at.size not in (1, samples):
                 raise RequestError(f"{at.size} temperatures are given for {samples} samples")
-        flat = np.ascontiguousarray(rows).reshape(-1)
+        flat = rows.reshape(-1)
         return np.frombuffer(self._inner.apply(flat, at), dtype=np.float64).reshape(rows.shape).copy()
 
     def to_json(self) -> bytes:
@@ -90,24 +91,3 @@ class Calibration:
 
     def __repr__(self) -> str:
         return f"<Calibration from {self.input_unit} to {self.output_unit}>"
-
-
-def finite(numbers: np.ndarray, name: str) -> None:
-    """Refuses NaN and infinities with the place of the first."""
-    good = np.isfinite(numbers)
-    if not good.all():
-        at = tuple(int(i) for i in np.argwhere(~good)[0])
-        place = at[0] if len(at) == 1 else at
-        raise DataError(
-            f"{name}[{place}] is {numbers[at]}", hint="leave such samples out, or mark the gap by the times"
-        )
-
-
-def real(values: ArrayLike, name: str) -> np.ndarray:
-    """Real numbers as float64; masks and complex numbers are no such."""
-    if np.ma.isMaskedArray(values):
-        raise RequestError(f"{name} is masked", hint="leave the masked samples out")
-    array = np.asarray(values)
-    if array.dtype.kind not in "fiub" and array.size:
-        raise RequestError(f"{name} is of type {array.dtype}, which holds no real numbers")
-    return np.ascontiguousarray(array, dtype=np.float64)

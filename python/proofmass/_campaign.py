@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import datetime
 import json
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from . import _proofmass
-from ._command import in_keywords
+from ._answer import answered, results
 from ._data import recording
-from ._errors import RequestError, raised, warn
+from ._errors import RequestError, warn
 from ._result import Result
-
-
-def _today() -> str:
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    now = datetime.datetime.now(datetime.UTC)
-    if epoch and epoch.isascii() and epoch.isdigit() and len(epoch) < 12:
-        now = datetime.datetime.fromtimestamp(int(epoch), datetime.UTC)
-    return now.date().isoformat()
+from ._types import Watch
 
 
 def _bytes(name: str, content: Any) -> bytes:
@@ -33,9 +24,7 @@ def _bytes(name: str, content: Any) -> bytes:
     return lent[1] + bytes(lent[2])
 
 
-def calibrate_campaign(
-    files: Mapping[str, Any], *, watch: Callable[[str, int, int], object] | None = None
-) -> Result | list[Result]:
+def calibrate_campaign(files: Mapping[str, Any], *, watch: Watch | None = None) -> Result | list[Result]:
     """Calibrates from a campaign whose files are in memory, `campaign.toml` (a text) among them.
 
     The other files are arrays, arrays by name, tables, bytes or texts under the names that campaign.toml has for them. A campaign of
@@ -44,25 +33,23 @@ def calibrate_campaign(
     if "campaign.toml" not in files:
         raise RequestError("there is no campaign.toml", hint=f"add it beside {', '.join(files) or 'the recordings'}")
     given = [(name, _bytes(name, content)) for name, content in files.items()]
-    return _results(_proofmass.campaign(given, _today(), watch))
+    return _warned(_proofmass.campaign(given, watch))
 
 
-def run(request: Mapping[str, Any], *, watch: Callable[[str, int, int], object] | None = None) -> Result:
+def run(request: Mapping[str, Any], *, watch: Watch | None = None) -> Result:
     """Evaluates the JSON of a request that needs no data (`job` is its kind): a model of measurement, a plan, a drift."""
     try:
         written = json.dumps(request).encode()
     except (TypeError, ValueError, RecursionError) as error:
         raise RequestError(f"the request cannot be written as JSON: {error}") from None
-    result = _results(_proofmass.request(written, _today(), watch))
+    result = _warned(_proofmass.request(written, watch))
     assert isinstance(result, Result)
     return result
 
 
-def _results(answer: _proofmass.Call) -> Result | list[Result]:
-    if answer.error is not None:
-        kind, what, place, hint = answer.error
-        raise raised((kind, what, place, hint and in_keywords(hint)))
-    results = [Result(stored) for stored in answer.results]
-    for result in results:
+def _warned(answer: _proofmass.Call) -> Result | list[Result]:
+    """The results, with warnings of their findings."""
+    found = results(answered(answer).results)
+    for result in found if isinstance(found, list) else [found]:
         warn(result.findings, level=3)
-    return results[0] if len(results) == 1 else results
+    return found

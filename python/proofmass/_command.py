@@ -10,41 +10,24 @@ import itertools
 import json
 import logging
 import os
-import re
 import tempfile
 from collections.abc import Callable, Iterable
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
 from . import _proofmass
+from ._answer import answered, results
 from ._calibration import Calibration
 from ._data import Lent, Recording, is_place, recording
-from ._errors import RequestError, raised, warn
+from ._description import WRITTEN, arguments, descriptions, keyword
+from ._errors import RequestError, warn
 from ._result import Finding, Result, column
 
 P = ParamSpec("P")
 R = TypeVar("R")
 _log = logging.getLogger("proofmass")
-
-
-@functools.cache
-def descriptions() -> dict[str, dict[str, Any]]:
-    """Every command by its words, as the command line declares it."""
-    return {" ".join(c["words"]): c for c in json.loads(_proofmass.commands())}
-
-
-#: Places that a command writes to, which no array can stand for.
-WRITTEN = {"output", "draws", "imu_yaml", "plot"}
-#: Options that a function has no use for: it returns the object, whose `needs_decision` says the rest.
-UNUSED = {"json", "strict"}
-
-
-def arguments(words: str) -> list[dict[str, Any]]:
-    """The arguments of a command that its function takes, those without an option first."""
-    known = [a for a in descriptions()[words]["arguments"] if a["id"] not in UNUSED]
-    return sorted(known, key=lambda a: (a["position"] is None, a["position"] or 0))
 
 
 def command(words: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -88,7 +71,7 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
         if value is None or _is_default(signature.parameters[name].default, value):
             continue
         argument = known[name]
-        if argument["kind"] == "path" and (argument["id"] in WRITTEN or words == "keygen"):
+        if argument["kind"] == "path" and argument["id"] in WRITTEN:
             if not is_place(value):
                 raise TypeError(f"{name} is a place to write to, not of type {type(value).__name__}")
             value = _text(value)
@@ -107,26 +90,16 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
     if asks_json:
         options.append("--json")
     answer = _said(words, [*options, *_ended(positions)], lent, watch, level=4)
-    if answer.results:
-        results = [Result(stored) for stored in answer.results]
-        for result in results:
-            for line in result._stored.readings():
-                _log.info("read %s", line)
-        return results[0] if len(results) == 1 else results
+    if found := answer.results:
+        return results(found)
     if answer.output:
         return json.loads(answer.output) if asks_json else answer.output.decode()
     return Path(given["output"]) if "output" in given else None
 
 
 def _said(words: str, options: list[str], lent: list[Lent], watch: Any, level: int) -> _proofmass.Call:
-    """Runs it, tells its notes to the log, warns of what no result says, raises its error."""
-    answer = _proofmass.call([*words.split(), *options], lent, watch)
-    for note in answer.notes:
-        _log.info("%s", note)
-    if answer.error is not None:
-        kind, what, place, hint = answer.error
-        hint = hint and in_keywords(hint, words)
-        raise raised((kind, in_keywords(what, words), [in_keywords(p, words) for p in place], hint))
+    """Runs it, and warns of what no result says."""
+    answer = answered(_proofmass.call([*words.split(), *options], lent, watch), words)
     warn([Finding._of(f) for f in json.loads(answer.findings)], level + 1)
     return answer
 
@@ -166,21 +139,20 @@ def _ended(positions: list[str]) -> list[str]:
 
 def _places(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording]) -> str | list[str]:
     """The name of a file, or of what is lent in its place; several where there are several."""
+    if isinstance(value, list | tuple) and value and all(is_place(v) or not np.isscalar(v) for v in value):
+        if not all(_is_number_row(v) for v in value):
+            return [_place(v, f"{name}[{k}]", lent, recordings) for k, v in enumerate(value)]
+    return _place(value, name, lent, recordings)
+
+
+def _place(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording]) -> str:
+    """The name of one file, or of what is lent in its place."""
     if isinstance(value, str) and "\n" in value:
         value = value.encode()
     if is_place(value):
         return _text(value)
     if isinstance(value, Result | Calibration):
         return _lent((f"{name}.json", b"", memoryview(_document(name, value))), lent)
-    if isinstance(value, list | tuple) and value and all(is_place(v) or not np.isscalar(v) for v in value):
-        if all(is_place(v) for v in value):
-            return [_text(v) for v in value]
-        if not all(_is_number_row(v) for v in value):
-            places: list[str] = []
-            for k, v in enumerate(value):
-                place = _places(v, f"{name}[{k}]", lent, recordings)
-                places.append(place if isinstance(place, str) else place[0])
-            return places
     found = recording(value, f"{name} in memory")
     recordings[name] = found
     return _lent(found.lent, lent)
@@ -196,12 +168,9 @@ def _document(name: str, value: Result | Calibration) -> bytes:
 
 def _lent(content: Lent, lent: list[Lent]) -> str:
     """The name under which a content is lent, which no other has."""
-    name, known = content[0], {n for n, _, _ in lent}
-    stem, dot, end = name.rpartition(".")
-    for k in itertools.count(2):
-        if name not in known:
-            break
-        name = f"{stem}-{k}{dot}{end}" if dot else f"{content[0]}-{k}"
+    place, known = PurePath(content[0]), {name for name, _, _ in lent}
+    others = (f"{place.stem}-{k}{place.suffix}" for k in itertools.count(2))
+    name = next(name for name in itertools.chain([content[0]], others) if name not in known)
     lent.append((name, *content[1:]))
     return name
 
@@ -221,13 +190,14 @@ def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str,
             )
         if found.absent:
             _log.info("%d rows of %s hold a null and are left out: gaps by their times", found.absent, name)
-    plain = [r for r in recordings.values() if r.plain]
-    if not plain:
+    unnamed = {found.unnamed for found in recordings.values()}
+    if unnamed <= {None}:
         return
-    if len({r.columns for r in recordings.values()}) > 1 and given.get("columns") is None:
-        raise RequestError("the recordings have different numbers of columns", hint="say columns=…")
-    if given.get("columns") is None and "columns" in known and plain[0].columns is not None:
-        yield "--columns=" + ",".join(str(k + 1) for k in range(plain[0].columns))
+    if given.get("columns") is None:
+        if len(unnamed) > 1:
+            raise RequestError("the recordings have different numbers of columns", hint="say columns=…")
+        if "columns" in known:
+            yield "--columns=" + ",".join(str(k + 1) for k in range(unnamed.pop()))
     if given.get("unit") is None and "unit" in known:
         yield "--unit=m/s²"
     timed = given.get("rate") is not None or given.get("time") is not None
@@ -235,12 +205,6 @@ def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str,
         raise RequestError(
             "an array has no times", hint="say rate=… in hertz, or give a dict of arrays with the times among them"
         )
-
-
-def keyword(argument: dict[str, Any]) -> str:
-    """The Python name of an argument."""
-    name = (argument["long"] or argument["id"]).replace("-", "_")
-    return f"{name}_" if name in ("from", "lambda", "in", "is", "global") else name
 
 
 def _is_default(default: Any, value: Any) -> bool:
@@ -280,39 +244,3 @@ def _option(argument: dict[str, Any], value: Any) -> list[str]:
     if argument["repeated"] and not argument["delimiter"]:
         return [f"{flag}={text}" for text in texts]
     return [f"{flag}={','.join(texts)}"]
-
-
-#: What stays as it is: a call of the command line in quotes.
-_CALL = re.compile(r"`proofmass [^`]*`")
-_OPTION = re.compile(
-    r"--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)(?:[ =](<[^>]*>|[A-Z][A-Z0-9_,…]*(?![a-z])|\"[^\"]*\"|[-+]?\d[\w.,…]*))?"
-)
-
-
-def in_keywords(text: str, words: str | None = None) -> str:
-    """A text that names options, in the keywords of a function."""
-    known: dict[str, Any] = {}
-    if words in descriptions():
-        known = {a["long"]: a for a in descriptions()[words]["arguments"]}
-
-    def said(match: re.Match[str]) -> str:
-        argument, name, value = known.get(match.group(1)), match.group(1).replace("-", "_"), match.group(2)
-        if argument and argument["kind"] == "bool":
-            return f"{name}=True" + (f" {value}" if value else "")
-        if argument and argument["several"] and value:
-            return f"{name}=({value}"
-        return f"{name}={value}" if value else f"{name}="
-
-    def options(piece: str) -> str:
-        piece = _OPTION.sub(said, piece)
-        piece = re.sub(r"=\((<?[A-Z_]+>?) (<?[A-Z_]+>?)", r"=(\1, \2)", piece)
-        # A word that an option may have, or a unit, belongs to it.
-        choices = {c for a in known.values() for c in a["choices"]} | {"g", "mg", "count", "s", "ms"}
-        piece = re.sub(r"(\w+)= ([\w-]+)", lambda m: f'{m[1]}="{m[2]}"' if m[2] in choices else m[0], piece)
-        return re.sub(r"(?<![\w-])-o( [A-Z]+)?\b", lambda m: f"output={(m[1] or '').strip()}", piece)
-
-    parts, at = [], 0
-    for call in _CALL.finditer(text):
-        parts += [options(text[at : call.start()]), call.group()]
-        at = call.end()
-    return "".join([*parts, options(text[at:])])

@@ -8,29 +8,28 @@ import os
 import sys
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ._arrow import STAMPED, columns_of, since_first
-from ._calibration import finite
 from ._errors import DataError, RequestError
+from ._numbers import finite, real
 
 #: A name, the bytes before the numbers, the numbers.
 Lent = tuple[str, bytes, Any]
 
 
+@dataclass(frozen=True)
 class Recording:
     """A recording that was lent, and what has to be said of it."""
 
-    def __init__(self, lent: Lent, columns: int | None, plain: bool, absent: int = 0):
-        self.lent = lent
-        #: How many columns without names it has.
-        self.columns = columns
-        #: Whether its unit is not said by a heading.
-        self.plain = plain
-        #: How many rows with a null were left out.
-        self.absent = absent
+    lent: Lent
+    #: How many columns it has, where no heading says their names and units.
+    unnamed: int | None = None
+    #: How many rows with a null were left out.
+    absent: int = 0
 
 
 def is_place(data: Any) -> bool:
@@ -41,7 +40,7 @@ def is_place(data: Any) -> bool:
 def recording(data: Any, name: str) -> Recording:
     """An array, arrays by name, a table, a file object or bytes as a recording of this name."""
     if isinstance(data, bytes | bytearray | memoryview):
-        return Recording((name, b"", memoryview(data).cast("B")), None, False)
+        return Recording((name, b"", memoryview(data).cast("B")))
     if hasattr(data, "read"):
         try:
             content = data.read()
@@ -50,7 +49,7 @@ def recording(data: Any, name: str) -> Recording:
             raise DataError(f"{name} cannot be read: {error}") from error
         if not isinstance(content, bytes | bytearray | memoryview):
             raise RequestError(f"{name}.read() gave {type(content).__name__}, not bytes")
-        return Recording((_named(data, name), b"", memoryview(content)), None, False)
+        return Recording((_named(data, name), b"", memoryview(content)))
     absent = 0
     # A frame of pandas has its columns at hand, and exports them only with another package.
     if hasattr(data, "__arrow_c_stream__") and not (hasattr(data, "iloc") or hasattr(data, "to_frame")):
@@ -60,7 +59,7 @@ def recording(data: Any, name: str) -> Recording:
         if hasattr(data, "iloc") and columns is not None:
             columns, absent = _without_nulls(columns)
     if columns is not None:
-        return Recording(_by_name(columns, name), None, False, absent)
+        return Recording(_by_name(columns, name), absent=absent)
     return _array(data, name)
 
 
@@ -110,7 +109,7 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
         raise RequestError(f"{name} has no columns")
     arrays, length = {}, None
     for heading, values in columns.items():
-        array, heading = _seconds(_values(values), heading)
+        array, heading = _seconds(values_of(values), heading)
         if heading in arrays or "\0" in heading or len(heading) > 1000:
             raise RequestError(f"{heading[:60]!r} cannot be the name of one more column", hint="rename it")
         array = _numbers(array, f"{name}[{heading!r}]")
@@ -130,7 +129,7 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
     return name, b"", content.getbuffer()
 
 
-def _values(values: Any) -> np.ndarray:
+def values_of(values: Any) -> np.ndarray:
     """A column as an array; dates with a zone are those of UTC."""
     if np.ma.isMaskedArray(values):
         return values
@@ -187,15 +186,7 @@ _STEPS = {"s": 1, "ms": 10**3, "us": 10**6, "ns": 10**9}
 
 def _numbers(array: np.ndarray, name: str) -> np.ndarray:
     """Numbers in a form that is read without a copy: floats as they are, integers and Booleans as float64."""
-    if np.ma.isMaskedArray(array):
-        raise RequestError(f"{name} is masked", hint="leave the masked samples out, or mark the gap by the times")
-    if array.dtype.kind == "c":
-        raise RequestError(f"{name} is complex", hint="give real and imaginary parts as columns")
-    if array.dtype.kind not in "fiub":
-        raise RequestError(
-            f"{name} is of type {array.dtype}, which holds no numbers",
-            hint="text of dates becomes times by pandas.to_datetime or numpy.datetime64, text of numbers by .astype(float)",
-        )
+    array = real(array, name)
     wanted = array.dtype.newbyteorder("<") if array.dtype in (np.float64, np.float32) else np.dtype("<f8")
     if math.prod(array.shape) > sys.maxsize // 16 or _stride_trick(array):
         raise RequestError(
@@ -213,13 +204,10 @@ def _stride_trick(array: np.ndarray) -> bool:
 
 def _array(data: Any, name: str) -> Recording:
     """A plain array: one channel, or a row for each sample."""
-    if np.ma.isMaskedArray(data):
-        array = data
-    else:
-        try:
-            array = np.asarray(data)
-        except (ValueError, TypeError) as error:
-            raise RequestError(f"{name} is of type {type(data).__name__}, which is no array") from error
+    try:
+        array = np.asanyarray(data)
+    except (ValueError, TypeError) as error:
+        raise RequestError(f"{name} is of type {type(data).__name__}, which is no array") from error
     if array.ndim not in (1, 2):
         raise RequestError(f"{name} has shape {array.shape}", hint="give it shape (n,) or (n, channels)")
     if array.size == 0:
@@ -233,4 +221,4 @@ def _array(data: Any, name: str) -> Recording:
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape})
     channels = 1 if array.ndim == 1 else array.shape[1]
-    return Recording((name, head.getvalue(), memoryview(array.reshape(-1)).cast("B")), channels, True)
+    return Recording((name, head.getvalue(), memoryview(array.reshape(-1)).cast("B")), channels)

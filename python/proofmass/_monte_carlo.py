@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from . import _proofmass
-from ._errors import DataError, RequestError, raised, warn
+from ._answer import answered
+from ._errors import DataError, RequestError, warn
 from ._result import Covariance, Finding
+from ._types import Watch
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ def monte_carlo(
     trials: int = 1_000_000,
     seed: int = 1,
     probability: float = 0.95,
-    watch: Callable[[str, int, int], object] | None = None,
+    watch: Watch | None = None,
 ) -> Trials:
     """Propagates distributions through a function of arrays (GUM Supplement 1).
 
@@ -88,9 +90,7 @@ def monte_carlo(
         )
     except OverflowError:
         raise RequestError(f"{trials} trials with seed {seed} cannot be made") from None
-    if call.error is not None:
-        raise raised(call.error)
-    found = json.loads(call.output)
+    found = json.loads(answered(call).output)
     findings = tuple(Finding._of(f) for f in found["findings"])
     warn(findings, level=2)
     sampled = {o["name"]: _sampled(o) for o in found["outputs"]}
@@ -121,8 +121,8 @@ def _names(model: Callable[..., Any], inputs: Mapping[str, Any], written: str) -
         _, call = _proofmass.monte_carlo(look, written, [("y", "")], 2, 1, 0.5, None)
     except ValueError as error:
         raise RequestError(str(error)) from None
-    if call.error is not None and not shown:
-        raise raised(call.error)
+    if not shown:
+        answered(call)
     return [str(name) for name in shown]
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _proofmass
-from ._calibration import finite, real
 from ._errors import DataError, RequestError
+from ._numbers import doubles, finite
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Sine:
 
 
 def _samples(samples: ArrayLike) -> np.ndarray:
-    array = real(samples, "samples")
+    array = doubles(samples, "samples")
     if array.ndim != 1:
         raise RequestError(f"samples have shape {array.shape}", hint="give one channel, such as samples[:, 0]")
     finite(array, "samples")

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _proofmass
-from ._calibration import finite
 from ._errors import DataError, RequestError
+from ._numbers import doubles, finite
 
 UncertainNumber = _proofmass.Uncertain
 UncertainComplex = _proofmass.UncertainComplex
@@ -83,12 +83,12 @@ def uarray(values: ArrayLike, u: ArrayLike, name: str | None = None, *, dof: flo
 
     What all have in common is a number of its own: `uarray(readings, noise) * ufloat(1, gain_u, "gain")`.
     """
-    given = values if isinstance(values, UncertainArray) else np.asarray(values)
+    given = values if isinstance(values, UncertainArray) else np.asanyarray(values)
     if isinstance(given, UncertainArray) or given.dtype == object:
         known = UncertainArray._of(given)
         return known if np.all(np.asarray(u) == 0) else known + uarray(np.zeros(known.shape), u, name, dof=dof)
-    array = np.array(values, dtype=np.float64)
-    sizes = np.array(np.broadcast_to(np.asarray(u, dtype=np.float64), array.shape))
+    array = doubles(values, "values").copy()
+    sizes = np.array(np.broadcast_to(doubles(u, "u"), array.shape))
     finite(array, "values")
     finite(sizes, "u")
     if (sizes < 0).any():
@@ -105,7 +105,7 @@ class _Part:
 
     block: str
     dof: float
-    #: Which cause of the block each element has; -1 is the one that the block is named after.
+    #: Which cause of the block each element has; -1 is the one that the block is named after, -2 none.
     index: np.ndarray
     #: Change of each element when its cause changes by its standard uncertainty.
     contribution: np.ndarray
@@ -156,7 +156,7 @@ class UncertainArray:
         self._parts = parts
 
     @classmethod
-    def _of(cls, other: Any, size: int | None = None) -> UncertainArray:
+    def _of(cls, other: Any) -> UncertainArray:
         """An array, numbers without uncertainty, or one number with its causes."""
         if isinstance(other, UncertainArray):
             return other
@@ -172,8 +172,7 @@ class UncertainArray:
             for x in value.reshape(-1):
                 if not isinstance(x, UncertainNumber | int | float | np.integer | np.floating) or isinstance(x, bool):
                     raise TypeError(f"{type(x).__name__} is no operand of uncertain numbers")
-            numbers = [cls._of(x) for x in value.reshape(-1)]
-            return _stacked(numbers, value.shape)
+            return _side_by_side([cls._of(x) for x in value.reshape(-1)]).reshape(value.shape)
         if (value.dtype.kind not in "fiub" and value.size) or np.ma.isMaskedArray(other):
             raise TypeError(f"{type(other).__name__} of type {value.dtype} is no operand of uncertain numbers")
         value = value.astype(np.float64)
@@ -291,16 +290,8 @@ class UncertainArray:
     def __rmatmul__(self, other: Any) -> Any:
         return _product(other, self)
 
-    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, out: Any = None, **options: Any) -> Any:
-        if method != "__call__" or out is not None or options:
-            return NotImplemented
-        if ufunc is np.matmul:
-            return _product(*inputs)
-        if ufunc in _ONE:
-            return _one(ufunc, *inputs)
-        if ufunc in _TWO:
-            return _two(ufunc, *inputs)
-        return NotImplemented
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        return _by_ufunc(ufunc, method, inputs, options)
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
         own = _FUNCTIONS.get(function)
@@ -363,36 +354,30 @@ def _only_axis(dtype: Any, out: Any) -> None:
         raise RequestError("an uncertain array has no type and no place to choose")
 
 
-def _concatenate(arrays: Any, axis: int = 0) -> UncertainArray:
+def _rearranged(arrange: Callable[..., np.ndarray], arrays: Any, axis: int) -> UncertainArray:
+    """Arrays put together as numpy puts together the places of their elements."""
     given = [UncertainArray._of(a) for a in arrays]
-    places, first = [], 0
-    for a in given:
-        places.append(np.arange(first, first + a.size).reshape(a.shape))
-        first += a.size
-    where = np.concatenate(places, axis)
+    ends = np.cumsum([a.size for a in given])
+    places = [np.arange(end - a.size, end).reshape(a.shape) for a, end in zip(given, ends, strict=True)]
+    where = arrange(places, axis)
     return _side_by_side(given)[where.reshape(-1)].reshape(where.shape)
 
 
 def _side_by_side(arrays: list[UncertainArray]) -> UncertainArray:
     """Flattened arrays one after the other; a block that several have is one part where it can be."""
-    sizes = [a.size for a in arrays]
+    size, at = sum(a.size for a in arrays), 0
     parts: dict[tuple[str, int], tuple[np.ndarray, np.ndarray, float]] = {}
-    for k, a in enumerate(arrays):
-        at, nth = sum(sizes[:k]), {}
+    for a in arrays:
+        here, nth = slice(at, at + a.size), {}
         for part in a._parts:
             layer = nth[part.block] = nth.get(part.block, -1) + 1
             index, contribution, _ = parts.setdefault(
-                (part.block, layer), (np.full(sum(sizes), -2), np.zeros(sum(sizes)), part.dof)
+                (part.block, layer), (np.full(size, -2), np.zeros(size), part.dof)
             )
-            index[at : at + a.size], contribution[at : at + a.size] = part.index, part.contribution
-    values = np.concatenate([a._value.reshape(-1) for a in arrays])
+            index[here], contribution[here] = part.index, part.contribution
+        at += a.size
+    values = np.concatenate([a._value.reshape(-1) for a in arrays]) if arrays else np.zeros(0)
     return UncertainArray(values, [_Part(block, dof, i, c) for (block, _), (i, c, dof) in parts.items()])
-
-
-def _stack(arrays: Any, axis: int = 0) -> UncertainArray:
-    given = [UncertainArray._of(a) for a in arrays]
-    where = np.stack([np.arange(a.size).reshape(a.shape) + k * a.size for k, a in enumerate(given)], axis)
-    return _side_by_side(given)[where.reshape(-1)].reshape(where.shape)
 
 
 def _diff(a: UncertainArray, n: int = 1, axis: int = -1) -> UncertainArray:
@@ -403,28 +388,12 @@ def _diff(a: UncertainArray, n: int = 1, axis: int = -1) -> UncertainArray:
     return a
 
 
-def _stacked(numbers: list[UncertainArray], shape: tuple[int, ...]) -> UncertainArray:
-    """Numbers side by side as one array."""
-    size, blocks = len(numbers), {}
-    for k, number in enumerate(numbers):
-        nth: dict[str, int] = {}
-        for part in number._parts:
-            layer = nth[part.block] = nth.get(part.block, -1) + 1
-            index, contribution, _ = blocks.setdefault(
-                (part.block, layer), (np.full(size, -2), np.zeros(size), part.dof)
-            )
-            index[k], contribution[k] = part.index[0], part.contribution[0]
-    values = np.array([float(n._value) for n in numbers]).reshape(shape)
-    parts = [_Part(block, dof, index, c) for (block, _), (index, c, dof) in blocks.items()]
-    return UncertainArray(values, parts)
-
-
 _FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.sum: lambda a, axis=None, **k: UncertainArray._of(a).sum(axis, **k),
     np.mean: lambda a, axis=None, **k: UncertainArray._of(a).mean(axis, **k),
     np.dot: lambda a, b: _product(a, b),
-    np.concatenate: _concatenate,
-    np.stack: _stack,
+    np.concatenate: lambda arrays, axis=0: _rearranged(np.concatenate, arrays, axis),
+    np.stack: lambda arrays, axis=0: _rearranged(np.stack, arrays, axis),
     np.diff: _diff,
     np.reshape: lambda a, shape: a.reshape(shape),
     np.transpose: lambda a: a.T,
@@ -436,12 +405,21 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 }
 
 
+def _by_ufunc(ufunc: np.ufunc, method: str, inputs: Any, options: dict[str, Any]) -> Any:
+    """What numpy does with arrays of numbers."""
+    if method != "__call__" or options:
+        return NotImplemented
+    if ufunc is np.matmul:
+        return _product(*inputs)
+    if ufunc in _ONE:
+        return _one(ufunc, *inputs)
+    return _two(ufunc, *inputs) if ufunc in _TWO else NotImplemented
+
+
 def number_ufunc(ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
     """What numpy does with numbers: a number where all are, else an array."""
-    if method != "__call__" or options or not (ufunc in _ONE or ufunc in _TWO):
-        return NotImplemented
-    answer = _one(ufunc, *inputs) if ufunc in _ONE else _two(ufunc, *inputs)
-    return answer[()] if answer.shape == () else answer
+    answer = _by_ufunc(ufunc, method, inputs, options)
+    return answer[()] if isinstance(answer, UncertainArray) and answer.shape == () else answer
 
 
 def _checked(value: np.ndarray, what: str, *slopes: np.ndarray) -> None:

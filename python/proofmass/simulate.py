@@ -5,22 +5,12 @@ Written by tools/functions.py from the options of the commands: change those, no
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, BinaryIO
-
-import numpy as np
-from numpy.typing import ArrayLike
+from collections.abc import Sequence
+from pathlib import Path
 
 from ._command import command
 from ._result import Result
-
-#: A file by its name, an array, arrays by name, a table with columns, a file object, the bytes of a file.
-Data = str | os.PathLike[str] | ArrayLike | Mapping[str, ArrayLike] | BinaryIO | bytes | Any
-#: A place in the file system.
-Place = str | os.PathLike[str]
-#: Told the stage, the steps behind and the steps in all (0: unknown); what it raises stops the command.
-Watch = Callable[[str, int, int], object]
+from ._types import Data, Place, Watch
 
 __all__ = [
     "axis",

@@ -1,14 +1,32 @@
 """What the tests share: the repository, the command line, recordings whose truth is known."""
 
+import filecmp
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import proofmass
+
+
+def quiet(function, *args, **kwargs):
+    """The answer without warnings of what it says."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        return function(*args, **kwargs)
+
+
+def same_folders(ours, theirs):
+    """Both folders hold the same files, byte for byte."""
+    names = sorted(p.name for p in theirs.iterdir())
+    assert sorted(p.name for p in ours.iterdir()) == names
+    _, different, missing = filecmp.cmpfiles(ours, theirs, names, shallow=False)
+    assert (different, missing) == ([], [])
+
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -80,3 +80,9 @@ def test_serials_of_every_kind(table):
             proofmass.calibrate_batch({**table, "serial": column}, **options())
     with pytest.raises(proofmass.RequestError, match="folder"):
         proofmass.calibrate_batch(table, output="out", **options())
+
+
+def test_a_mask_is_refused_for_its_device(table):
+    masked = np.ma.masked_array(table["x_g"], mask=np.arange(len(table["x_g"])) == 0)
+    batch = proofmass.calibrate_batch({**table, "x_g": masked}, **options())
+    assert "masked" in str(batch["S4"])

@@ -1,26 +1,10 @@
 """What a function gives is what the command writes, byte for byte."""
 
-import filecmp
-
 import numpy as np
 import pytest
+from conftest import quiet, same_folders
 
 import proofmass
-
-
-def same_folders(ours, theirs):
-    names = sorted(p.name for p in theirs.iterdir())
-    assert sorted(p.name for p in ours.iterdir()) == names
-    _, different, _ = filecmp.cmpfiles(ours, theirs, names, shallow=False)
-    assert different == []
-
-
-def quiet(function, *args, **kwargs):
-    import warnings
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
-        return function(*args, **kwargs)
 
 
 @pytest.mark.parametrize("campaign", ["hand-held", "published-triaxial"])
@@ -113,7 +97,7 @@ def test_the_functions_are_those_of_the_commands():
 
 
 def test_every_command_has_a_function():
-    from proofmass._command import descriptions
+    from proofmass._description import descriptions
 
     for words in descriptions():
         first, *others = words.split()

@@ -3,14 +3,12 @@
 A row is a call as it is typed; the keywords of the function are made from it. A kind of result without a row fails the last test.
 """
 
-import filecmp
-import warnings
-
 import numpy as np
 import pytest
+from conftest import quiet, same_folders
 
 import proofmass
-from proofmass._command import descriptions, keyword
+from proofmass._description import descriptions, keyword
 
 CALLS = {
     "multi-position": "calibrate {sim}/positions",
@@ -153,18 +151,13 @@ def as_function(typed):
 def test_the_folder_is_the_same(kind, world, command_line, tmp_path):
     typed = CALLS[kind].format(**world).split()
     function, args, kwargs = as_function(typed)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
-        result = function(*args, **kwargs)
+    result = quiet(function, *args, **kwargs)
     results = result if isinstance(result, list) else [result]
     # An example of a single axis gives a result of many positions of that axis.
     assert {r.kind for r in results} <= {kind, "static-test"} or kind == "single-axis", results[0].kind
     command_line(*typed, "-o", tmp_path / "theirs")
     results[0].write(tmp_path / "ours")
-    names = sorted(p.name for p in (tmp_path / "theirs").iterdir())
-    assert sorted(p.name for p in (tmp_path / "ours").iterdir()) == names
-    _, different, missing = filecmp.cmpfiles(tmp_path / "ours", tmp_path / "theirs", names, shallow=False)
-    assert (different, missing) == ([], [])
+    same_folders(tmp_path / "ours", tmp_path / "theirs")
 
 
 @pytest.mark.parametrize("form", ["csv", "npy", "wav"])

@@ -6,15 +6,14 @@ import warnings
 
 import numpy as np
 import pytest
+from conftest import quiet
 
 import proofmass
 from proofmass import DataError, ProofmassError, RequestError
 
 
 def noise(data, **options):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
-        return proofmass.noise(data, **options)
+    return quiet(proofmass.noise, data, **options)
 
 
 def n_of(result):
@@ -302,9 +301,7 @@ def test_frames_keep_what_they_say():
 
 def test_objects_in_the_place_of_files(examples, tmp_path):
     """A result or a calibration stands where the command line is given its file."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
-        result = proofmass.calibrate(examples / "hand-held")
+    result = quiet(proofmass.calibrate, examples / "hand-held")
     recording = examples / "hand-held" / "recording.csv"
     result.write(tmp_path / "r")
     file = proofmass.apply(tmp_path / "r" / "calibration.json", recording)
@@ -356,9 +353,7 @@ def test_masks_and_tables_are_not_taken_for_numbers(examples):
         with pytest.raises(RequestError, match="masked|real"):
             call()
     pandas = pytest.importorskip("pandas")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
-        calibration = proofmass.calibrate(examples / "hand-held").calibration
+    calibration = quiet(proofmass.calibrate, examples / "hand-held").calibration
     with pytest.raises(RequestError, match="order of its own"):
         calibration.apply(pandas.DataFrame(np.ones((4, 3)), columns=["z", "y", "x"]))
 
@@ -421,3 +416,16 @@ def test_places_to_write_to_are_places(rest, tmp_path, monkeypatch):
     with pytest.raises(TypeError):
         proofmass.init(rest, rate=100.0)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_numbers_whose_name_ends_like_that_of_dates():
+    """A column that is called `speed_m_s` is no date, whatever table it comes from."""
+    polars = pytest.importorskip("polars")
+    from proofmass._data import recording
+
+    values = np.array([3.0, 4.0, 5.0])
+    table = {"speed_m_s": values, "x_s": values}
+    for data in (table, polars.DataFrame(table)):
+        lent = recording(data, "table").lent
+        archive = np.load(io.BytesIO(bytes(lent[2])))
+        assert all(np.array_equal(archive[name], values) for name in table)

@@ -230,3 +230,11 @@ def _one_of_its_own(_):
 
     time.sleep(0.2)
     return ufloat(1.0, 0.1)
+
+
+def test_masks_are_refused():
+    masked = np.ma.masked_array([1.0, 2.0], mask=[0, 1])
+    for call in (lambda: uarray(masked, 0.1), lambda: uarray([1.0, 2.0], masked)):
+        with pytest.raises(RequestError, match="masked"):
+            call()
+    assert uarray(3.0, 0.1).shape == () and uarray(3.0, 0.1)[()].u == 0.1

@@ -8,6 +8,7 @@ With --check nothing is written, and the first file that differs is named.
 from __future__ import annotations
 
 import json
+import re
 import sys
 import textwrap
 import types
@@ -20,7 +21,8 @@ bare = types.ModuleType("proofmass")
 bare.__path__ = [str(PACKAGE)]
 sys.modules["proofmass"] = bare
 
-from proofmass._command import WRITTEN, arguments, descriptions, in_keywords, keyword  # noqa: E402
+from proofmass._description import WRITTEN, arguments, descriptions, keyword  # noqa: E402
+from proofmass._wording import in_keywords  # noqa: E402
 
 #: Commands whose answers are no result of their own.
 ANSWERS = {
@@ -53,22 +55,9 @@ Written by tools/functions.py from the options of the commands: change those, no
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, BinaryIO
-
-import numpy as np
-from numpy.typing import ArrayLike
-
-from {dots}_command import command
-from {dots}_result import Result
-
-#: A file by its name, an array, arrays by name, a table with columns, a file object, the bytes of a file.
-Data = str | os.PathLike[str] | ArrayLike | Mapping[str, ArrayLike] | BinaryIO | bytes | Any
-#: A place in the file system.
-Place = str | os.PathLike[str]
-#: Told the stage, the steps behind and the steps in all (0: unknown); what it raises stops the command.
-Watch = Callable[[str, int, int], object]
+{imports}from ._command import command
+from ._result import Result
+from ._types import Data, Place, Watch
 
 __all__ = {names}
 
@@ -199,11 +188,22 @@ def function(words: str, name: str) -> str:
     )
 
 
-def module(title: str, dots: str, functions: dict[str, str]) -> str:
+#: What a function may need beside the package, and how that is told.
+IMPORTS = {
+    "Sequence[": "from collections.abc import Sequence\n",
+    "Path": "from pathlib import Path\n",
+    "Any": "from typing import Any\n\n",
+    "np.": "import numpy as np\n\n",
+}
+
+
+def module(title: str, functions: dict[str, str]) -> str:
     """The code of a module: names of functions and the commands behind them."""
     names = "[\n" + "".join(f'    "{name}",\n' for name in sorted(functions)) + "]"
-    head = HEAD.format(title=title, dots=dots, names=names)
-    return head + "".join(f"\n\n{function(words, name)}" for name, words in functions.items())
+    code = "".join(f"\n\n{function(words, name)}" for name, words in functions.items())
+    needed = "".join(line for word, line in IMPORTS.items() if re.search(rf"\b{re.escape(word)}", code))
+    needed = needed.rstrip("\n") + "\n\n"
+    return HEAD.format(title=title, names=names, imports=needed) + code
 
 
 def modules() -> dict[str, str]:
@@ -217,9 +217,9 @@ def modules() -> dict[str, str]:
         else:
             name = "_".join([first, *others]).replace("-", "_")
             plain[RENAMED.get(name, name)] = words
-    files = {"_commands.py": module("The commands of `proofmass` as functions.", ".", plain)}
+    files = {"_commands.py": module("The commands of `proofmass` as functions.", plain)}
     for group, functions in grouped.items():
-        files[f"{group}.py"] = module(GROUPS[group], ".", functions)
+        files[f"{group}.py"] = module(GROUPS[group], functions)
     return files
 
 
