@@ -38,6 +38,12 @@ pub struct HandHeld {
     pub tremor: f64,
     /// Probability that a rest is touched: half a second of motion of 0.1 to 1 m/s² somewhere in it.
     pub touched: f64,
+    /// Random walk of the biases from the beginning to the end, the same on every axis, m/s²/√s.
+    pub walk: f64,
+    /// A bias with the sign of the last change of each axis from rest to rest, m/s².
+    pub hysteresis: f64,
+    /// Terms of each axis in the square and the third power of its acceleration, shares of 1 g at 1 g.
+    pub curvature: [f64; 2],
 }
 
 impl Default for HandHeld {
@@ -61,6 +67,9 @@ impl Default for HandHeld {
             resolution: 1.0,
             tremor: 0.0,
             touched: 0.0,
+            walk: 0.0,
+            hysteresis: 0.0,
+            curvature: [0.0; 2],
         }
     }
 }
@@ -87,6 +96,8 @@ pub struct HandHeldRecording {
     pub outputs: [Vec<f64>; 3],
     /// True rests.
     pub rests: Vec<Rest>,
+    /// Mean over the rests of what the biases walked, m/s².
+    pub walked: [f64; 3],
 }
 
 impl HandHeld {
@@ -98,6 +109,10 @@ impl HandHeld {
         let mut rests = Vec::with_capacity(self.rests);
         let mut noise = [0.0; 3];
         let innovation = self.noise * (1.0 - self.correlation.powi(2)).max(0.0).sqrt();
+        let mut walk = [0.0; 3];
+        let mut walked = [0.0; 3];
+        let mut last = attitudes.first().copied().unwrap_or_default();
+        let step = self.walk / self.rate.sqrt();
         let mut push =
             |force: [f64; 3], outputs: &mut [Vec<f64>; 3], rng: &mut Xoshiro256PlusPlus| {
                 let clean = self.sensor.invert(force);
@@ -121,11 +136,29 @@ impl HandHeld {
             });
             let n = (duration * self.rate).round() as usize;
             let mut unrest = Unrest::of(self, n, &mut rng);
+            let [square, cube] = self.curvature;
+            let systematic: [f64; 3] = std::array::from_fn(|i| {
+                let u = attitude[i];
+                let change = if index == 0 {
+                    0.0
+                } else {
+                    (u - last[i]).signum()
+                };
+                self.hysteresis * change + self.gravity * (square * u * u + cube * u.powi(3))
+            });
+            last = *attitude;
+            let mut mean = [0.0; 3];
             for sample in 0..n {
                 let moved = unrest.next(sample, &mut rng);
-                let force =
-                    std::array::from_fn(|i| self.gravity * attitude[i] + wander[i] + moved[i]);
+                walk_on(&mut walk, step, &mut rng);
+                let force = std::array::from_fn(|i| {
+                    mean[i] += walk[i] / n as f64;
+                    self.gravity * attitude[i] + wander[i] + moved[i] + systematic[i] + walk[i]
+                });
                 push(force, &mut outputs, &mut rng);
+            }
+            for (sum, m) in walked.iter_mut().zip(mean) {
+                *sum += m / self.rests as f64;
             }
             rests.push(Rest {
                 start,
@@ -141,6 +174,7 @@ impl HandHeld {
             for i in 0..n {
                 let share = (i as f64 + 0.5) / n as f64;
                 let direction = between(*attitude, *next, share);
+                walk_on(&mut walk, step, &mut rng);
                 // A hand does not only turn: it swings, most in the middle of the turn.
                 let swing = (std::f64::consts::PI * share).sin();
                 let force = std::array::from_fn(|axis| {
@@ -154,6 +188,17 @@ impl HandHeld {
             rate: self.rate,
             outputs,
             rests,
+            walked,
+        }
+    }
+}
+
+/// One step of a random walk; nothing is drawn where there is none.
+fn walk_on(walk: &mut [f64; 3], step: f64, rng: &mut Xoshiro256PlusPlus) {
+    if step > 0.0 {
+        for value in walk {
+            let w: f64 = StandardNormal.sample(rng);
+            *value += step * w;
         }
     }
 }

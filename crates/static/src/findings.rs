@@ -156,6 +156,14 @@ findings! {
         evidence "{evidence}",
         advice "let the sensor settle first; {remedy}";
 
+    /// The biases walk at random during the recording.
+    bias_walk(walk: f64, weight: f64) =
+        "bias-walk", [Note],
+        what "the biases walk during the recording: they are stated as their mean over the standstills",
+        evidence "{walk:.0} µg/√s, by {weight:.1} % of the weight of all forms that the scatter may have",
+        advice "record faster, or let the sensor settle first; a bias of later differs by more than the stated interval, by its walk until then",
+        false_alarms "0.2 % of healthy recordings, at most 0.9 % of one kind";
+
     /// The output settles after switching on. A note where the coefficients are those of the warm sensor.
     warm_up(observation: &str, evidence: &str) =
         "warm-up", [Warning, Decision, Note],

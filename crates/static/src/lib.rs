@@ -34,9 +34,9 @@ pub use ellipsoid::Ellipsoid;
 pub use findings::CATALOGUE;
 pub use mean_noise::MeanNoise;
 pub use multi_position::{
-    AttitudeUncertainty, BeyondMatrix, CompensatedReading, Limiting, Misfit, MisfitCause, Model,
-    ModelEvidence, MultiPosition, MultiPositionFit, NextAttitude, PoseResidual, ScatterParts,
-    Suspect, Terms, WithoutSuspects,
+    AttitudeUncertainty, BeyondMatrix, CompensatedReading, FormWeight, Limiting, Misfit,
+    MisfitCause, Model, ModelEvidence, MultiPosition, MultiPositionFit, NextAttitude, PoseResidual,
+    ScatterForm, ScatterParts, Suspect, Terms, WithoutSuspects,
 };
 pub use pose::{Pose, Samples, Segment};
 pub use recording_quality::{clipping, frozen, temperature_drift};

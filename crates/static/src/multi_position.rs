@@ -11,6 +11,7 @@ mod model;
 mod next_attitude;
 mod observability;
 mod problem;
+mod scatter_forms;
 mod solved;
 mod suspects;
 mod term_equations;
@@ -25,13 +26,14 @@ pub use model::Model;
 pub(crate) use model::{BIAS, ELEMENT};
 pub use next_attitude::{Limiting, NextAttitude};
 pub(crate) use problem::{Problem, quadratic_form};
+pub use scatter_forms::{FormWeight, ScatterForm};
 pub(crate) use solved::Solved;
 pub use suspects::Suspect;
 pub use terms::Terms;
 
 use crate::Pose;
 use proofmass_core::{Error, Gravity};
-use proofmass_uncertainty::DegreesOfFreedom;
+use proofmass_uncertainty::{DegreesOfFreedom, NoiseDof};
 
 /// How well given attitudes are known, standard uncertainties in radians.
 #[doc(alias("orientation uncertainty", "levelling error"))]
@@ -204,6 +206,14 @@ impl MultiPosition {
         let problem = Problem::new(self, poses)?;
         let solved = Solved::of(self, &problem)?;
         Ok(suspects::of(&problem, &solved))
+    }
+
+    /// What is known of the noise of the means.
+    pub(crate) fn noise(&self) -> NoiseDof {
+        match self.noise_dof.is_infinite() {
+            true => NoiseDof::Known,
+            false => NoiseDof::Pooled(self.noise_dof),
+        }
     }
 
     /// Local gravity, m/s².

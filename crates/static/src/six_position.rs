@@ -33,7 +33,7 @@ impl MultiPosition {
             })
             .collect();
         let problem = Problem::new(&settings, &nominal)?;
-        let mut solved = Solved::of(&settings, &problem)?;
+        let mut solved = Solved::independent(&settings, &problem)?;
         let estimator = closed_form(&positions);
         let (p, rows) = (estimator.nrows(), estimator.ncols());
         solved.solution.parameters = (0..p)

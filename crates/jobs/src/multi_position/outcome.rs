@@ -12,8 +12,8 @@ use proofmass_io::{
 use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_static::{
-    CompensatedReading, DirectionCoverage, Ferraris, Misfit, Model, ModelEvidence, NextAttitude,
-    StandstillCalibration, WindowedVariance,
+    CompensatedReading, DirectionCoverage, Ferraris, FormWeight, Misfit, Model, ModelEvidence,
+    NextAttitude, StandstillCalibration, WindowedVariance,
 };
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
 use serde::Serialize;
@@ -169,6 +169,8 @@ struct Fit<'a> {
     degrees_of_freedom: usize,
     birge_ratio: Option<f64>,
     excess_m_per_s2: f64,
+    #[serde(skip_serializing_if = "<[FormWeight]>::is_empty")]
+    scatter_forms: &'a [FormWeight],
     condition_number: f64,
     iterations: usize,
     residual_rms_m_per_s2: f64,
@@ -218,6 +220,7 @@ impl Outcome for MultiPositionOutcome {
             degrees_of_freedom: fit.degrees_of_freedom(),
             birge_ratio: fit.birge_ratio(),
             excess_m_per_s2: fit.excess(),
+            scatter_forms: fit.scatter_forms(),
             condition_number: fit.condition(),
             iterations: fit.iterations(),
             residual_rms_m_per_s2: fit.residual_rms(),

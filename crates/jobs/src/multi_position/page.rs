@@ -392,7 +392,36 @@ fn scatter(fit: &MultiPositionFit) -> String {
     format!(
         "χ² = {chi_square:.1} with {nu} degrees of freedom against the noise of the means (Birge ratio {birge:.2}{range}). \
          The estimated standard deviation between standstills beyond that noise is {tau:.2} mm/s²; the intervals carry \
-         it, and how well the residuals fix it, without a test in between.",
+         it, and how well the residuals fix it, without a test in between.{}",
+        forms(fit)
+    )
+}
+
+/// Which forms the scatter may have.
+fn forms(fit: &MultiPositionFit) -> String {
+    let [first, ..] = fit.scatter_forms() else {
+        return String::new();
+    };
+    let parts: Vec<String> = fit
+        .scatter_forms()
+        .iter()
+        .map(|w| match w.walk {
+            Some(walk) => format!(
+                "{} {:.1} % ({:.1} µg/√s)",
+                w.form,
+                1e2 * w.weight,
+                1e6 * walk / proofmass_core::STANDARD_GRAVITY
+            ),
+            None => format!("{} {:.1} %", w.form, 1e2 * w.weight),
+        })
+        .collect();
+    let most = match first.weight > 0.5 {
+        true => format!(", most likely {}", first.form),
+        false => String::new(),
+    };
+    format!(
+        " Values and intervals are averaged over the forms that this scatter may have{most}. Weights by the residuals: {}.",
+        parts.join("; ")
     )
 }
 

@@ -59,7 +59,8 @@ impl MultiPositionFit {
             coverage: DirectionCoverage::of(&directions),
             chi_square: solved.chi_square,
             degrees_of_freedom: solved.freedom,
-            scatter: solved.scatter,
+            forms: solved.form_weights(g),
+            scatter: solved.scatter.clone(),
             excess: solved.own.sqrt() * g,
             condition: solved.condition,
             iterations: solved.solution.iterations,
@@ -141,7 +142,8 @@ fn parts(estimate: &Estimate, solved: &Solved, jacobian: &[f64]) -> Vec<ScatterP
     let p = solved.solution.parameters.len();
     let noise = solved.through_gain(|i| w.variances[i] - w.tilt[i]);
     let attitude = solved.through_gain(|i| w.tilt[i]);
-    let between = solved.through_gain(|_| solved.excess);
+    // The scatter has the form, or the forms, that the residuals speak for.
+    let between = solved.covariance() - &noise - &attitude;
     let along = |row: &[f64], m: &Mat<f64>| {
         let mut sum = 0.0;
         for (a, x) in row.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::misfit::{Misfit, MisfitCause};
 use super::suspects::in_words;
-use super::{Model, MultiPositionFit, wiring};
+use super::{Model, MultiPositionFit, ScatterForm, wiring};
 use crate::{Triple, findings};
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_core::numeric::median;
@@ -31,6 +31,7 @@ pub(super) fn of(fit: &MultiPositionFit, kappa: &[Triple; 3]) -> Vec<Finding> {
         few_attitudes(fit),
         spread(fit),
         restless(fit),
+        walk(fit),
         small,
     ]
     .into_iter()
@@ -186,6 +187,16 @@ fn restless(fit: &MultiPositionFit) -> Option<Finding> {
         let segment = &poses[worst].segment;
         findings::restless_standstill(&poses[worst].name(worst), segment.start, segment.end, ratio)
     })
+}
+
+/// What share of the weight of all forms of the scatter a walk has to have to be told.
+const WALKS: f64 = 0.95;
+
+fn walk(fit: &MultiPositionFit) -> Option<Finding> {
+    let forms = fit.scatter_forms().iter();
+    let walk = forms.filter(|w| w.form == ScatterForm::Walk && w.weight > WALKS);
+    walk.filter_map(|w| Some(findings::bias_walk(1e3 * mg(w.walk?), 1e2 * w.weight)))
+        .next()
 }
 
 /// A term that the residuals speak for, with its size; a decision beyond 0.1 % of g.

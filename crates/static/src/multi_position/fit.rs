@@ -2,6 +2,7 @@
 
 use super::Model;
 use super::misfit::Misfit;
+use super::scatter_forms::FormWeight;
 use super::suspects::Suspect;
 use crate::{DirectionCoverage, Pose, Triple};
 use proofmass_core::{Compensation, Curvature, Gravity, SensorModel, ThermalTerms};
@@ -86,6 +87,7 @@ pub struct MultiPositionFit {
     pub(crate) chi_square: Option<f64>,
     pub(crate) degrees_of_freedom: usize,
     pub(crate) scatter: Option<BetweenScatter>,
+    pub(crate) forms: Vec<FormWeight>,
     pub(crate) excess: f64,
     pub(crate) condition: f64,
     pub(crate) iterations: usize,
@@ -183,6 +185,12 @@ impl MultiPositionFit {
     /// of freedom or without known noise.
     pub fn scatter(&self) -> Option<&BetweenScatter> {
         self.scatter.as_ref()
+    }
+
+    /// How likely each form of the scatter is by the residuals, the likeliest first; empty where they are no larger than the
+    /// noise, or tell nothing of its form.
+    pub fn scatter_forms(&self) -> &[FormWeight] {
+        &self.forms
     }
 
     /// Of the readings of one continuous motion, as many as count as independent; `None` for standstills.

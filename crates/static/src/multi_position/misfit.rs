@@ -1,8 +1,9 @@
 //! What the model leaves out: terms that would explain the residuals, each with a name and a size.
 
+use super::scatter_forms::last_motion;
 use super::{Model, Problem, Solved};
 use crate::Triple;
-use crate::added_terms::{AddedTerms, Test};
+use crate::added_terms::WeighedTerms;
 use proofmass_core::STANDARD_GRAVITY;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -48,6 +49,9 @@ pub struct Misfit {
     pub p_value: f64,
     /// Whether it counts as found.
     pub found: bool,
+    /// Size on one axis alone that nine of ten recordings like this one show, mg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detectable_mg: Option<f64>,
 }
 
 impl Misfit {
@@ -82,18 +86,18 @@ impl fmt::Display for MisfitCause {
 /// All causes that this recording can tell, what counts as found first.
 ///
 /// The one that explains most is taken into the model before the others are tested again, so that a drift is not
-/// told a second time as hysteresis. The residuals left over judge each ([`AddedTerms`]).
+/// told a second time as hysteresis. The residuals left over judge each ([`WeighedTerms`]).
 pub(super) fn of(
     problem: &Problem<'_>,
     solved: &Solved,
-    terms: &mut AddedTerms<'_>,
+    terms: &mut WeighedTerms<'_>,
 ) -> Vec<Misfit> {
     let Some(candidates) = candidates(problem, solved) else {
         return Vec::new();
     };
     let mut found: Vec<Misfit> = Vec::new();
     loop {
-        let mut rest: Vec<(Misfit, Test)> = Vec::new();
+        let mut rest: Vec<(Misfit, &[Vec<f64>])> = Vec::new();
         for family in &candidates {
             if family
                 .iter()
@@ -103,9 +107,11 @@ pub(super) fn of(
             }
             let best = family
                 .iter()
-                .filter_map(|(cause, columns)| Some((cause, terms.test(columns)?)))
-                .min_by(|a, b| a.1.p_value.total_cmp(&b.1.p_value));
-            let Some((cause, test)) = best else { continue };
+                .filter_map(|(cause, columns)| Some((cause, columns, terms.test(columns)?)))
+                .min_by(|a, b| a.2.p_value.total_cmp(&b.2.p_value));
+            let Some((cause, columns, test)) = best else {
+                continue;
+            };
             // The best of several shapes has had several chances.
             let p_value = (test.p_value * family.len() as f64).min(1.0);
             let amplitudes_mg = std::array::from_fn(|i| {
@@ -116,16 +122,20 @@ pub(super) fn of(
                 amplitudes_mg,
                 p_value,
                 found: p_value < LEVEL,
+                detectable_mg: Some(
+                    1e3 * problem.gravity_share() * test.found(LEVEL / family.len() as f64),
+                )
+                .filter(|size| size.is_finite()),
             };
-            rest.push((misfit, test));
+            rest.push((misfit, columns));
         }
         let best = rest
             .iter()
             .filter(|(m, _)| m.found)
             .min_by(|a, b| a.0.p_value.total_cmp(&b.0.p_value));
         match best {
-            Some((misfit, test)) => {
-                terms.accept(test);
+            Some((misfit, columns)) => {
+                terms.accept(columns);
                 found.push(*misfit);
             }
             None => {
@@ -212,10 +222,7 @@ fn candidates(problem: &Problem<'_>, solved: &Solved) -> Option<Vec<Vec<Shape>>>
     if problem.poses.iter().all(|p| p.time.is_some()) {
         families.push(vec![(
             MisfitCause::LastMotion,
-            per_axis(&|i, axis| match i.checked_sub(1) {
-                Some(before) => (directions[i][axis] - directions[before][axis]).signum(),
-                None => 0.0,
-            })?,
+            per_axis(&|i, axis| last_motion(&directions, i, axis))?,
         )]);
     }
     Some(families)

@@ -1,12 +1,13 @@
 //! The fit with the scatter of its parameters: noise within the standstills and whatever varies between them.
 
 use super::observability::observability;
+use super::scatter_forms::FormFit;
 use super::{MultiPosition, Problem, problem::Weighting};
-use crate::added_terms::AddedTerms;
+use crate::added_terms::{AddedTerms, WeighedTerms};
 use faer::Mat;
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::{Solution, cholesky, solve};
-use proofmass_uncertainty::{BetweenScatter, DegreesOfFreedom, Linearised, NoiseDof};
+use proofmass_uncertainty::{BetweenScatter, DegreesOfFreedom, Linearised};
 
 /// Where the fit ended and how well its parameters are known, in natural units.
 #[derive(Clone, Debug)]
@@ -29,10 +30,25 @@ pub(crate) struct Solved {
     /// Degrees of freedom at which Student's t has the factor U/u of the scatter.
     pub(crate) dof: DegreesOfFreedom,
     pub(crate) condition: f64,
+    /// The fits at each form of the scatter; empty where independent scatter is all that was asked for.
+    pub(crate) forms: Vec<FormFit>,
+    /// The mean of G over the forms.
+    pub(crate) mean_gain: Vec<f64>,
+    /// Covariance of the parameters over the forms.
+    pub(crate) mixed: Option<Mat<f64>>,
 }
 
 impl Solved {
+    /// With scatter of every form that it may have.
     pub(crate) fn of(settings: &MultiPosition, problem: &Problem<'_>) -> Result<Self, Error> {
+        Ok(Self::independent(settings, problem)?.with_forms(settings, problem))
+    }
+
+    /// With scatter of each standstill for itself.
+    pub(crate) fn independent(
+        settings: &MultiPosition,
+        problem: &Problem<'_>,
+    ) -> Result<Self, Error> {
         let (mut solution, mut weighting) = problem.first()?;
         let p = problem.parameters();
         let n = problem.rows();
@@ -46,6 +62,9 @@ impl Solved {
             gain: Vec::new(),
             dof: settings.noise_dof,
             condition,
+            forms: Vec::new(),
+            mean_gain: Vec::new(),
+            mixed: None,
             weighting: Weighting::default(),
             solution: solution.clone(),
         };
@@ -64,24 +83,19 @@ impl Solved {
             }
             solved.excess = sum_of_squares(&solution) / solved.freedom as f64;
             solved.own = sum_of_squares(&solution) / (n - p) as f64;
-            solved.gain = gain(&solution, &vec![1.0; n], p)?;
+            solved.gain = gain(&solution.equations.jacobian, &vec![1.0; n], p)?;
             solved.dof =
                 DegreesOfFreedom::new(solved.freedom as f64).unwrap_or(DegreesOfFreedom::INFINITE);
             weighting.variances = vec![0.0; n];
             weighting.tilt = vec![0.0; n];
         } else if n == p {
             let weights: Vec<f64> = weighting.variances.iter().map(|v| 1.0 / v).collect();
-            solved.gain = gain(&solution, &weights, p)?;
+            solved.gain = gain(&solution.equations.jacobian, &weights, p)?;
             solved.chi_square = Some(0.0);
         } else {
-            let dof = if settings.noise_dof.is_infinite() {
-                NoiseDof::Known
-            } else {
-                NoiseDof::Pooled(settings.noise_dof)
-            };
             let mut scatter = BetweenScatter::evaluate(
                 &weighting.variances,
-                dof,
+                settings.noise(),
                 settings.probability,
                 |weights| -> Result<Linearised, Error> {
                     let before = solution.iterations;
@@ -110,33 +124,56 @@ impl Solved {
         let n = self.weighting.variances.len();
         let p = self.solution.parameters.len();
         let v: Vec<f64> = (0..n).map(variances).collect();
-        let row = |c: usize| &self.gain[c * n..(c + 1) * n];
+        let gain = self.stated_gain();
+        let row = |c: usize| &gain[c * n..(c + 1) * n];
         Mat::from_fn(p, p, |a, b| {
             let pair = row(a.max(b)).iter().zip(row(a.min(b)));
             pair.zip(&v).map(|((g, h), v)| g * h * v).sum()
         })
     }
 
-    /// Covariance of the parameters from noise, own errors of the attitudes, and scatter between the standstills.
-    pub(crate) fn covariance(&self) -> Mat<f64> {
-        self.through_gain(|i| self.weighting.variances[i] + self.excess)
+    /// G of the stated parameters.
+    fn stated_gain(&self) -> &[f64] {
+        match self.mixed {
+            Some(_) => &self.mean_gain,
+            None => &self.gain,
+        }
     }
 
-    /// The residuals, for tests of what the model leaves out.
-    pub(crate) fn terms(&self) -> AddedTerms<'_> {
-        AddedTerms::new(
+    /// Covariance of the parameters from noise, own errors of the attitudes, and scatter between the standstills.
+    pub(crate) fn covariance(&self) -> Mat<f64> {
+        match &self.mixed {
+            Some(mixed) => mixed.clone(),
+            None => self.through_gain(|i| self.weighting.variances[i] + self.excess),
+        }
+    }
+
+    /// The residuals, for tests of what the model leaves out. Of the forms of the scatter those count that are no such terms.
+    pub(crate) fn terms(&self) -> WeighedTerms<'_> {
+        let independent = AddedTerms::new(
             &self.solution.equations.jacobian,
             &self.gain,
             &self.solution.equations.residual,
             &self.weighting.variances,
             self.excess,
             self.freedom,
-        )
+        );
+        let mut all = Vec::new();
+        for fit in &self.forms {
+            match fit.is_independent() {
+                true => all.insert(0, (fit.weight, independent.clone())),
+                false => all.extend(fit.terms(self.freedom).map(|terms| (fit.weight, terms))),
+            }
+        }
+        if all.is_empty() {
+            all.push((1.0, independent));
+        }
+        WeighedTerms::new(all)
     }
 
     /// −G d: how an input appears in the parameters whose derivative in the residuals is d.
     pub(crate) fn through(&self, derivative: &[f64]) -> Vec<f64> {
-        self.gain
+        self.stated_gain()
             .chunks(derivative.len().max(1))
             .map(|row| -row.iter().zip(derivative).map(|(g, d)| g * d).sum::<f64>())
             .collect()
@@ -148,9 +185,8 @@ fn sum_of_squares(solution: &Solution) -> f64 {
 }
 
 /// (JᵀWJ)⁻¹JᵀW by rows.
-fn gain(solution: &Solution, weights: &[f64], p: usize) -> Result<Vec<f64>, Error> {
+pub(super) fn gain(jacobian: &[f64], weights: &[f64], p: usize) -> Result<Vec<f64>, Error> {
     let n = weights.len();
-    let jacobian = &solution.equations.jacobian;
     let mut normal = vec![0.0; p * p];
     for (row, w) in jacobian.chunks_exact(p).zip(weights) {
         for a in 0..p {
@@ -183,7 +219,7 @@ impl Problem<'_> {
         let (solution, weighting) = self.first()?;
         let p = self.parameters();
         let weights: Vec<f64> = weighting.variances.iter().map(|v| 1.0 / v).collect();
-        let gain = gain(&solution, &weights, p)?;
+        let gain = gain(&solution.equations.jacobian, &weights, p)?;
         let residuals = solution.equations.residual.iter().zip(&weights);
         let chi_square = residuals.map(|(r, w)| w * r * r).sum();
         let spread: f64 = gain

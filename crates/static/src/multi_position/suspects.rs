@@ -1,7 +1,7 @@
 //! Standstills that do not belong to the others: out of line, or under a wrong label.
 
 use super::{Problem, Solved};
-use crate::added_terms::AddedTerms;
+use crate::added_terms::WeighedTerms;
 use crate::direction_coverage::unit;
 use crate::{Direction, Pose, Triple};
 use proofmass_core::{dot, norm};
@@ -27,7 +27,7 @@ const LEVEL: f64 = 0.01;
 /// A label is wrong, and not only rough, beyond this angle.
 const OTHER_ATTITUDE_DEG: f64 = 10.0;
 
-/// At most a fifth of all ([`AddedTerms::out_of_line`]).
+/// At most a fifth of all ([`AddedTerms::out_of_line`](crate::added_terms::AddedTerms::out_of_line)), beside errors of each standstill for itself.
 pub(crate) fn of(problem: &Problem<'_>, solved: &Solved) -> Vec<Suspect> {
     let mut terms = solved.terms();
     accept(problem, solved, &mut terms)
@@ -37,10 +37,12 @@ pub(crate) fn of(problem: &Problem<'_>, solved: &Solved) -> Vec<Suspect> {
 pub(super) fn accept(
     problem: &Problem<'_>,
     solved: &Solved,
-    terms: &mut AddedTerms<'_>,
+    terms: &mut WeighedTerms<'_>,
 ) -> Vec<Suspect> {
     let n = problem.poses.len();
-    let named = terms.out_of_line(problem.each(), LEVEL);
+    let named = terms
+        .independent()
+        .map_or_else(Vec::new, |t| t.out_of_line(problem.each(), LEVEL));
     let mut suspects = Vec::with_capacity(named.len());
     for (index, test) in named {
         suspects.push(Suspect {

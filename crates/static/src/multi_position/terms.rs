@@ -143,6 +143,15 @@ pub(crate) struct TermsAt {
 }
 
 impl TermsAt {
+    /// Largest power of the acceleration that is fitted beyond the first; 0 for none.
+    pub(super) fn curvature_order(&self) -> usize {
+        let powers = self.list.iter().map(|t| match t {
+            Term::Curvature(_, power) => *power,
+            _ => 0,
+        });
+        powers.max().unwrap_or(0)
+    }
+
     pub(crate) fn new(terms: &Terms, poses: &[Pose]) -> Result<Self, Error> {
         terms.check()?;
         let mut at = Self {

@@ -237,8 +237,15 @@ fn checked(misfits: &[Misfit]) -> Table {
         Field::shown("found", "", |m: &Misfit| {
             if m.found { "yes" } else { "no" }.into()
         }),
+        Field::shown("found in nine of ten from", "mg", |m: &Misfit| {
+            m.detectable_mg.into()
+        })
+        .decimals(2),
     ]);
-    Table::of("Looked for in the residuals", fields, misfits)
+    Table::of("Looked for in the residuals", fields, misfits).note(
+        "The last column is the size on one axis alone that nine of ten recordings with these attitudes and this scatter would show. What \
+         is smaller may be there; what the residuals leave open of it is in the intervals. What is not listed cannot be tested with so few standstills.",
+    )
 }
 
 /// K as a scale factor and a direction of each sensitive axis.
