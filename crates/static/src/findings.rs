@@ -162,7 +162,7 @@ findings! {
         what "the biases walk during the recording: they are stated as their mean over the standstills",
         evidence "{walk:.0} µg/√s, by {weight:.1} % of the weight of all forms that the scatter may have",
         advice "record faster, or let the sensor settle first; a bias of later differs by more than the stated interval, by its walk until then",
-        false_alarms "0.2 % of healthy recordings, at most 0.9 % of one kind";
+        false_alarms "0.02 % of healthy recordings, 0.2 % of the worst kind";
 
     /// The output settles after switching on. A note where the coefficients are those of the warm sensor.
     warm_up(observation: &str, evidence: &str) =
