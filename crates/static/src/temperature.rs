@@ -30,15 +30,15 @@ use serde::{Deserialize, Serialize};
 /// time constant of a grid.
 ///
 /// ```text
-/// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) + λ Ṫ + A e^{−t/τ} + noise,   noise: white + first-order Gauss–Markov
+/// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) + λ Ṫ + A e^{−t/τ} + noise,   noise: white + first-order Gauss–Markov or a random walk
 /// ```
 ///
 /// Neither the order nor the noise is chosen. What is stated is the largest order, with the evidence for each order beside it
 /// (AICc, F, cross-validation); under every noise of a grid it is fitted, and the average by restricted likelihood is
 /// stated with the variance between the noises. So nothing stands between the data and the interval.
 ///
-/// **Assumes** noise that is stationary. Wander as slow as the whole sweep cannot be told from temperature; a second sweep tells
-/// them apart.
+/// **Assumes** noise that is stationary, or walks. Wander as slow as the whole sweep cannot be told from temperature; a second sweep
+/// tells them apart.
 /// **Accuracy** coverage in docs/temperature.md.
 /// **Source** `[BurnhamAnderson2002]` ch. 2 and 4 (AICc, averaging over models), `[Patterson1971]` (restricted
 /// likelihood).

@@ -34,7 +34,7 @@ impl Averaged {
 struct Run {
     estimate: Vec<f64>,
     covariance: Vec<f64>,
-    /// ln of the restricted likelihood, and of the full one.
+    /// ln of the restricted likelihood with the weight before the data, and of the full one.
     restricted: f64,
     full: f64,
     dof: f64,
@@ -87,7 +87,8 @@ pub(super) fn fit(
         let residual = residual.max(1e-30);
         let log_normal: f64 = (0..p).map(|a| 2.0 * normal[a * p + a].ln()).sum();
         let (nf, df) = (n as f64, (n - p) as f64);
-        let restricted = -0.5 * (df * residual.ln() + noise.log_determinant + log_normal);
+        let restricted =
+            noise.weight.ln() - 0.5 * (df * residual.ln() + noise.log_determinant + log_normal);
         let full = -0.5 * (nf * (residual / nf).ln() + noise.log_determinant);
         // E of a scaled inverse χ²: the variance of Student's t, so that the mixture has the right second moment.
         let variance = residual / (df - 2.0).max(1.0);

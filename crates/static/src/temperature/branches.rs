@@ -30,14 +30,14 @@ impl Hysteresis {
         0.5 * raw.max(self.difference.abs()) / 3f64.sqrt()
     }
 
-    /// The curve of the model beside the raw differences.
-    pub(super) fn new(curve: Vec<[f64; 3]>, raw: Vec<[f64; 3]>) -> Self {
+    /// The curve of the model beside the raw differences, which are held against that of noise without a walk.
+    pub(super) fn new(curve: Vec<[f64; 3]>, without_walk: &[[f64; 3]], raw: Vec<[f64; 3]>) -> Self {
         let worst = curve.iter().fold(
             curve[0],
             |m, p| if p[1].abs() > m[1].abs() { *p } else { m },
         );
         let nearest = |t: f64| {
-            let points = curve.iter();
+            let points = without_walk.iter();
             points.min_by(|a, b| (a[0] - t).abs().total_cmp(&(b[0] - t).abs()))
         };
         let off = raw.iter().filter_map(|[t, difference, u]| {

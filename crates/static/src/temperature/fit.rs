@@ -3,7 +3,7 @@
 use super::averaged::{self, Averaged};
 use super::branches::Branches;
 use super::coefficients::{AxisFit, OrderFit, TemperatureFit};
-use super::correlated_noise::{Noise, grid};
+use super::correlated_noise::{Noise, grid, stationary};
 use super::steps;
 use super::warm_up::{LEAST, WarmUp, own_part, unexplained};
 use super::{Attitude, Blocks, Hysteresis, TemperatureSweep, findings};
@@ -132,12 +132,18 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         warm_up,
     };
     let noises = grid(&blocks.time, blocks.duration);
+    // A walk follows any loop, so that beside it no form of the branches is missed.
+    let stationary = match branches.common {
+        Some(_) => stationary(&blocks.time, blocks.duration, 0.5),
+        None => Vec::new(),
+    };
     let context = Context {
         settings,
         blocks,
         branches: &branches,
         design: &design,
         noises: &noises,
+        stationary: &stationary,
         half,
         reference,
         gap_at,
@@ -193,6 +199,8 @@ pub(super) struct Context<'a> {
     pub(super) branches: &'a Branches,
     pub(super) design: &'a Design,
     pub(super) noises: &'a [Noise],
+    /// Those without a walk, where there are branches.
+    pub(super) stationary: &'a [Noise],
     pub(super) half: f64,
     pub(super) reference: f64,
     pub(super) gap_at: usize,
@@ -302,12 +310,23 @@ impl Context<'_> {
         let covariance = (0..count * count)
             .map(|i| c[(fixed + i / count) * size + fixed + i % count])
             .collect();
-        let hysteresis = self.branches.common.map(|common| {
-            Hysteresis::new(
-                self.gap(common, x, c, size),
-                self.branches.raw(self.blocks, axis),
-            )
-        });
+        let hysteresis = match self.branches.common {
+            Some(common) => {
+                let designs = self.design.alternatives(top, axis);
+                let without_walk = averaged::fit(&designs, &y, self.stationary)?;
+                Some(Hysteresis::new(
+                    self.gap(common, x, c, size),
+                    &self.gap(
+                        common,
+                        &without_walk.estimate,
+                        &without_walk.covariance,
+                        size,
+                    ),
+                    self.branches.raw(self.blocks, axis),
+                ))
+            }
+            None => None,
+        };
         let mut branch = vec![0.0; count];
         if hysteresis.is_some() {
             for k in 1..=top.min(2) {
