@@ -78,7 +78,7 @@ fn crosscheck_autocalibration_converged() {
     );
     assert!((converged.error_after_mg - 1.959081).abs() < 1e-6);
     // A bootstrap of 84 blocks of an hour gave 0.44, 0.37, 0.38 mg; 498, 607, 377 ppm; 0.17, 0.22, 0.16 mg/K. Sixty
-    // draws scatter by 9 %, and the sandwich leaves out the blocks' leverage.
+    // draws scatter by 9 %. Ours are wider: blocks end where the posture changes and are left out in turn, which the map `worn_sensors` asks for.
     for (name, expected) in [
         ("offset.x", 0.44e-3),
         ("offset.y", 0.37e-3),
@@ -92,7 +92,7 @@ fn crosscheck_autocalibration_converged() {
     ] {
         let u = converged.estimate.get(name).unwrap().standard_uncertainty;
         assert!(
-            (u / expected - 1.0).abs() < 0.4,
+            (0.7..1.6).contains(&(u / expected)),
             "{name}: {u} against {expected}"
         );
     }
