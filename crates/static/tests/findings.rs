@@ -106,6 +106,24 @@ fn known_model_with_more_than_it_needs() {
     spare("smaller-model-suffices", &found(SKEW));
 }
 
+/// Biases that walk by 3 mm/s² from one standstill to the next, ten times the noise of a mean.
+#[test]
+fn known_biases_that_walk() {
+    let walked = |step: f64| {
+        let mut normal = Normal::new(8);
+        let mut poses = poses(SKEW, 40, 8, sound);
+        let mut walk = [0.0; 3];
+        for (index, pose) in poses.iter_mut().enumerate() {
+            pose.time = Some(4.0 * index as f64);
+            walk = walk.map(|w| w + step * normal.draw());
+            pose.mean = std::array::from_fn(|i| pose.mean[i] + walk[i]);
+        }
+        fit(&poses).findings().to_vec()
+    };
+    insist("bias-walk", &walked(3e-3));
+    spare("bias-walk", &walked(0.0));
+}
+
 #[test]
 fn known_standstill_that_was_not_still() {
     let mut still = poses(SKEW, 24, 3, sound);

@@ -551,3 +551,46 @@ fn known_two_positions_that_cannot_be_have_names() {
     assert_eq!(codes(1.01, -0.99), ["unit-suspected"]);
     assert!(codes(9.91, -9.71).is_empty());
 }
+
+/// Readings of which every other scatters ten times as much: with weights intervals hold as well and are a third as wide or less.
+#[test]
+fn coverage_linearity_with_weights() {
+    let a: Vec<f64> = (0..24).map(|i| G * (f64::from(i) / 11.5 - 1.0)).collect();
+    let u: Vec<f64> = (0..24)
+        .map(|i| if i % 2 == 0 { 1e-4 } else { 1e-3 })
+        .collect();
+    let (mut held, mut ratio, trials) = (0, 0.0, 1000);
+    for seed in 0..trials {
+        let mut n = Normal(Xoshiro256PlusPlus::seed_from_u64(seed));
+        let output: Vec<f64> = a
+            .iter()
+            .zip(&u)
+            .map(|(a, u)| 0.1 + 0.02 * a + u * n.draw())
+            .collect();
+        let of = |u: Option<&[f64]>| {
+            let fit = Linearity::default()
+                .fit_weighed(&a, &output, None, u, "V")
+                .unwrap();
+            let q = fit.estimate.get("sensitivity").unwrap();
+            (q.value, q.expanded(0.95))
+        };
+        // In any unit: only ratios count.
+        let percent: Vec<f64> = u.iter().map(|u| 1e4 * u).collect();
+        let (value, expanded) = of(Some(&percent));
+        held += usize::from((value - 0.02).abs() <= expanded);
+        ratio += expanded / of(None).1 / trials as f64;
+    }
+    // 95 % of 1000 less four deviations (6.9).
+    assert!(held > 922 && held < 978, "{held}");
+    assert!(ratio < 0.33, "{ratio}");
+    assert!(
+        Linearity::default()
+            .fit_weighed(&a, &a, None, Some(&[1.0; 3]), "V")
+            .is_err()
+    );
+    assert!(
+        Linearity::default()
+            .fit_weighed(&a, &a, None, Some(&[0.0; 24]), "V")
+            .is_err()
+    );
+}

@@ -64,6 +64,21 @@ impl Centrifuge {
     /// # Errors
     /// [`Error::OutOfRange`] for settings without meaning; those of [`Linearity::fit`].
     pub fn fit(&self, speed: &[f64], output: &[f64], unit: &str) -> Result<StaticFit, Error> {
+        self.fit_weighed(speed, output, None, unit)
+    }
+
+    /// As [`Self::fit`] with standard uncertainties of the outputs, of which only the ratios count, as weights: the scatter is that
+    /// of the residuals, for a reading of mean weight.
+    ///
+    /// # Errors
+    /// Those of [`Self::fit`]; an uncertainty that is not positive.
+    pub fn fit_weighed(
+        &self,
+        speed: &[f64],
+        output: &[f64],
+        uncertainty: Option<&[f64]>,
+        unit: &str,
+    ) -> Result<StaticFit, Error> {
         check(speed, output, "speed")?;
         positive("radius, m", self.radius)?;
         for (name, value) in [
@@ -138,6 +153,7 @@ impl Centrifuge {
             acceleration: &a,
             output,
             temperature: None,
+            uncertainty,
             unit,
             label: "acceleration, m/s²",
             common,

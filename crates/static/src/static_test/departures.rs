@@ -1,6 +1,6 @@
 //! Departures from a straight line after the definitions of the field, and what differs between rising and falling.
 
-use super::readings::{Solved, least_squares};
+use super::readings::{Solved, weighed_least_squares};
 use proofmass_uncertainty::{f_quantile, student_quantile};
 use serde::Serialize;
 
@@ -120,6 +120,7 @@ const FEWEST: usize = 3;
 pub(super) fn branches(
     columns: &[Vec<f64>],
     y: &[f64],
+    weights: &[f64],
     acceleration: &[f64],
     full_scale: f64,
 ) -> Option<Branches> {
@@ -140,7 +141,7 @@ pub(super) fn branches(
     }
     let mut columns = columns.to_vec();
     columns.push(direction);
-    let solved = least_squares(&columns, y, "rising and falling").ok()?;
+    let solved = weighed_least_squares(&columns, y, weights.to_vec(), "rising and falling").ok()?;
     let last = columns.len() - 1;
     let nu = solved.dof as f64;
     let variance = solved.squares / nu * solved.inverse[last * columns.len() + last];

@@ -3,7 +3,8 @@
 use super::StaticFit;
 use super::departures::{Branches, Polynomial, branches};
 use super::readings::{
-    CommonError, PolynomialOrder, Solved, check, least_squares, not_negative, positive,
+    CommonError, PolynomialOrder, Solved, check, not_negative, positive, weighed_least_squares,
+    weights,
 };
 use crate::findings;
 use proofmass_core::Error;
@@ -45,6 +46,8 @@ pub(super) struct Inputs<'a> {
     pub(crate) acceleration: &'a [f64],
     pub(crate) output: &'a [f64],
     pub(crate) temperature: Option<&'a [f64]>,
+    /// Standard uncertainties of the outputs, of which only the ratios count.
+    pub(crate) uncertainty: Option<&'a [f64]>,
     pub(crate) unit: &'a str,
     pub(crate) label: &'static str,
     /// Errors all readings share, as relative or absolute errors of the acceleration: ∂a/∂x of every reading.
@@ -64,11 +67,28 @@ impl Linearity {
         temperature: Option<&[f64]>,
         unit: &str,
     ) -> Result<StaticFit, Error> {
+        self.fit_weighed(acceleration, output, temperature, None, unit)
+    }
+
+    /// As [`Self::fit`] with standard uncertainties of the outputs, of which only the ratios count, as weights: the scatter is that
+    /// of the residuals, for a reading of mean weight.
+    ///
+    /// # Errors
+    /// Those of [`Self::fit`]; an uncertainty that is not positive.
+    pub fn fit_weighed(
+        &self,
+        acceleration: &[f64],
+        output: &[f64],
+        temperature: Option<&[f64]>,
+        uncertainty: Option<&[f64]>,
+        unit: &str,
+    ) -> Result<StaticFit, Error> {
         let u = not_negative("uncertainty of the accelerations", self.scale_uncertainty)?;
         self.evaluate(Inputs {
             acceleration,
             output,
             temperature,
+            uncertainty,
             unit,
             label: "acceleration, m/s²",
             common: vec![CommonError {
@@ -117,6 +137,7 @@ impl Linearity {
                 got: n,
             });
         }
+        let weight = weights(inputs.uncertainty, n)?;
         let columns = |order: usize| {
             let mut columns = vec![vec![1.0; n]];
             columns.extend(extra.clone());
@@ -125,9 +146,10 @@ impl Linearity {
         };
         let runs: Vec<Solved> = (1..=top)
             .map(|order| {
-                least_squares(
+                weighed_least_squares(
                     &columns(order),
                     y,
+                    weight.clone(),
                     "curvature: the accelerations do not spread",
                 )
             })
@@ -149,7 +171,9 @@ impl Linearity {
                 let f = (order > 1 && run.squares > 0.0).then(|| {
                     (runs[order - 2].squares - run.squares) / (run.squares / run.dof as f64)
                 });
-                let press: f64 = (0..n).map(|i| run.deleted(i, y[i]).0.powi(2)).sum();
+                let press: f64 = (0..n)
+                    .map(|i| weight[i] * run.deleted(i, y[i]).0.powi(2))
+                    .sum();
                 PolynomialOrder {
                     order,
                     aicc: aicc[order - 1] - best,
@@ -243,7 +267,7 @@ impl Linearity {
             scatter,
         };
         let departures = powers.departures(&z, k1.abs() * full_scale);
-        let branches = branches(&columns(top), y, a, k1.abs() * full_scale);
+        let branches = branches(&columns(top), y, &weight, a, k1.abs() * full_scale);
         findings.extend(
             branches
                 .filter(Branches::seen)

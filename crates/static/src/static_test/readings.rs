@@ -88,25 +88,61 @@ pub struct StaticFit {
     pub findings: Vec<Finding>,
 }
 
-/// Least squares of equal weights with the scatter of the residuals: Student's t is exact for it.
+/// Least squares with the scatter of the residuals: Student's t is exact for it. Weights are of mean 1, so that the scatter is that
+/// of a reading of mean weight.
 pub(super) struct Solved {
     pub(crate) parameters: Vec<f64>,
-    /// (XᵀX)⁻¹.
+    /// (XᵀWX)⁻¹.
     pub(crate) inverse: Vec<f64>,
-    /// (XᵀX)⁻¹ Xᵀ, p × n.
+    /// (XᵀWX)⁻¹ XᵀW, p × n.
     pub(crate) gain: Vec<f64>,
     pub(crate) fitted: Vec<f64>,
-    /// Diagonal of X (XᵀX)⁻¹ Xᵀ.
+    /// Diagonal of X (XᵀWX)⁻¹ XᵀW.
     pub(crate) leverage: Vec<f64>,
-    /// Σ r².
+    /// Weight of each reading.
+    pub(crate) weights: Vec<f64>,
+    /// Σ w r².
     pub(crate) squares: f64,
     pub(crate) dof: usize,
+}
+
+/// Weights of mean 1 from standard uncertainties of the readings, of which only the ratios count; 1 for each without.
+pub(super) fn weights(uncertainty: Option<&[f64]>, n: usize) -> Result<Vec<f64>, Error> {
+    let Some(u) = uncertainty else {
+        return Ok(vec![1.0; n]);
+    };
+    if u.len() != n {
+        return Err(Error::Length {
+            name: "standard uncertainties of the readings",
+            expected: n,
+            got: u.len(),
+        });
+    }
+    for value in u {
+        positive("standard uncertainty of a reading", *value)?;
+    }
+    let raw: Vec<f64> = u
+        .iter()
+        .map(|v| (v / u[0].max(f64::MIN_POSITIVE)).powi(-2))
+        .collect();
+    let mean = raw.iter().sum::<f64>() / n.max(1) as f64;
+    Ok(raw.iter().map(|w| w / mean).collect())
 }
 
 /// `columns`: p columns of n values, of comparable size.
 pub(super) fn least_squares(
     columns: &[Vec<f64>],
     y: &[f64],
+    name: &'static str,
+) -> Result<Solved, Error> {
+    weighed_least_squares(columns, y, vec![1.0; y.len()], name)
+}
+
+/// As [`least_squares`], with a weight of each reading.
+pub(super) fn weighed_least_squares(
+    columns: &[Vec<f64>],
+    y: &[f64],
+    weights: Vec<f64>,
     name: &'static str,
 ) -> Result<Solved, Error> {
     let (n, p) = (y.len(), columns.len());
@@ -126,7 +162,13 @@ pub(super) fn least_squares(
     // Columns of unit length, so that the limit of the factorisation is one of direction.
     let length: Vec<f64> = columns
         .iter()
-        .map(|c| c.iter().map(|v| v * v).sum::<f64>().sqrt())
+        .map(|c| {
+            c.iter()
+                .zip(&weights)
+                .map(|(v, w)| w * v * v)
+                .sum::<f64>()
+                .sqrt()
+        })
         .collect();
     let undetermined = Error::Unobservable {
         parameter: name,
@@ -138,7 +180,12 @@ pub(super) fn least_squares(
     let x: Vec<Vec<f64>> = columns
         .iter()
         .zip(&length)
-        .map(|(c, l)| c.iter().map(|v| v / l).collect())
+        .map(|(c, l)| {
+            c.iter()
+                .zip(&weights)
+                .map(|(v, w)| w.sqrt() * v / l)
+                .collect()
+        })
         .collect();
     let mut normal = vec![0.0; p * p];
     for a in 0..p {
@@ -163,7 +210,8 @@ pub(super) fn least_squares(
     let mut gain = vec![0.0; p * n];
     for a in 0..p {
         for i in 0..n {
-            gain[a * n + i] = (0..p).map(|b| inverse[a * p + b] * columns[b][i]).sum();
+            let row: f64 = (0..p).map(|b| inverse[a * p + b] * columns[b][i]).sum();
+            gain[a * n + i] = weights[i] * row;
         }
     }
     // About the first reading: counts on a large pedestal lose no digits. The first column is the constant.
@@ -175,7 +223,7 @@ pub(super) fn least_squares(
         .map(|i| (0..p).map(|a| columns[a][i] * parameters[a]).sum())
         .collect();
     let squares = (0..n)
-        .map(|i| (y[i] - pedestal - deviations[i]).powi(2))
+        .map(|i| weights[i] * (y[i] - pedestal - deviations[i]).powi(2))
         .sum();
     parameters[0] += pedestal;
     let leverage = (0..n)
@@ -187,17 +235,21 @@ pub(super) fn least_squares(
         gain,
         fitted: deviations.iter().map(|d| d + pedestal).collect(),
         leverage,
+        weights,
         squares,
         dof: n - p,
     })
 }
 
 impl Solved {
-    /// By how much a reading is off the fit of all others, and what its deletion takes off Σ r².
+    /// By how much a reading is off the fit of all others, and what its deletion takes off Σ w r².
     pub fn deleted(&self, i: usize, y: f64) -> (f64, f64) {
         let rest = (1.0 - self.leverage[i]).max(1e-9);
         let residual = y - self.fitted[i];
-        (residual / rest, residual * residual / rest)
+        (
+            residual / rest,
+            self.weights[i] * residual * residual / rest,
+        )
     }
 
     /// Standard deviation of one reading: from the residuals, or as given where there are none to spare.

@@ -2,7 +2,8 @@
 
 use super::StaticFit;
 use super::readings::{
-    CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
+    CommonError, check, fixture_angle, not_negative, per_acceleration, weighed_least_squares,
+    weights,
 };
 use crate::findings;
 use proofmass_core::{Error, Gravity};
@@ -54,6 +55,21 @@ impl Sensitivity {
     /// [`Error::Unobservable`] when a position is missing, [`Error::OutOfRange`] for another position than ±1,
     /// [`Error::TooFew`] for two readings whose uncertainty is not given, [`Error::Length`], [`Error::NotFinite`].
     pub fn fit(&self, position: &[f64], output: &[f64], unit: &str) -> Result<StaticFit, Error> {
+        self.fit_weighed(position, output, None, unit)
+    }
+
+    /// As [`Self::fit`] with standard uncertainties of the outputs, of which only the ratios count, as weights: the scatter is that
+    /// of the residuals, for a reading of mean weight.
+    ///
+    /// # Errors
+    /// Those of [`Self::fit`]; an uncertainty that is not positive.
+    pub fn fit_weighed(
+        &self,
+        position: &[f64],
+        output: &[f64],
+        uncertainty: Option<&[f64]>,
+        unit: &str,
+    ) -> Result<StaticFit, Error> {
         check(position, output, "position")?;
         not_negative("levelling", self.levelling)?;
         if let Some(other) = position.iter().find(|p| p.abs() != 1.0) {
@@ -67,7 +83,12 @@ impl Sensitivity {
         let g = self.gravity.value();
         let input: Vec<f64> = position.iter().map(|p| p * g).collect();
         let columns = [vec![1.0; input.len()], input.clone()];
-        let solved = least_squares(&columns, output, "sensitivity: up or down is missing")?;
+        let solved = weighed_least_squares(
+            &columns,
+            output,
+            weights(uncertainty, output.len())?,
+            "sensitivity: up or down is missing",
+        )?;
         let (scatter, dof) = solved.scatter(self.reading)?;
         let [b, s] = [solved.parameters[0], solved.parameters[1]];
         let common = [CommonError {

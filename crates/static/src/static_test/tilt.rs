@@ -3,7 +3,8 @@
 use super::StaticFit;
 use super::harmonics::{doubts, harmonics, hidden};
 use super::readings::{
-    CommonError, check, fixture_angle, least_squares, not_negative, per_acceleration,
+    CommonError, check, fixture_angle, not_negative, per_acceleration, weighed_least_squares,
+    weights,
 };
 use crate::findings;
 use proofmass_core::{Error, Gravity};
@@ -88,6 +89,21 @@ impl Tilt {
     /// [`Error::Unobservable`] for angles that do not spread,
     /// [`Error::Length`], [`Error::NotFinite`], [`Error::OutOfRange`].
     pub fn fit(&self, angle: &[f64], output: &[f64], unit: &str) -> Result<StaticFit, Error> {
+        self.fit_weighed(angle, output, None, unit)
+    }
+
+    /// As [`Self::fit`] with standard uncertainties of the outputs, of which only the ratios count, as weights: the scatter is that
+    /// of the residuals, for a reading of mean weight.
+    ///
+    /// # Errors
+    /// Those of [`Self::fit`]; an uncertainty that is not positive.
+    pub fn fit_weighed(
+        &self,
+        angle: &[f64],
+        output: &[f64],
+        uncertainty: Option<&[f64]>,
+        unit: &str,
+    ) -> Result<StaticFit, Error> {
         check(angle, output, "angle")?;
         not_negative(
             "uncertainty of the zero of the angles",
@@ -101,9 +117,10 @@ impl Tilt {
             angle.iter().map(|t| g * t.cos()).collect(),
             angle.iter().map(|t| -g * t.sin()).collect(),
         ];
-        let solved = least_squares(
+        let solved = weighed_least_squares(
             &columns,
             output,
+            weights(uncertainty, output.len())?,
             "sensitivity or bias: the angles do not spread",
         )?;
         let (scatter, dof) = solved.scatter(self.reading)?;
