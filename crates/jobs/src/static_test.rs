@@ -89,7 +89,7 @@ impl StaticTest {
 /// let angles: Vec<f64> = (0..12).map(|k| f64::from(30 * k).to_radians()).collect();
 /// let outputs: Vec<f64> = angles.iter().map(|t| 0.2 + 0.980665 * t.cos() + 1e-4 * (7.0 * t).sin()).collect();
 /// let test = StaticTest::Tilt(Tilt::new(Gravity::given(9.80665, 1e-5)?));
-/// let input = StaticTestInput::Readings { input: &angles, output: &outputs, temperature: None, unit: "V" };
+/// let input = StaticTestInput::Readings { input: &angles, output: &outputs, temperature: None, uncertainty: None, unit: "V" };
 /// let data = StaticTestData { input, findings: &[], name: "tilt" };
 /// let outcome = StaticTestJob::new(test).evaluate(&data, &Unwatched)?;
 /// let quantities = outcome.quantities();
@@ -128,6 +128,8 @@ pub enum StaticTestInput<'a> {
         output: &'a [f64],
         /// Temperatures, °C.
         temperature: Option<&'a [f64]>,
+        /// Standard uncertainties of the outputs, which weigh the readings; only their ratios count.
+        uncertainty: Option<&'a [f64]>,
         /// Unit of the outputs as printed.
         unit: &'a str,
     },
@@ -205,13 +207,14 @@ impl StaticTestJob {
                     input,
                     output,
                     temperature,
+                    uncertainty: u,
                     unit,
                 },
             ) => match test {
-                StaticTest::Tilt(t) => t.fit(input, output, unit),
-                StaticTest::Sensitivity(t) => t.fit(input, output, unit),
-                StaticTest::Centrifuge(t) => t.fit(input, output, unit),
-                StaticTest::Linearity(t) => t.fit(input, output, temperature, unit),
+                StaticTest::Tilt(t) => t.fit_weighed(input, output, u, unit),
+                StaticTest::Sensitivity(t) => t.fit_weighed(input, output, u, unit),
+                StaticTest::Centrifuge(t) => t.fit_weighed(input, output, u, unit),
+                StaticTest::Linearity(t) => t.fit_weighed(input, output, temperature, u, unit),
                 other => return Err(other.needs()),
             },
             (test, _) => return Err(test.needs()),

@@ -25,6 +25,9 @@ pub struct ReadingColumns {
     /// Column of temperatures in °C
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub temperature: Option<ColumnRef>,
+    /// Column of standard uncertainties of the outputs, which weigh the readings; only their ratios count
+    #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
+    pub uncertainty_column: Option<ColumnRef>,
 }
 
 impl ReadingColumns {
@@ -34,6 +37,7 @@ impl ReadingColumns {
             output_column: output.into(),
             output_unit: None,
             temperature: None,
+            uncertainty_column: None,
         }
     }
 }
@@ -54,6 +58,7 @@ enum Held {
         input: Vec<f64>,
         output: Vec<f64>,
         temperature: Option<Vec<f64>>,
+        uncertainty: Option<Vec<f64>>,
         unit: String,
     },
     Rest([Vec<f64>; 3]),
@@ -76,7 +81,11 @@ impl StaticTestFiles {
         let usual = test.input_unit().ok_or_else(|| test.needs())?;
         let name = source.name().display().to_string();
         let options = RecordingOptions {
-            columns: vec![input.clone(), columns.output_column.clone()],
+            columns: [input, &columns.output_column]
+                .into_iter()
+                .chain(&columns.uncertainty_column)
+                .cloned()
+                .collect(),
             temperature: columns.temperature.clone(),
             // Readings have an order, not a clock.
             table: true,
@@ -100,9 +109,25 @@ impl StaticTestFiles {
             (Some(open), Ok(())) => return Err(open.detail(name)),
             (None, needed) => needed?,
         }
-        let [inputs, outputs] = recording.columns.as_slice() else {
+        let [inputs, outputs, uncertainties @ ..] = recording.columns.as_slice() else {
             return Err(Trouble::data("two columns are needed").detail(name));
         };
+        let uncertainty = uncertainties.first().map(|c| c.data.clone());
+        if let Some((row, u)) = uncertainty
+            .iter()
+            .flatten()
+            .enumerate()
+            .find(|(_, u)| !(**u > 0.0))
+        {
+            return Err(Trouble::data(format!(
+                "the standard uncertainty of reading {} is {u}, which weighs nothing",
+                row + 1
+            ))
+            .detail(name)
+            .with_hint(
+                "state a positive one for every reading, or leave --uncertainty-column out",
+            ));
+        }
         let factor = to_si(inputs, usual).map_err(|e| e.detail(name.clone()))?;
         let unit = outputs.unit.unwrap_or(Unit::One);
         Ok(Self {
@@ -110,6 +135,7 @@ impl StaticTestFiles {
                 input: inputs.data.iter().map(|v| v * factor).collect(),
                 output: outputs.data.clone(),
                 temperature: recording.temperature.as_ref().map(|t| t.data.clone()),
+                uncertainty,
                 unit: unit.to_string(),
             },
             findings: recording.findings().to_vec(),
@@ -192,11 +218,13 @@ impl StaticTestFiles {
                 input,
                 output,
                 temperature,
+                uncertainty,
                 unit,
             } => StaticTestInput::Readings {
                 input,
                 output,
                 temperature: temperature.as_deref(),
+                uncertainty: uncertainty.as_deref(),
                 unit,
             },
             Held::Rest([x, y, z]) => StaticTestInput::Recording([x, y, z]),
@@ -311,6 +339,26 @@ mod tests {
             .err()
             .and_then(|e| e.hint().map(str::to_owned));
         assert!(asked.is_some_and(|hint| hint.contains("--output-unit")));
+        Ok(())
+    }
+
+    #[test]
+    fn known_uncertainties_weigh_the_readings_and_must_be_positive() -> Result<()> {
+        let read = |last: &str| {
+            let text = format!("angle_deg,out_mV,u\n0,1.5,1\n90,1.6,2\n180,1.4,{last}\n");
+            let source = Source::from_bytes("t.csv", text.into_bytes())?;
+            let columns = ReadingColumns {
+                uncertainty_column: Some("u".into()),
+                ..ReadingColumns::new("out")
+            };
+            StaticTestFiles::readings(source, &tilt()?, &"angle".into(), &columns)
+        };
+        let files = read("0.5")?;
+        let StaticTestInput::Readings { uncertainty, .. } = files.data().input else {
+            return Err(Trouble::data("no readings"));
+        };
+        assert_eq!(uncertainty, Some(&[1.0, 2.0, 0.5][..]));
+        assert!(read("0").is_err_and(|e| e.to_string().contains("reading 3 is 0")));
         Ok(())
     }
 

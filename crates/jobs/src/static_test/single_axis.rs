@@ -241,6 +241,7 @@ impl SingleAxisReadings {
                 input: &self.input,
                 output: &self.output,
                 temperature: None,
+                uncertainty: None,
                 unit,
             },
             findings: &self.findings,

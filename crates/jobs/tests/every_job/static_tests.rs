@@ -50,6 +50,7 @@ pub fn static_test(kind: &str) {
         input,
         output,
         temperature: None,
+        uncertainty: None,
         unit: "V",
     };
     for (test, input) in [
