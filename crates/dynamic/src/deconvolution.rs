@@ -1,5 +1,9 @@
 //! Acceleration from the output of a device whose model is known: the stable inverse filter, with the uncertainty of every sample.
 
+mod pulse;
+
+pub use pulse::PulseReading;
+
 use super::model::parameters::{Device, STEP};
 use super::model::{ModelStructure, TransducerModel};
 use crate::limit;
@@ -58,6 +62,41 @@ pub struct Deconvolved {
     /// Sample of its peak: found with a third of the corner, that the noise of a flat top does not choose it, and within a third of a
     /// half period of the corner the greatest.
     pub top: usize,
+    /// Seconds from the first to the last passage through a tenth of the peak; `None` where a tenth of the peak cannot be told from the
+    /// noise, or the record does not hold both.
+    pub duration: Option<PulseReading>,
+    /// Integral over the event, input × s; `None` where the record does not hold it and what the low-pass spreads.
+    pub velocity_change: Option<PulseReading>,
+}
+
+/// The spectrum of an output, to be divided by the response of the device.
+struct Inverse {
+    spectrum: Vec<Complex64>,
+    response: Vec<Complex64>,
+    /// Distance of two lines, Hz.
+    line: f64,
+    /// Samples of the transform, and of the record.
+    padded: usize,
+    samples: usize,
+}
+
+impl Inverse {
+    /// The input up to a corner, times a factor by lines.
+    fn at(&self, corner: f64, factor: &dyn Fn(usize) -> Complex64) -> Vec<f64> {
+        let lines = self.spectrum.iter().zip(&self.response).enumerate();
+        let filtered = lines
+            .map(|(k, (u, s))| u * low_pass(k as f64 * self.line, corner) / s * factor(k))
+            .collect();
+        let mut x = fourier::inverse(filtered, self.padded).unwrap_or_default();
+        x.truncate(self.samples);
+        x
+    }
+
+    /// Response at the nearest line.
+    fn response_at(&self, f: f64) -> Complex64 {
+        let k = (f / self.line).round() as usize;
+        self.response[k.min(self.response.len() - 1)]
+    }
 }
 
 /// Sample of the greatest modulus among some.
@@ -147,7 +186,7 @@ impl Deconvolution {
         let segment = (self.quiet / 4).clamp(8, 1024);
         let noise = Welch::new(segment).density(&output[..self.quiet], rate)?;
         let at = |k: usize| model.response(k as f64 * line);
-        let response: Vec<Complex64> = (0..spectrum.len()).map(at).collect();
+        let response = (0..spectrum.len()).map(at).collect();
         let event = self.event.unwrap_or_else(|| stands_out(output, self.quiet));
         let seen = Event::of(output, baseline, event, model, rate);
         let envelope = seen.envelope(&noise);
@@ -158,34 +197,32 @@ impl Deconvolution {
             }
             None => seen.best_corner(&noise, &envelope),
         };
-        let inverse = |corner: f64, factor: &dyn Fn(usize) -> Complex64| -> Vec<f64> {
-            let filtered = spectrum
-                .iter()
-                .enumerate()
-                .map(|(k, u)| u * low_pass(k as f64 * line, corner) / response[k] * factor(k))
-                .collect();
-            let mut x = fourier::inverse(filtered, padded).unwrap_or_default();
-            x.truncate(n);
-            x
+        let inverse = Inverse {
+            spectrum,
+            response,
+            line,
+            padded,
+            samples: n,
         };
-        let value = inverse(corner, &|_| Complex64::ONE);
+        let value = inverse.at(corner, &|_| Complex64::ONE);
         let coarse = greatest(
-            &inverse(corner / 3.0, &|_| Complex64::ONE),
+            &inverse.at(corner / 3.0, &|_| Complex64::ONE),
             event[0]..event[1],
         );
         let near = (rate / (6.0 * corner)) as usize;
         let near = coarse.saturating_sub(near)..(coarse + near + 1).min(n);
         let top = greatest(&value, near);
         let noise_u = noise_u.max(left_of_quiet(&value[..self.quiet], corner / rate));
-        let level_u = moved_level(&output[..self.quiet], top) / response[0].norm();
+        let moved = |at| moved_level(&output[..self.quiet], at) / inverse.response[0].norm();
+        let level_u = moved(top);
         let noise_u = noise_u.hypot(level_u);
         let sensitivities: Vec<Vec<f64>> = device
             .shifted
             .iter()
             .map(|[low, high]| {
-                inverse(corner, &|k| {
+                inverse.at(corner, &|k| {
                     let f = k as f64 * line;
-                    -(high.response(f) - low.response(f)) / (2.0 * STEP * response[k])
+                    -(high.response(f) - low.response(f)) / (2.0 * STEP * inverse.response[k])
                 })
             })
             .collect();
@@ -202,8 +239,25 @@ impl Deconvolution {
                 model_u = model_u.max(v.max(0.0).sqrt());
                 (v.max(0.0) + noise_u * noise_u + bias_u * bias_u).sqrt()
             })
-            .collect();
+            .collect::<Vec<f64>>();
+        let pulse = pulse::Deconvolution {
+            inverse: &inverse,
+            noise: &noise,
+            corner,
+            rate,
+            quiet: self.quiet,
+            moved: &moved,
+            value: &value,
+            sensitivities: &sensitivities,
+            covariance: &device.covariance,
+            sample: standard_uncertainty[top],
+            event,
+            top,
+        };
+        let (duration, velocity_change) = (pulse.duration(), pulse.velocity_change());
         Ok(Deconvolved {
+            duration,
+            velocity_change,
             value,
             standard_uncertainty,
             corner,

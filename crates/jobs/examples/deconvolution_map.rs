@@ -1,4 +1,4 @@
-//! Of which shocks does `proofmass test deconvolve` state a peak whose 95 % interval holds?
+//! Of which shocks does `proofmass test deconvolve` state a peak, a duration and a velocity change whose 95 % intervals hold?
 //!
 //! Prints the tables of docs/dynamic-tests.md: `cargo run -p proofmass-jobs --example deconvolution_map`. Places are spread evenly over
 //! shape, duration, damping, noise, length of the record, hum, offset and drift; each record is asked as a job, as the command does it. Arguments are
@@ -65,6 +65,10 @@ pub enum Answer {
         held: bool,
         /// Holds the peak of the acceleration in the stated band.
         in_band: bool,
+        /// Whether the duration is held, with U over it, where it is stated.
+        duration: Option<(bool, f64)>,
+        /// The same of the velocity change.
+        velocity_change: Option<(bool, f64)>,
     },
 }
 
@@ -95,6 +99,18 @@ impl Place {
                 first.iter().zip(second).map(|(a, b)| a + b).collect()
             }
         }
+    }
+
+    /// Between the passages through a tenth of the peak, s.
+    fn tenth_duration(&self) -> f64 {
+        let one = match self.shape {
+            Shape::HalfSine => PulseShape::HalfSine.tenth_duration(),
+            Shape::Haversine => PulseShape::Haversine.tenth_duration(),
+            Shape::SawTooth => PulseShape::TerminalPeakSawtooth.tenth_duration(),
+            // The second pulse passes a tenth of the first one's peak at an eighth of its own.
+            Shape::Double => 2.0 - (0.1f64.asin() + 0.125f64.asin()) / std::f64::consts::PI,
+        };
+        one * self.duration
     }
 
     /// Asks for the peak.
@@ -136,7 +152,18 @@ impl Place {
             turned(&|f| num_complex::Complex64::new(1.0 / (1.0 + (f / corner).powi(8)), 0.0));
         let in_band = left.iter().copied().fold(0.0f64, |m, v| m.max(v.abs()));
         let holds = |truth: f64| (peak.value.abs() - truth).abs() <= peak.expanded;
+        // The record is of the samples: a saw tooth that ends between two of them has lost a part.
+        let change = truth.iter().sum::<f64>() / rate;
+        let read = |name: &str, truth: f64| {
+            let q = outcome.quantities().into_iter().find(|q| q.name == name)?;
+            Some((
+                (q.value.abs() - truth).abs() <= q.expanded,
+                q.expanded / truth,
+            ))
+        };
         Answer::Stated {
+            duration: read("duration", self.tenth_duration()),
+            velocity_change: read("velocity_change", change),
             peak: peak.value.abs() / PEAK,
             expanded: peak.expanded / PEAK,
             held: holds(PEAK),
@@ -190,6 +217,10 @@ pub struct Group {
     pub held: [usize; 2],
     /// Sum of the logarithms of U over the peak.
     pub width: f64,
+    /// Durations stated, and held, with the sum of the logarithms of U over them.
+    pub duration: (usize, usize, f64),
+    /// The same of velocity changes.
+    pub velocity_change: (usize, usize, f64),
 }
 
 impl Group {
@@ -202,9 +233,19 @@ impl Group {
                 expanded,
                 held,
                 in_band,
+                duration,
+                velocity_change,
                 ..
             } = answer
             {
+                let sums = [&mut group.duration, &mut group.velocity_change];
+                for ((stated, held, width), read) in
+                    sums.into_iter().zip([duration, velocity_change])
+                {
+                    *stated += usize::from(read.is_some());
+                    *held += usize::from(read.is_some_and(|r| r.0));
+                    *width += read.map_or(0.0, |r| r.1.ln());
+                }
                 group.answers += 1;
                 group.held[0] += usize::from(*held);
                 group.held[1] += usize::from(*in_band);
@@ -216,13 +257,23 @@ impl Group {
 
     fn line(&self, name: &str) {
         let share = |n: usize, of: usize| 100.0 * n as f64 / of.max(1) as f64;
+        let read = |(stated, held, width): (usize, usize, f64)| {
+            let u = 100.0 * (width / stated.max(1) as f64).exp();
+            format!(
+                "{:.0}, {:.1}, {u:.2}",
+                share(stated, self.answers),
+                share(held, stated)
+            )
+        };
         println!(
-            "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.2} |",
+            "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.2} | {} | {} |",
             self.records,
             share(self.records - self.answers, self.records),
             share(self.held[0], self.answers),
             share(self.held[1], self.answers),
-            100.0 * (self.width / self.answers.max(1) as f64).exp()
+            100.0 * (self.width / self.answers.max(1) as f64).exp(),
+            read(self.duration),
+            read(self.velocity_change)
         );
     }
 }
@@ -278,9 +329,9 @@ fn main() {
         .map(|k| (place(k), place(k).answer(k)))
         .collect();
     println!(
-        "| group | records | refused / % | peak held / % | in the band held / % | U / % of the peak |"
+        "| group | records | refused / % | peak held / % | in the band held / % | U / % of the peak | duration: stated, held / %, U / % | velocity change: stated, held / %, U / % |"
     );
-    println!("|{}", "---|".repeat(6));
+    println!("|{}", "---|".repeat(8));
     Group::of(&all, |_| true).line("all");
     let smooth = |p: &Place| p.shape != Shape::SawTooth;
     Group::of(&all, smooth).line("without saw teeth");
@@ -332,6 +383,17 @@ fn main() {
                 ..
             } if smooth(place) => {
                 eprintln!("missed {peak:.4} ± {expanded:.4}: {place:?}");
+            }
+            Answer::Stated {
+                duration,
+                velocity_change,
+                ..
+            } if smooth(place) => {
+                for (name, read) in [("duration", duration), ("change", velocity_change)] {
+                    if let Some((false, u)) = read {
+                        eprintln!("missed {name}, U = {u:.4}: {place:?}");
+                    }
+                }
             }
             Answer::Stated { .. } => {}
         }

@@ -8,6 +8,7 @@ use crate::frequency_response;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::response::{ResponseOutcome, StoredModel};
+use crate::shock::integral_unit;
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
@@ -335,23 +336,40 @@ impl DeconvolutionOutcome {
     }
 
     fn peak(&self) -> Quantity {
-        Quantity {
-            name: "peak".into(),
-            unit: self.unit.clone(),
-            value: self
-                .result
-                .value
-                .get(self.result.top)
-                .copied()
-                .unwrap_or(0.0),
-            standard_uncertainty: self
-                .result
-                .standard_uncertainty
-                .get(self.result.top)
-                .copied()
-                .unwrap_or(0.0),
-            dof: DegreesOfFreedom::INFINITE,
-        }
+        let at = |list: &[f64]| list.get(self.result.top).copied().unwrap_or(0.0);
+        let u = at(&self.result.standard_uncertainty);
+        quantity("peak", &self.unit, at(&self.result.value), u)
+    }
+
+    fn duration(&self) -> Option<Quantity> {
+        let read = self.result.duration?;
+        Some(quantity(
+            "duration",
+            "s",
+            read.value,
+            read.standard_uncertainty(),
+        ))
+    }
+
+    fn velocity_change(&self) -> Option<Quantity> {
+        let read = self.result.velocity_change?;
+        let unit = integral_unit(&self.unit);
+        Some(quantity(
+            "velocity_change",
+            &unit,
+            read.value,
+            read.standard_uncertainty(),
+        ))
+    }
+}
+
+fn quantity(name: &str, unit: &str, value: f64, standard_uncertainty: f64) -> Quantity {
+    Quantity {
+        name: name.into(),
+        unit: unit.into(),
+        value,
+        standard_uncertainty,
+        dof: DegreesOfFreedom::INFINITE,
     }
 }
 
@@ -363,7 +381,11 @@ impl Outcome for DeconvolutionOutcome {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        vec![StatedQuantity::new(&self.peak(), 0.95)]
+        let others = [self.duration(), self.velocity_change()];
+        std::iter::once(self.peak())
+            .chain(others.into_iter().flatten())
+            .map(|q| StatedQuantity::new(&q, 0.95))
+            .collect()
     }
 
     fn findings(&self) -> &[Finding] {

@@ -114,6 +114,11 @@ fn no_pulse(role: &str, why: NoPulse, name: &str) -> Trouble {
 }
 
 /// The standard as one number, refused in words.
+/// Unit of the integral over time of what has this unit.
+pub(crate) fn integral_unit(unit: &str) -> String {
+    format!("{unit}·s").replace("m/s²·s", "m/s")
+}
+
 fn flat(standard: &ReferenceTable, duration: f64) -> Result<FlatStandard> {
     FlatStandard::of(standard, duration).map_err(|e| match e {
         Error::OutOfRange { value: wanted, .. } => {

@@ -1,34 +1,71 @@
 //! The page of an input that was found behind an output.
 
 use super::DeconvolutionOutcome;
+use crate::shock::integral_unit;
+use proofmass_dynamic::deconvolution::PulseReading;
 use proofmass_io::StatedQuantity;
 use proofmass_report::number::{concise, plain};
 use proofmass_report::{
     Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, scientific,
 };
 use proofmass_signal::Trace;
+use proofmass_uncertainty::Quantity;
 
 /// Number of a sample, its value and standard uncertainty.
 type Sample<'a> = (usize, (&'a f64, &'a f64));
+
+/// A cause, its u of a sample, and of duration and velocity change.
+type Cause<'a> = (&'a str, f64, [Option<f64>; 2]);
 
 pub(super) fn add(page: Report, outcome: &DeconvolutionOutcome) -> Report {
     let (unit, result, peak) = (&outcome.unit, &outcome.result, outcome.peak());
     let larger = |m: f64, v: &f64| if v.abs() > m.abs() { *v } else { m };
     let plain_peak = outcome.plain.iter().fold(0.0, larger);
+    let read = |label: &str, q: &Option<Quantity>, note: &str, why: &str| match q {
+        Some(q) => {
+            KeyFigure::new(label, concise(q.value, q.standard_uncertainty), &q.unit).note(note)
+        }
+        None => KeyFigure::new(label, "not determined", "").note(why),
+    };
+    let unclear = "a tenth of the peak is not clear of the noise and of what the low-pass removes";
+    let short = "the record does not hold the whole event";
     let figures = [
         KeyFigure::new("peak", concise(peak.value, peak.standard_uncertainty), unit),
+        read(
+            "duration",
+            &outcome.duration(),
+            "at a tenth of the peak",
+            unclear,
+        ),
+        read("velocity change", &outcome.velocity_change(), "", short),
         KeyFigure::new("plain reading", scientific(plain_peak, 4), unit)
             .note("output over static sensitivity"),
         KeyFigure::new("corner of the low-pass", plain(result.corner), "Hz"),
     ];
+    let of = |part: fn(&PulseReading) -> f64| {
+        [result.duration, result.velocity_change].map(|r| r.as_ref().map(part))
+    };
     let causes = [
-        ("noise of the output", result.noise),
-        ("model, at its greatest", result.model),
-        ("what the low-pass removes", result.regularisation),
+        ("noise of the output", result.noise, of(|r| r.noise)),
+        ("model, at its greatest", result.model, of(|r| r.model)),
+        (
+            "what the low-pass removes",
+            result.regularisation,
+            of(|r| r.regularisation),
+        ),
     ];
     let fields = [
-        Field::shown("cause", "", |c: &(&str, f64)| c.0.into()),
-        Field::shown("u", unit, |c: &(&str, f64)| c.1.into()).rounded(Rounding::TwoDigits),
+        Field::shown("cause", "", |c: &Cause<'_>| c.0.into()),
+        Field::shown("u of a sample", unit, |c: &Cause<'_>| c.1.into())
+            .rounded(Rounding::TwoDigits),
+        Field::shown("u of the duration", "s", |c: &Cause<'_>| c.2[0].into())
+            .rounded(Rounding::TwoDigits),
+        Field::shown(
+            "u of the velocity change",
+            integral_unit(unit),
+            |c: &Cause<'_>| c.2[1].into(),
+        )
+        .rounded(Rounding::TwoDigits),
     ];
     let pairs = || result.value.iter().zip(&result.standard_uncertainty);
     let time = |k: usize| k as f64 / outcome.rate;
@@ -61,11 +98,7 @@ pub(super) fn add(page: Report, outcome: &DeconvolutionOutcome) -> Report {
     .section(
         Section::new("Result")
             .key_figures(figures)
-            .table(Table::of(
-                "Standard uncertainty of a sample, by cause",
-                fields,
-                causes,
-            ))
+            .table(Table::of("Standard uncertainty by cause", fields, causes))
             .summarised(),
     )
     .section(

@@ -1,6 +1,6 @@
 //! The page of a shock.
 
-use super::{ShockOutcome, ShockSpectra, SpectrumVerdict};
+use super::{ShockOutcome, ShockSpectra, SpectrumVerdict, integral_unit};
 use crate::page::columns::filed;
 use crate::page::measures::measures;
 use crate::page::polar::continuous;
@@ -40,11 +40,7 @@ pub(super) fn add(page: Report, shock: &ShockOutcome) -> Report {
 /// The unit in which the pulse was measured, and the unit of its integral.
 fn units(shock: &ShockOutcome) -> (&str, String) {
     let unit = shock.channels.first().map_or("", |c| c.unit.as_str());
-    (unit, integral(unit))
-}
-
-fn integral(unit: &str) -> String {
-    format!("{unit}·s").replace("m/s²·s", "m/s")
+    (unit, integral_unit(unit))
 }
 
 fn result(shock: &ShockOutcome) -> Section {
@@ -291,7 +287,7 @@ fn spectrum(s: &ShockSpectra, judged: Option<&SpectrumVerdict>, quality: f64) ->
         .series(line("primary", of(Extremes::primary_maximax)))
         .series(line("residual", of(Extremes::residual_maximax)))
         .series(line("negative", of(|e| -e.min())))
-        .below(Axis::log("pseudo-velocity", integral(&s.unit)))
+        .below(Axis::log("pseudo-velocity", integral_unit(&s.unit)))
         .series(line("", pseudo_velocity(s)));
     let shares = peaks.iter().zip(u).filter(|(p, _)| **p > 0.0);
     let (least, most) = shares

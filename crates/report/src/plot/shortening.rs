@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 /// Points of a line from which on the picture needs fewer.
 const MANY: usize = 1500;
 /// Columns that a line is reduced to, each with four points at most: one for two pixels of a page.
-const COLUMNS: f64 = 380.0;
+const COLUMNS: f64 = 350.0;
 /// Steps over the range of an axis: four for every pixel.
 const STEPS: f64 = 3000.0;
 /// Digits after the first where only ratios are seen.
