@@ -213,8 +213,10 @@ impl Deconvolution {
         let near = coarse.saturating_sub(near)..(coarse + near + 1).min(n);
         let top = greatest(&value, near);
         let noise_u = noise_u.max(left_of_quiet(&value[..self.quiet], corner / rate));
-        let moved = |at| moved_level(&output[..self.quiet], at) / inverse.response[0].norm();
-        let level_u = moved(top);
+        let moved = |at, hidden| {
+            moved_level(&output[..self.quiet], at, hidden) / inverse.response[0].norm()
+        };
+        let level_u = moved(top, false);
         let noise_u = noise_u.hypot(level_u);
         let sensitivities: Vec<Vec<f64>> = device
             .shifted
@@ -282,8 +284,9 @@ fn left_of_quiet(value: &[f64], corner: f64) -> f64 {
 }
 
 /// By how much a level that goes on as it changes among the quiet samples has moved away from their mean at another sample, as a standard
-/// uncertainty whose 95 % interval holds it: a drift, or the part of a period of hum. What white noise makes of it is taken off.
-fn moved_level(quiet: &[f64], at: usize) -> f64 {
+/// uncertainty whose 95 % interval holds it: a drift, or the part of a period of hum. What white noise makes of it is taken off; with `hidden` a
+/// change of its size is left, which may be there unseen.
+fn moved_level(quiet: &[f64], at: usize, hidden: bool) -> f64 {
     let n = quiet.len() as f64;
     let middle = 0.5 * (n - 1.0);
     let mean = quiet.iter().sum::<f64>() / n;
@@ -296,7 +299,8 @@ fn moved_level(quiet: &[f64], at: usize) -> f64 {
         .map(|(k, v)| (v - mean - slope * (k as f64 - middle)).powi(2))
         .sum();
     let by_noise = left / (n - 2.0).max(1.0) / spread;
-    let steepest = (slope * slope - by_noise).max(0.0).sqrt();
+    let least = if hidden { by_noise } else { 0.0 };
+    let steepest = (slope * slope - by_noise).max(least).sqrt();
     limit::standard_uncertainty(steepest * (at as f64 - middle).abs())
 }
 

@@ -44,6 +44,18 @@ pub enum Unit {
     Millivolt,
     /// µV.
     Microvolt,
+    /// A.
+    Ampere,
+    /// mA.
+    Milliampere,
+    /// µA.
+    Microampere,
+    /// nA.
+    Nanoampere,
+    /// pC: charge of a piezoelectric element.
+    Picocoulomb,
+    /// pF: capacitance of a comb.
+    Picofarad,
     /// s.
     Second,
     /// ms.
@@ -165,6 +177,12 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
     (Volt, "V", "V", &["volt", "volts", "Volt", "Volts"]),
     (Millivolt, "mV", "mV", &["millivolt", "millivolts"]),
     (Microvolt, "µV", "uV", &["microvolt", "microvolts"]),
+    (Ampere, "A", "A", &["ampere", "amperes"]),
+    (Milliampere, "mA", "mA", &["milliampere", "milliamperes"]),
+    (Microampere, "µA", "uA", &["microampere", "microamperes"]),
+    (Nanoampere, "nA", "nA", &["nanoampere", "nanoamperes"]),
+    (Picocoulomb, "pC", "pC", &["picocoulomb", "picocoulombs"]),
+    (Picofarad, "pF", "pF", &["picofarad", "picofarads"]),
     (
         Second,
         "s",
@@ -343,14 +361,15 @@ impl Unit {
         }
         let ambiguous = matches!(
             text,
-            "1" | "-" | "none" | "C" | "F" | "G" | "raw" | "adc" | "m" | "K" | "gn" | "g0"
+            "1" | "-" | "none" | "A" | "C" | "F" | "G" | "raw" | "adc" | "m" | "K" | "gn" | "g0"
         );
         (!ambiguous).then_some(unit)
     }
 
     /// The SI unit this one converts to, and the factor: value in SI = factor × value.
     ///
-    /// Units without one (count, °C, °F, pure numbers) return themselves and one.
+    /// Units without one (count, °C, °F, pure numbers) return themselves and one, as do pC and pF, whose SI units share a letter with
+    /// temperatures.
     pub fn si(self) -> (Self, f64) {
         match self {
             MillimetrePerSecondSquared => (MetrePerSecondSquared, 1e-3),
@@ -361,6 +380,9 @@ impl Unit {
             Gal => (MetrePerSecondSquared, 1e-2),
             Millivolt => (Volt, 1e-3),
             Microvolt => (Volt, 1e-6),
+            Milliampere => (Ampere, 1e-3),
+            Microampere => (Ampere, 1e-6),
+            Nanoampere => (Ampere, 1e-9),
             Millisecond => (Second, 1e-3),
             Microsecond => (Second, 1e-6),
             Nanosecond => (Second, 1e-9),
@@ -398,9 +420,9 @@ impl Unit {
         self.si().0 == Second
     }
 
-    /// Whether it is a raw output (counts or volts), whose scale only a calibration knows.
+    /// Whether it is a raw output (counts, volts, currents, charge, capacitance), whose scale only a calibration knows.
     pub fn is_raw(self) -> bool {
-        self == Count || self.si().0 == Volt
+        matches!(self.si().0, Count | Volt | Ampere | Picocoulomb | Picofarad)
     }
 
     /// Plain ASCII spelling, for column names.
@@ -429,7 +451,7 @@ impl FromStr for Unit {
     fn from_str(text: &str) -> Result<Self, String> {
         Self::recognise(text).ok_or_else(|| {
             format!(
-                "{text:?} is no known unit (m/s², g, mg, µg, in/s², m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, lbf, Pa, psi, °C, °F, V, mV, µV/√Hz, count, 1 for fractional frequencies, …)"
+                "{text:?} is no known unit (m/s², g, mg, µg, in/s², m/s, km/h, m, mm, rad, °, turn, rad/s, °/s, °/h, r/min, N, lbf, Pa, psi, °C, °F, V, mV, µV/√Hz, mA, pC, pF, count, 1 for fractional frequencies, …)"
             )
         })
     }
@@ -446,7 +468,7 @@ impl<'de> Deserialize<'de> for Unit {
         let text = String::deserialize(deserializer)?;
         Self::recognise(&text).ok_or_else(|| {
             serde::de::Error::custom(format!(
-                "unknown unit \"{text}\"; known: m/s², mm/s², in/s², g, mg, µg, Gal, count, V, mV, µV"
+                "unknown unit \"{text}\"; known: m/s², mm/s², in/s², g, mg, µg, Gal, count, V, mV, µV, mA, nA, pC, pF"
             ))
         })
     }

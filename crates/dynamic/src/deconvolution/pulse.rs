@@ -127,8 +127,9 @@ pub(super) struct Deconvolution<'a> {
     pub rate: f64,
     /// Samples before anything happens.
     pub quiet: usize,
-    /// How far a level that goes on as it changes may be off at a sample, as a standard uncertainty of the input.
-    pub moved: &'a dyn Fn(usize) -> f64,
+    /// How far a level that goes on as it changes may be off at a sample, as a standard uncertainty of the input; with a change that the
+    /// noise may hide where that is asked for.
+    pub moved: &'a dyn Fn(usize, bool) -> f64,
     pub value: &'a [f64],
     pub sensitivities: &'a [Vec<f64>],
     pub covariance: &'a Covariance,
@@ -200,7 +201,9 @@ impl Deconvolution<'_> {
             }
         }
         let middle = reading.first + reading.weights.len() / 2;
-        let level = reading.sum().abs() * (self.moved)(middle);
+        // A quiet stretch shorter than the reading hides a drift in its noise.
+        let hidden = self.quiet < reading.weights.len();
+        let level = reading.sum().abs() * (self.moved)(middle, hidden);
         PulseReading {
             value,
             noise: self.noise(reading).hypot(level),
@@ -211,8 +214,15 @@ impl Deconvolution<'_> {
 
     /// Standard uncertainty of a reading by the noise: by its density through the filter and the weights, or by what the same reading makes of
     /// the quiet samples, where that is more (hum, a drift). The mean of the quiet samples, from which all is counted, is part of both.
+    ///
+    /// A few quiet samples know the density at no single line: it counts as at least its mean up to the corner.
     fn noise(&self, reading: &Reading) -> f64 {
-        let n = fourier::fast_length(2 * reading.weights.len().max(self.noise.density.len()));
+        let density = &self.noise.density;
+        let bin = |f: f64| ((f / self.noise.bin_width).round() as usize).min(density.len() - 1);
+        let band =
+            &density[1.min(density.len() - 1)..=bin(self.corner).max(4).min(density.len() - 1)];
+        let mean = band.iter().sum::<f64>() / band.len() as f64;
+        let n = fourier::fast_length(2 * reading.weights.len().max(density.len()));
         let mut padded = reading.weights.clone();
         padded.resize(n, 0.0);
         let line = self.rate / n as f64;
@@ -221,22 +231,22 @@ impl Deconvolution<'_> {
             .enumerate()
             .map(|(k, w)| {
                 let f = k as f64 * line;
-                let through =
+                let gain =
                     low_pass(f, self.corner).powi(2) / self.inverse.response_at(f).norm_sqr();
-                let bin = (f / self.noise.bin_width).round() as usize;
-                let bin = bin.min(self.noise.density.len() - 1);
-                self.noise.density[bin] * through * w.norm_sqr() * line
+                density[bin(f)].max(mean) * gain * w.norm_sqr() * line
             })
             .sum();
-        let static_gain = self.inverse.response_at(0.0).norm_sqr();
-        let mean = 0.5 * self.noise.density[1.min(self.noise.density.len() - 1)] * self.rate
-            / (self.quiet as f64 * static_gain);
-        let by_density = variance + reading.sum().powi(2) * mean;
+        let of_mean =
+            0.5 * mean * self.rate / (self.quiet as f64 * self.inverse.response_at(0.0).norm_sqr());
+        let freedom = (2.0 * self.quiet as f64 * self.corner / self.rate).max(1.0);
+        let by_density = (variance + reading.sum().powi(2) * of_mean).sqrt()
+            * student_quantile(0.975, freedom)
+            / 1.96;
         let length = reading.weights.len();
         let quiet = &self.value[..self.quiet - self.reach().min(self.quiet / 2)];
         let windows = quiet.len() / length;
         if windows < WINDOWS {
-            return by_density.sqrt();
+            return by_density;
         }
         let (mut count, mut squares) = (0.0, 0.0);
         for first in (0..=quiet.len() - length).step_by((length / 4).max(1)) {
@@ -245,6 +255,6 @@ impl Deconvolution<'_> {
             count += 1.0;
         }
         let factor = student_quantile(0.975, windows as f64) / 1.96;
-        by_density.sqrt().max(factor * (squares / count).sqrt())
+        by_density.max(factor * (squares / count).sqrt())
     }
 }

@@ -26,7 +26,7 @@ pub struct SimulatedTransducer {
     /// What happens to it
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value = "shock"))]
     pub motion: SimulatedExcitation,
-    /// Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device measures]
+    /// Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device measures, at its resonance where that is swept]
     #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive, value_name = "M_PER_S2"))]
     pub level: Option<f64>,
     /// Duration of the pulse, s [default: twenty periods of the mass]
@@ -155,11 +155,12 @@ impl SimulatedTransducer {
                 .with_hint("see `proofmass simulate transducer --help` for what each setting means")
         })?;
         let device = &bench.transducer;
-        let slope = |a: f64| Some((device.output(a)? - device.output(-a)?) / (2.0 * a));
+        let (unit, factor) = recorded(device.unit(), &recording.output);
+        let slope = |a: f64| Some(factor * (device.output(a)? - device.output(-a)?) / (2.0 * a));
         let truth = Truth {
             scenario: "transducer",
             seed: self.seed,
-            unit: device.unit(),
+            unit,
             natural_frequency_hz: device.mass.natural_frequency(),
             damping_ratio: device.mass.damping_ratio(),
             sensitivity: slope(1e-3 * device.limits().acceleration),
@@ -168,14 +169,21 @@ impl SimulatedTransducer {
             samples_beyond_range: recording.beyond,
             bench: &bench,
         };
-        write(&recording, device.unit(), desk)?;
+        write(&recording, unit, factor, desk)?;
         desk.truth(&truth)
     }
 
     fn bench(&self) -> TransducerBench {
         let device = self.device();
         let natural = device.mass.natural_frequency();
-        let level = self.level.unwrap_or(0.2 * device.limits().acceleration);
+        // A sweep rests at the resonance, which raises it by 1/2ζ.
+        let raised = match self.motion {
+            SimulatedExcitation::Sweep => (2.0 * device.mass.damping_ratio()).min(1.0),
+            _ => 1.0,
+        };
+        let level = self
+            .level
+            .unwrap_or(0.2 * raised * device.limits().acceleration);
         let rate = self.rate.unwrap_or(50.0 * natural);
         let motion = match self.motion {
             SimulatedExcitation::Shock => TransducerMotion::Shock {
@@ -204,7 +212,18 @@ impl SimulatedTransducer {
     }
 }
 
-fn write(recording: &TransducerRecording, unit: &str, desk: &Desk<'_>) -> Result<()> {
+/// Unit in which an output is recorded, and its number in one of the device's own: farads and amperes are too large.
+fn recorded(unit: &'static str, output: &[f64]) -> (&'static str, f64) {
+    let greatest = output.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    match unit {
+        "F" => ("pF", 1e12),
+        "A" if greatest < 1e-6 => ("nA", 1e9),
+        "A" => ("mA", 1e3),
+        other => (other, 1.0),
+    }
+}
+
+fn write(recording: &TransducerRecording, unit: &str, factor: f64, desk: &Desk<'_>) -> Result<()> {
     let mut table = Table::new([
         "time_s".to_owned(),
         "reference_m/s2".to_owned(),
@@ -212,7 +231,7 @@ fn write(recording: &TransducerRecording, unit: &str, desk: &Desk<'_>) -> Result
     ]);
     let mut exact = Table::new(["time_s", "acceleration_m/s2"]);
     for (k, t) in recording.time.iter().enumerate() {
-        table.push([*t, recording.reference[k], recording.output[k]])?;
+        table.push([*t, recording.reference[k], factor * recording.output[k]])?;
         exact.push([*t, recording.truth[k]])?;
     }
     desk.write("recording.csv", table.to_csv()?)?;

@@ -29,7 +29,7 @@ pub enum TransducerMotion {
         /// m/s².
         rms: f64,
     },
-    /// Logarithmic sweep over the record.
+    /// Logarithmic sweep over four fifths of the record, with rest before and after it.
     Sweep {
         /// Hz.
         low: f64,
@@ -128,10 +128,14 @@ impl TransducerBench {
             } => {
                 positive("lower end of the sweep", low, 0.5 * self.rate)?;
                 positive("upper end of the sweep", high - low, 0.5 * self.rate - low)?;
-                let l = self.duration / (high / low).ln();
+                let length = 0.8 * self.duration;
+                let l = length / (high / low).ln();
                 (0..n)
-                    .map(|k| k as f64 / self.rate)
-                    .map(|t| amplitude * (TAU * low * l * ((t / l).exp() - 1.0)).sin())
+                    .map(|k| k as f64 / self.rate - 0.05 * self.duration)
+                    .map(|t| match (0.0..length).contains(&t) {
+                        true => amplitude * (TAU * low * l * ((t / l).exp() - 1.0)).sin(),
+                        false => 0.0,
+                    })
                     .collect()
             }
             TransducerMotion::Step { height } => (0..n)
