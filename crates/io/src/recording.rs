@@ -535,10 +535,16 @@ pub(crate) fn time_column(layout: &Layout) -> Option<usize> {
     // `rostopic echo -p` calls `time` when a message was logged; when it was measured stands beside it.
     let measured = |&i: &usize| layout.name(i) == "field.header.stamp";
     let stamp = read.clone().find(measured);
-    stamp.or_else(|| read.clone().find(|&i| is_called_time(layout, i)))
+    let called = || read.clone().find(|&i| is_called_time(layout, i));
+    // Whatever it is called: dates, and numbers that rise in a unit of time, are times.
+    let is_time = |&i: &usize| {
+        let rises = layout.head.get(i).is_some_and(|h| h.rises);
+        layout.dated[i] || rises && layout.unit(i).is_some_and(Unit::is_time)
+    };
+    stamp.or_else(called).or_else(|| read.clone().find(is_time))
 }
 
-/// Whether the heading of a column says that it is the time.
+/// Whether the heading of a column says that it is the time, in the languages that measuring programs are set to.
 fn is_called_time(layout: &Layout, i: usize) -> bool {
     let Some(heading) = layout.header.as_ref().and_then(|h| h.get(i)) else {
         return false;
@@ -556,6 +562,13 @@ fn is_called_time(layout: &Layout, i: usize) -> bool {
             | "elapsed time"
             | "elapsed_time"
             | "epoch"
+            | "zeit"
+            | "zeitstempel"
+            | "uhrzeit"
+            | "tempo"
+            | "tiempo"
+            | "tijd"
+            | "czas"
     ) || layout.unit(i).is_some_and(Unit::is_time)
         && (name.starts_with('t') || Unit::recognise(&name).is_some_and(Unit::is_time))
 }

@@ -230,3 +230,33 @@ fn an_accelerometer_among_other_columns_is_seen() {
         Some(Unit::MetrePerSecondSquared)
     );
 }
+
+#[test]
+fn a_clock_is_seen_whatever_it_is_called() {
+    let seconds = |i: u64| format!("{:.2}", i as f64 / 100.0);
+    let date = |i: u64| format!("2026-03-01T12:00:{:02}.{:02}", i / 100, i % 100);
+    let called: [(&str, &dyn Fn(u64) -> String); 5] = [
+        ("Zeit (s)", &seconds),
+        ("temps [s]", &seconds),
+        ("Laufzeit_s", &seconds),
+        ("Date", &date),
+        ("Aufgenommen", &date),
+    ];
+    for (heading, stamp) in called {
+        let heading = format!("{heading},ax,ay,az");
+        let recording = read(&text(&heading, stamp, 9.81), |_| {}).unwrap();
+        assert!((recording.time.rate_hz() - 100.0).abs() < 1e-6, "{heading}");
+    }
+    // Temperatures that rise are no times, nor is a unit of time that falls.
+    for (heading, number) in [
+        ("temps", &seconds as &dyn Fn(u64) -> String),
+        ("left_s", &|i| format!("{}", 400 - i)),
+    ] {
+        let heading = format!("{heading},ax,ay,az");
+        let refused = read(&text(&heading, number, 9.81), |_| {}).unwrap_err();
+        assert!(
+            refused.to_string().contains("neither a time column"),
+            "{refused}"
+        );
+    }
+}
