@@ -623,3 +623,60 @@ fn known_copies_of_a_recording_need_a_decision() {
         );
     }
 }
+
+#[test]
+fn an_output_in_a_wrong_unit_of_acceleration_is_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = |motion: &str| {
+        let to = folder.path().join(motion);
+        let motion = ["--motion", motion, "-o", text(&to)];
+        succeed(
+            &[
+                &["simulate", "transducer", "--principle", "piezoresistive"][..],
+                &motion,
+            ]
+            .concat(),
+        );
+        std::fs::read_to_string(to.join("recording.csv")).unwrap()
+    };
+    let tests = [
+        ("shock", record("shock"), "--reference"),
+        ("random", record("random"), "--input"),
+    ];
+    // Volts that are called g, and the same as an accelerometer of one m/s² to m/s² would give.
+    for (name, volts, input) in &tests {
+        let test = |file: &str, text_of: &str| {
+            let path = folder.path().join(file);
+            std::fs::write(&path, text_of).unwrap();
+            let columns = [
+                "reference",
+                "--output-column",
+                "output",
+                "-o",
+                "out",
+                "--force",
+            ];
+            let output = folder.path().join("out");
+            let mut all = vec!["test", name, text(&path), input];
+            all.extend(columns.map(|c| if c == "out" { text(&output) } else { c }));
+            let out = succeed(&all);
+            String::from_utf8_lossy(&out.stdout).into_owned()
+        };
+        let said = test("g.csv", &volts.replacen("output_V", "output_g", 1));
+        assert!(said.contains("gain-not-one"), "{name}: {said}");
+        let healthy = test("V.csv", volts);
+        assert!(!healthy.contains("gain-not-one"), "{name}");
+        let beside: String = volts
+            .lines()
+            .map(|line| {
+                let fields: Vec<&str> = line.split(',').collect();
+                match fields[2].parse::<f64>() {
+                    Ok(v) => format!("{},{},{}\n", fields[0], fields[1], v / 8.443e-5),
+                    Err(_) => "time_s,reference_m/s2,output_m/s2\n".to_owned(),
+                }
+            })
+            .collect();
+        let healthy = test("beside.csv", &beside);
+        assert!(!healthy.contains("gain-not-one"), "{name}");
+    }
+}

@@ -329,6 +329,8 @@ impl Job for ResponseJob {
         quality(&response, driven, &mut findings);
         if input_unit == y.unit {
             order(&response, &mut findings);
+            let lowest = response.value.first().map_or(1.0, |v| v.norm());
+            findings.extend(of_one_size(y.unit, lowest).map(|f| f.at(Severity::Note)));
         }
         if self.standard.is_none() && x.unit == "V" && y.unit == "m/s²" {
             findings.push(findings::input_in_volts(x.name, y.name));
@@ -408,6 +410,12 @@ impl Job for ResponseJob {
             findings,
         })
     }
+}
+
+/// Whether input and output of one unit are not of one size.
+pub(crate) fn of_one_size(unit: &str, gain: f64) -> Option<Finding> {
+    let gain = gain.abs();
+    (unit == "m/s²" && !(0.5..=2.0).contains(&gain)).then(|| findings::gain_not_one(unit, gain))
 }
 
 /// Noise that may be on the input, where it is more than what is left of the noise in a mean over the lines.

@@ -10,6 +10,7 @@ pub use required::required_spectrum;
 use crate::channels::Channel;
 use crate::findings;
 use crate::outcome::Job;
+use crate::response::of_one_size;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -235,6 +236,8 @@ impl ShockJob {
                     NoCalibration::Data(e) => Trouble::from(e).detail(data.name),
                 })?;
                 findings.extend(calibration.findings.iter().cloned());
+                let gain = calibration.output.peak / calibration.reference.peak;
+                findings.extend(of_one_size(output.unit, gain));
                 let pulse = calibration.reference_pulse.clone();
                 let measures = calibration.reference.clone();
                 (Some(calibration), pulse, measures)

@@ -215,6 +215,13 @@ findings! {
         evidence "{input} in V, {output} in m/s²",
         advice "this is normal for an exciter; of a device the two columns may be swapped, or --standard gives the acceleration from the volts";
 
+    /// Input and output are in one unit, and not of one size: of a device beside its reference one unit is wrong.
+    gain_not_one(unit: &str, gain: f64) =
+        "gain-not-one", [Warning, Note],
+        what "output and input are both in {unit}, and far from one size",
+        evidence "the output is {gain:.3e} times the input; an accelerometer beside its reference has about one",
+        advice "check the units of the two columns (their headings, --output-unit); of two points of a structure it may be so";
+
     /// The model that was asked for cannot be fitted to the measured response.
     model_not_fitted(why: &str) =
         "model-not-fitted", [Decision],
