@@ -131,6 +131,40 @@ fn refuses_tables_that_cannot_be_compared() {
         let said = refuse(&["compare", text(&one), text(&bad), text(&three)]);
         assert!(said.contains(expected), "{name}: {said}");
     }
+    // Of two, moduli alone are compared; phases of the other are left aside.
+    let moduli = |name: &str, shift: f64| {
+        let rows = (1..=12).map(|k| format!("{},{},1\n", 10 * k, 1.0 + shift));
+        let rows: String = rows.collect();
+        write(
+            name,
+            &format!("frequency_Hz,sensitivity_g/g,u_relative_%\n{rows}"),
+        )
+    };
+    let [a, b, c] =
+        [("moduli.csv", 0.0), ("near.csv", 0.01), ("far.csv", 0.04)].map(|(n, s)| moduli(n, s));
+    for (other, differ) in [(&b, false), (&c, true)] {
+        let out = folder.path().join("moduli");
+        let all = [
+            "compare",
+            text(&a),
+            text(other),
+            "-o",
+            text(&out),
+            "--force",
+        ];
+        let said = String::from_utf8_lossy(&succeed(&all).stdout).into_owned();
+        assert_eq!(said.contains("calibrations-differ"), differ, "{said}");
+        assert!(
+            said.contains("moduli alone are compared")
+                && !said.contains("difference of the phases"),
+            "{said}"
+        );
+        let table = std::fs::read_to_string(out.join("comparison.csv")).unwrap();
+        assert!(
+            !table.contains("phase") && table.lines().count() == 13,
+            "{table}"
+        );
+    }
     let copy = folder.path().join("copy.csv");
     std::fs::copy(&one, &copy).unwrap();
     let said = refuse(&["compare", text(&one), text(&three), text(&copy)]);

@@ -15,7 +15,7 @@ mod interpolation;
 mod reference;
 
 pub use band::BandMatrix;
-pub use comparison::{ComparedPoint, ComparedWhole, ResponseComparison};
+pub use comparison::{ComparedPhase, ComparedPoint, ComparedWhole, ResponseComparison};
 pub use compensation_error::CompensationError;
 pub use compensation_filter::{Beyond, CompensationFilter, FilterDesign, FilterStream};
 pub use interpolation::Interpolated;

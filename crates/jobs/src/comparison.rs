@@ -12,7 +12,7 @@ use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::frequency_response::{ReferenceComparison, ResponseComparison};
 use proofmass_io::{StatedQuantity, Unit};
 use proofmass_report::Report;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{EvidenceValue, Finding, Severity};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -78,16 +78,17 @@ impl Job for ComparisonJob {
                     .with_hint("give each of them with its name"),
             );
         };
-        let unknown = data.findings.iter().find(|f| f.code() == PHASE_NOT_STATED);
-        if let Some(finding) = unknown {
+        let phases = !data.findings.iter().any(|f| f.code() == PHASE_NOT_STATED);
+        if let (false, true) = (phases, data.responses.len() > 2) {
             return Err(Trouble::data(
-                "a table states no phase, which is part of what is compared",
+                "a table states no phase, which is part of the reference value of several",
             )
-            .detail(finding.evidence_text())
-            .with_hint("add phase_deg and u_phase_deg to it"));
+            .with_hint(
+                "add phase_deg and u_phase_deg to it, or compare two at a time, their moduli alone",
+            ));
         }
         for (response, name) in data.responses.iter().zip(data.names) {
-            stated(response, name)?;
+            stated(response, name, phases)?;
         }
         let mut converted = Vec::with_capacity(data.responses.len());
         for (response, name) in data.responses.iter().zip(data.names) {
@@ -106,10 +107,14 @@ impl Job for ComparisonJob {
                 "the same outputs and axes, ranges that meet and stated uncertainties are needed",
             )
         };
-        let mut findings = data.findings.to_vec();
+        let mut findings: Vec<Finding> = data.findings.iter().map(alone).collect();
         let (mut comparison, mut reference) = (None, None);
         if let [one, other] = &converted[..] {
-            let pair = ResponseComparison::of(one, other, self.probability).map_err(about)?;
+            let compare = match phases {
+                true => ResponseComparison::of,
+                false => ResponseComparison::of_moduli,
+            };
+            let pair = compare(one, other, self.probability).map_err(about)?;
             findings.extend(pair.findings.iter().cloned());
             comparison = Some(pair);
         } else {
@@ -165,15 +170,34 @@ fn left_out(data: &ComparisonData<'_>, compared: impl Iterator<Item = f64>) -> O
     (!lost.is_empty()).then(|| finding().at(severity))
 }
 
-/// Every point of a response has an uncertainty of modulus and phase.
-fn stated(response: &FrequencyResponse, name: &str) -> Result<()> {
+/// What a table without phases means here.
+fn alone(finding: &Finding) -> Finding {
+    match finding.evidence_fields().get("table") {
+        Some(EvidenceValue::Text(table)) if finding.code() == PHASE_NOT_STATED => {
+            findings::phase_not_stated(table, "moduli alone are compared").at(Severity::Note)
+        }
+        _ => finding.clone(),
+    }
+}
+
+/// Every point of a response has an uncertainty of modulus and, where it is compared, of phase.
+fn stated(response: &FrequencyResponse, name: &str, phases: bool) -> Result<()> {
+    let modulus = if phases {
+        "modulus or phase"
+    } else {
+        "modulus"
+    };
     for point in response.series().points() {
         let c = point.estimate.covariance();
         for i in (0..c.dimension()).step_by(2) {
             let (a, b, both) = (c[(i, i)], c[(i + 1, i + 1)], c[(i, i + 1)]);
-            if !(a * b - both * both > 1e-14 * a.max(b).powi(2)) {
+            let known = match phases {
+                true => a * b - both * both > 1e-14 * a.max(b).powi(2),
+                false => a + b > 0.0,
+            };
+            if !known {
                 return Err(Trouble::data(format!(
-                    "{name} states no uncertainty of modulus or phase at {} Hz",
+                    "{name} states no uncertainty of {modulus} at {} Hz",
                     point.at
                 ))
                 .with_hint("a value without uncertainty cannot be compared: give that of both"));

@@ -7,7 +7,9 @@ use num_complex::Complex64;
 use proofmass_core::{Error, check};
 use proofmass_signal::transfer::polar;
 use proofmass_uncertainty::adjustment::{cholesky, solve};
-use proofmass_uncertainty::{DegreesOfFreedom, En, Finding, Quantity, chi_squared_quantile};
+use proofmass_uncertainty::{
+    DegreesOfFreedom, En, Finding, Quantity, chi_squared_chance, chi_squared_quantile,
+};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
@@ -27,14 +29,22 @@ pub struct ComparedPoint {
     pub modulus_expanded: f64,
     /// E_n of the moduli.
     pub modulus_en: f64,
-    /// Phase of K₁ against that of K₂, rad.
-    pub phase_difference: f64,
-    /// Its expanded uncertainty.
-    pub phase_expanded: f64,
-    /// E_n of the phases.
-    pub phase_en: f64,
-    /// dᵀ(C₁ + C₂)⁻¹d of real and imaginary part: χ² with two degrees of freedom.
+    /// Of the phases; `None` where moduli alone are compared.
+    pub phase: Option<ComparedPhase>,
+    /// dᵀ(C₁ + C₂)⁻¹d of real and imaginary part, χ² with two degrees of freedom; of the moduli alone, with one.
     pub chi_square: f64,
+}
+
+/// The phases of one element at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ComparedPhase {
+    /// Phase of K₁ against that of K₂, rad.
+    pub difference: f64,
+    /// Its expanded uncertainty.
+    pub expanded: f64,
+    /// E_n of the phases.
+    pub en: f64,
 }
 
 /// All differences together.
@@ -104,6 +114,27 @@ impl ResponseComparison {
         second: &FrequencyResponse,
         probability: f64,
     ) -> Result<Self, Error> {
+        Self::compare(first, second, probability, true)
+    }
+
+    /// Compares the moduli alone, where one of the two states no phase. The whole is judged by the count of moduli and the smallest chance.
+    ///
+    /// # Errors
+    /// As [`ResponseComparison::of`].
+    pub fn of_moduli(
+        first: &FrequencyResponse,
+        second: &FrequencyResponse,
+        probability: f64,
+    ) -> Result<Self, Error> {
+        Self::compare(first, second, probability, false)
+    }
+
+    fn compare(
+        first: &FrequencyResponse,
+        second: &FrequencyResponse,
+        probability: f64,
+        phases: bool,
+    ) -> Result<Self, Error> {
         check::probability(probability)?;
         let elements = first.outputs().len() * first.axes().len();
         let others = second.outputs().len() * second.axes().len();
@@ -121,12 +152,13 @@ impl ResponseComparison {
         for f in &frequencies {
             let seen = [pair[0].look(*f)?, pair[1].look(*f)?];
             for (e, name) in names.iter().enumerate() {
-                points.push(point(&seen, e, elements, *f, name, probability)?);
+                let at = (*f, name.as_str());
+                points.push(point(&seen, (e, elements), at, probability, phases)?);
             }
             blocks.push(seen);
         }
         let known = first.series().shared().is_some() && second.series().shared().is_some();
-        let whole = if known {
+        let whole = if known && phases {
             Some(together(&blocks, 2 * elements)?)
         } else {
             None
@@ -139,9 +171,10 @@ impl ResponseComparison {
         let limit = binomial_limit(points.len(), 1.0 - probability);
         let differ = match (&whole, worst) {
             (Some(whole), _) => whole.chi_square > whole.limit,
-            // exp(−χ²/2) is the chance of two degrees of freedom; of all points at most their number times that.
+            // Of all points at most their number times the smallest chance.
             (None, Some(worst)) => {
-                count * (-0.5 * worst.chi_square).exp() < OF_POINT
+                count * chi_squared_chance(worst.chi_square, if phases { 2.0 } else { 1.0 })
+                    < OF_POINT
                     || off.iter().any(|n| *n >= limit)
             }
             (None, None) => false,
@@ -253,11 +286,10 @@ impl<'a> Side<'a> {
 
 fn point(
     seen: &[Seen; 2],
-    element: usize,
-    elements: usize,
-    frequency: f64,
-    name: &str,
+    (element, elements): (usize, usize),
+    (frequency, name): (f64, &str),
     probability: f64,
+    phases: bool,
 ) -> Result<ComparedPoint, Error> {
     let n = 2 * elements;
     let (r, i) = (2 * element, 2 * element + 1);
@@ -284,6 +316,20 @@ fn point(
         0.0,
         probability,
     )?;
+    let size = z[1].norm().max(f64::MIN_POSITIVE);
+    let of_moduli = ComparedPoint {
+        frequency,
+        element: name.to_owned(),
+        value: z,
+        modulus_difference: modulus.difference / size,
+        modulus_expanded: modulus.expanded / size,
+        modulus_en: modulus.value,
+        phase: None,
+        chi_square: (z[0].norm() - z[1].norm()).powi(2) / (u[0].0.powi(2) + u[1].0.powi(2)),
+    };
+    if !phases {
+        return Ok(of_moduli);
+    }
     let turn = (z[0] * z[1].conj()).arg().rem_euclid(TAU);
     let turn = if turn > PI { turn - TAU } else { turn };
     let phase = En::new(
@@ -303,19 +349,14 @@ fn point(
             value: determinant,
         });
     }
-    let chi_square = (ii * d.re * d.re - 2.0 * ri * d.re * d.im + rr * d.im * d.im) / determinant;
-    let size = z[1].norm().max(f64::MIN_POSITIVE);
     Ok(ComparedPoint {
-        frequency,
-        element: name.to_owned(),
-        value: z,
-        modulus_difference: modulus.difference / size,
-        modulus_expanded: modulus.expanded / size,
-        modulus_en: modulus.value,
-        phase_difference: phase.difference,
-        phase_expanded: phase.expanded,
-        phase_en: phase.value,
-        chi_square,
+        phase: Some(ComparedPhase {
+            difference: phase.difference,
+            expanded: phase.expanded,
+            en: phase.value,
+        }),
+        chi_square: (ii * d.re * d.re - 2.0 * ri * d.re * d.im + rr * d.im * d.im) / determinant,
+        ..of_moduli
     })
 }
 
@@ -410,12 +451,16 @@ fn findings(
     probability: f64,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let counted = format!(
-        "|E_n| above 1 at {} moduli and {} phases of {}",
-        off[0],
-        off[1],
-        points.len()
-    );
+    let phases = points.iter().any(|p| p.phase.is_some());
+    let counted = match phases {
+        true => format!(
+            "|E_n| above 1 at {} moduli and {} phases of {}",
+            off[0],
+            off[1],
+            points.len()
+        ),
+        false => format!("|E_n| above 1 at {} moduli of {}", off[0], points.len()),
+    };
     let scale = common_factor(points).map_or(String::new(), |(factor, rest)| {
         format!(
             "; one scale of {:+.2} % explains the moduli but {rest}",
@@ -437,13 +482,16 @@ fn findings(
         findings.push(findings::calibrations_differ(
             "two calibrations",
             &format!(
-                "{evidence}{scale}; most at {:.4} Hz, {}: {:+.2} % in modulus, {:+.2}° in phase (E_n {:.1} and {:.1})",
+                "{evidence}{scale}; most at {:.4} Hz, {}: {:+.2} % in modulus (E_n {:.1}){}",
                 worst.frequency,
                 worst.element,
                 100.0 * worst.modulus_difference,
-                worst.phase_difference.to_degrees(),
                 worst.modulus_en,
-                worst.phase_en
+                worst.phase.map_or(String::new(), |p| format!(
+                    ", {:+.2}° in phase ({:.1})",
+                    p.difference.to_degrees(),
+                    p.en
+                ))
             ),
             "look at the course of the differences over frequency",
         ));
@@ -453,9 +501,10 @@ fn findings(
             points.iter().filter(|p| p.largest_en() > 1.0).collect();
         worst.sort_by(|a, b| b.largest_en().total_cmp(&a.largest_en()));
         let listed = worst.iter().take(6).map(|p| {
+            let phase = p.phase.map_or(String::new(), |p| format!(", {:.2}", p.en));
             format!(
-                "{:.4} Hz {} ({:.2}, {:.2})",
-                p.frequency, p.element, p.modulus_en, p.phase_en
+                "{:.4} Hz {} ({:.2}{phase})",
+                p.frequency, p.element, p.modulus_en
             )
         });
         let mut listed: Vec<String> = listed.collect();
@@ -464,7 +513,10 @@ fn findings(
         }
         let by_chance = (1.0 - probability) * points.len() as f64;
         findings.push(findings::normalised_error_above_one(
-            &format!("{counted}, {by_chance:.1} of each are expected by chance{scale}"),
+            &format!(
+                "{counted}, {by_chance:.1}{} are expected by chance{scale}",
+                if phases { " of each" } else { "" }
+            ),
             &listed.join(", "),
         ));
     }
@@ -481,14 +533,18 @@ fn findings(
 impl ComparedPoint {
     /// The larger |E_n| of modulus and phase.
     pub fn largest_en(&self) -> f64 {
-        self.modulus_en.abs().max(self.phase_en.abs())
+        let phase = self.phase.map_or(0.0, |p| p.en);
+        self.modulus_en.abs().max(phase.abs())
     }
 }
 
 /// Moduli and phases with |E_n| above 1.
 fn beyond(points: &[ComparedPoint]) -> [usize; 2] {
     let count = |of: fn(&ComparedPoint) -> f64| points.iter().filter(|p| of(p).abs() > 1.0).count();
-    [count(|p| p.modulus_en), count(|p| p.phase_en)]
+    [
+        count(|p| p.modulus_en),
+        count(|p| p.phase.map_or(0.0, |p| p.en)),
+    ]
 }
 
 /// The smallest number of `n` independent events of probability `p` that comes by chance less often than [`OF_COUNT`].
@@ -656,6 +712,37 @@ mod tests {
         }
         // At most 1 %: eleven of 400 would come once in 300; 0.7 % is 2.5 standard uncertainties of a difference.
         assert!(healthy < 11 && decided > 395, "{healthy} {decided}");
+    }
+
+    #[test]
+    fn known_certificates_of_moduli_alone() {
+        let f = grid(17);
+        let certificate = |shift: f64, seed: u64| {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+            let lines = f.iter().map(|&frequency| ReferencePoint {
+                frequency,
+                sensitivity: truth(frequency).norm() * (1.0 + shift + 0.002 * normal()),
+                phase: 0.0,
+                modulus_uncertainty: 0.002,
+                phase_uncertainty: 0.0,
+            });
+            FrequencyResponse::try_from(&ReferenceTable::new(lines.collect()).unwrap()).unwrap()
+        };
+        let (mut healthy, mut found, mut outside) = (0, 0, 0);
+        for seed in 0..400 {
+            let own = certificate(0.0, 7000 + seed);
+            let c = ResponseComparison::of_moduli(&certificate(0.0, seed), &own, 0.95).unwrap();
+            assert!(c.whole.is_none() && c.points.iter().all(|p| p.phase.is_none()));
+            healthy += usize::from(c.differ);
+            outside += c.points.iter().filter(|p| p.largest_en() > 1.0).count();
+            let c = ResponseComparison::of_moduli(&certificate(0.007, seed), &own, 0.95).unwrap();
+            found += usize::from(c.differ);
+        }
+        // 0.12 % by the count and 0.1 % by the smallest chance: six of 400 come once in 2000.
+        assert!(healthy < 6 && found > 390, "{healthy} {found}");
+        // 5 % of 6800 within four standard deviations.
+        assert!((268..412).contains(&outside), "{outside}");
     }
 
     #[test]

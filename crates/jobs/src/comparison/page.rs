@@ -103,19 +103,21 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
             two_digits(p.modulus_en.abs())
         ))
     }));
-    figures.extend(farthest(|p| p.phase_en).map(|p| {
-        let [difference, expanded] = [p.phase_difference, p.phase_expanded].map(f64::to_degrees);
-        KeyFigure::new(
+    let phases = farthest(|p| p.phase.map_or(0.0, |p| p.en));
+    figures.extend(phases.and_then(|p| {
+        let phase = p.phase?;
+        let [difference, expanded] = [phase.difference, phase.expanded].map(f64::to_degrees);
+        let figure = KeyFigure::new(
             "difference of the phases",
             plus_minus(difference, expanded),
             "°",
-        )
-        .note(format!(
+        );
+        Some(figure.note(format!(
             "{} %, at {} Hz, where |E_n| = {} is largest",
             plain(100.0 * pair.probability),
             plain(p.frequency),
-            two_digits(p.phase_en.abs())
-        ))
+            two_digits(phase.en.abs())
+        )))
     }));
     figures.push(
         KeyFigure::new("points with |E_n| above 1", beyond.to_string(), "")
@@ -144,22 +146,20 @@ fn differences(pair: &ResponseComparison) -> Section {
              |E_n| above 1.",
         );
     for element in elements(pair.points.iter().map(|p| p.element.as_str())) {
-        let of = |value: fn(&ComparedPoint) -> (f64, f64)| -> Vec<(f64, f64, f64)> {
+        let of = |value: fn(&ComparedPoint) -> Option<(f64, f64)>| -> Vec<(f64, f64, f64)> {
             let points = pair.points.iter();
             points
                 .filter(|p| p.element == element)
-                .map(|p| {
-                    let (difference, expanded) = value(p);
-                    (p.frequency, difference, expanded)
+                .filter_map(|p| {
+                    let (difference, expanded) = value(p)?;
+                    Some((p.frequency, difference, expanded))
                 })
                 .collect()
         };
-        let modulus = of(|p| (100.0 * p.modulus_difference, 100.0 * p.modulus_expanded));
+        let modulus = of(|p| Some((100.0 * p.modulus_difference, 100.0 * p.modulus_expanded)));
         let phase = of(|p| {
-            (
-                p.phase_difference.to_degrees(),
-                p.phase_expanded.to_degrees(),
-            )
+            let phase = p.phase?;
+            Some((phase.difference.to_degrees(), phase.expanded.to_degrees()))
         });
         let plot = |axis: Axis, points: &[(f64, f64, f64)]| {
             XyPlot::new(Axis::log("frequency", "Hz"), axis)
@@ -167,15 +167,16 @@ fn differences(pair: &ResponseComparison) -> Section {
                 .horizontal(0.0, "")
                 .series(Series::intervals("", points))
         };
-        section = section
-            .figure(
-                format!("|{element}|, relative difference"),
-                plot(Axis::linear("difference of the modulus", "%"), &modulus),
-            )
-            .figure(
+        section = section.figure(
+            format!("|{element}|, relative difference"),
+            plot(Axis::linear("difference of the modulus", "%"), &modulus),
+        );
+        if !phase.is_empty() {
+            section = section.figure(
                 format!("arg {element}, difference"),
                 plot(Axis::linear("difference of the phase", "°"), &phase),
             );
+        }
     }
     section
 }
@@ -183,7 +184,7 @@ fn differences(pair: &ResponseComparison) -> Section {
 fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
     type P = ComparedPoint;
     let unit = pair.unit.as_str();
-    let fields = [
+    let mut fields = vec![
         frequency(|p: &P| p.frequency),
         Field::new("element", |p: &P| p.element.as_str().into()).page("element", ""),
         number(
@@ -203,15 +204,19 @@ fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
         }),
         percent("U_percent", "U", |p: &P| p.modulus_expanded),
         e_n("E_n", |p: &P| p.modulus_en),
-        filed("phase_first_deg", |p: &P| p.value[0].arg().to_degrees()),
-        filed("phase_second_deg", |p: &P| p.value[1].arg().to_degrees()),
-        degrees("phase_difference_deg", "phase difference", |p: &P| {
-            p.phase_difference
-        }),
-        degrees("phase_U_deg", "U", |p: &P| p.phase_expanded),
-        e_n("phase_E_n", |p: &P| p.phase_en),
-        filed("chi_squared", |p: &P| p.chi_square),
     ];
+    if pair.points.iter().any(|p| p.phase.is_some()) {
+        fields.extend([
+            filed("phase_first_deg", |p: &P| p.value[0].arg().to_degrees()),
+            filed("phase_second_deg", |p: &P| p.value[1].arg().to_degrees()),
+            degrees("phase_difference_deg", "phase difference", |p: &P| {
+                p.phase.map(|p| p.difference)
+            }),
+            degrees("phase_U_deg", "U", |p: &P| p.phase.map(|p| p.expanded)),
+            e_n("phase_E_n", |p: &P| p.phase.map(|p| p.en)),
+        ]);
+    }
+    fields.push(filed("chi_squared", |p: &P| p.chi_square));
     let caption = format!(
         "Point by point; U for {} %",
         plain(100.0 * pair.probability)

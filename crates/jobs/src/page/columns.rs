@@ -37,13 +37,13 @@ pub(crate) fn percent<'a, R>(
 }
 
 /// An angle, in degrees with two significant digits.
-pub(crate) fn degrees<'a, R>(
+pub(crate) fn degrees<'a, R, V: Into<Option<f64>>>(
     name: &str,
     heading: &str,
-    get: impl Fn(&R) -> f64 + 'a,
+    get: impl Fn(&R) -> V + 'a,
 ) -> Field<'a, R> {
     number(name, (heading, "°"), Rounding::TwoDigits, move |row| {
-        get(row).to_degrees()
+        get(row).into().map(f64::to_degrees)
     })
 }
 
