@@ -159,6 +159,7 @@ fn refuses_tables_that_cannot_be_compared() {
                 && !said.contains("difference of the phases"),
             "{said}"
         );
+        assert!(said.contains("phase-not-stated"), "{said}");
         let table = std::fs::read_to_string(out.join("comparison.csv")).unwrap();
         assert!(
             !table.contains("phase") && table.lines().count() == 13,

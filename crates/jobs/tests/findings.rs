@@ -21,7 +21,6 @@ const NOT_YET_FIRED: &[&str] = &[
     "modes-missing",
     "noisy-thermometer",
     "not-tuned",
-    "phase-not-stated",
     "rate-untested",
     "resonance-left-out",
     "rounding-repeats",
