@@ -209,15 +209,12 @@ fn head(page: Report, inspection: &Inspection) -> Report {
             false => KeyFigure::new("rows", inspection.rows.to_string(), "")
                 .note(count(inspection.columns.len(), "column")),
         }])
-        .meta(
-            "Read",
-            match undecided(inspection) {
-                true => inspection.path.display().to_string(),
-                false => inspection
-                    .reading
-                    .line(&inspection.path.display().to_string()),
-            },
-        );
+        .reading(match undecided(inspection) {
+            true => inspection.path.display().to_string(),
+            false => inspection
+                .reading
+                .line(&inspection.path.display().to_string()),
+        });
     let page = match (&layout.stream, &inspection.streams[..]) {
         (Some(stream), [one]) => {
             let page = page.meta("format", stream.format.as_str());

@@ -252,7 +252,11 @@ impl StoredResult {
         let mut page = self.shown.page.clone();
         page.title = self.document.title.clone().unwrap_or_default();
         page.language = "en".to_owned();
-        page.meta = [self.record.readings(), self.record.meta(), page.meta].concat();
+        let mut readings = self.record.readings().into_iter();
+        if let Some((_, first)) = readings.next() {
+            page = page.reading(first);
+        }
+        page.meta = [readings.collect(), self.record.meta(), page.meta].concat();
         page = page.findings(self.findings().iter().cloned());
         let inputs = self.record.digests();
         if !inputs.is_empty() {

@@ -17,6 +17,9 @@ pub struct Report {
     /// One line under the title; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) subtitle: String,
+    /// What was read and how, in the first line under both; empty for none.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub(crate) read: String,
     /// Language of the text as a BCP 47 tag, `en` by default.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub language: String,
@@ -260,6 +263,13 @@ impl Report {
         }
     }
 
+    /// What was read and how.
+    #[must_use]
+    pub fn reading(mut self, line: impl Into<String>) -> Self {
+        self.read = line.into();
+        self
+    }
+
     /// Sets the line under the title.
     #[must_use]
     pub fn subtitle(mut self, text: impl Into<String>) -> Self {
@@ -436,6 +446,7 @@ impl Report {
         Self {
             title: self.title.clone(),
             subtitle: self.subtitle.clone(),
+            read: self.read.clone(),
             language: self.language.clone(),
             meta: self.meta.clone(),
             answer: self.answer.clone(),

@@ -50,6 +50,10 @@ pub fn render(report: &Report) -> Result<String, Error> {
             marked(&report.subtitle)
         );
     }
+    if !report.read.is_empty() {
+        let read = escape(&report.read);
+        let _ = writeln!(page.out, "<p class=\"read\"><span>Read</span> {read}</p>");
+    }
     page.out.push_str("</header>\n");
     page.answer(report)?;
     page.meta(&report.meta);

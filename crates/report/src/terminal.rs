@@ -36,6 +36,9 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     if !report.subtitle.is_empty() {
         text.wrapped(&report.subtitle, "");
     }
+    if !report.read.is_empty() {
+        text.hanging("Read  ", &report.read);
+    }
     text.key_figures(&report.answer.figures);
     if !report.says_nothing() {
         let verdict = format!("{} {}", report.answer.verdict, report.standing());
