@@ -35,6 +35,8 @@ def test_a_sine():
     assert known.frequency_u is None and known.frequency == 16.01
     assert abs(known.modulus - 2) < 4 * known.modulus_u and abs(known.phase - 0.5) < 4 * known.phase_u
     assert abs(found.frequency - 16.01) < 4 * found.frequency_u
+    # Three parameters, and four where the frequency is found.
+    assert (known.dof, found.dof) == (997, 996)
     # u of an amplitude in white noise: σ √(2/n).
     assert known.modulus_u == pytest.approx(0.01 * np.sqrt(2 / 1000), rel=0.1)
 
