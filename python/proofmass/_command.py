@@ -71,6 +71,8 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
     options: list[str] = []
     positions: list[str] = []
     for name, value in given.items():
+        if value is None and signature.parameters[name].default is inspect.Parameter.empty:
+            raise RequestError(f"{name} is None: it has to be given")
         if value is None or _is_default(signature.parameters[name].default, value):
             continue
         argument = known[name]

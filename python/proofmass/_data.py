@@ -202,8 +202,9 @@ def _numbers(array: np.ndarray, name: str) -> np.ndarray:
 
 
 def _stride_trick(array: np.ndarray) -> bool:
-    """Whether an array shows the same memory many times."""
-    return array.size > 1 << 24 and any(s == 0 and n > 1 for s, n in zip(array.strides, array.shape, strict=True))
+    """Whether a large array shows the same memory many times."""
+    reach = sum((n - 1) * abs(s) for n, s in zip(array.shape, array.strides, strict=True)) + array.itemsize
+    return array.size > 1 << 24 and array.nbytes > reach
 
 
 def _names(channels: int, asked: Any, name: str) -> list[str]:

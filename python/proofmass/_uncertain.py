@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import operator
 import os
 import re
 from collections.abc import Callable
@@ -489,6 +490,32 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 }
 
 
+#: The same of numbers alone, without arrays.
+_SINGLE = (UncertainNumber, float, int, np.floating, np.integer)
+_OF_NUMBER: dict[np.ufunc, Callable[[UncertainNumber], UncertainNumber]] = {
+    np.negative: UncertainNumber.__neg__,
+    np.exp: UncertainNumber.exp,
+    np.log: UncertainNumber.log,
+    np.log10: UncertainNumber.log10,
+    np.sqrt: UncertainNumber.sqrt,
+    np.sin: UncertainNumber.sin,
+    np.cos: UncertainNumber.cos,
+    np.tan: UncertainNumber.tan,
+    np.arcsin: UncertainNumber.arcsin,
+    np.arccos: UncertainNumber.arccos,
+    np.arctan: UncertainNumber.arctan,
+    np.sinh: UncertainNumber.sinh,
+    np.cosh: UncertainNumber.cosh,
+    np.tanh: UncertainNumber.tanh,
+}
+_OF_NUMBERS: dict[np.ufunc, Callable[[Any, Any], UncertainNumber]] = {
+    np.add: operator.add,
+    np.subtract: operator.sub,
+    np.multiply: operator.mul,
+    np.true_divide: operator.truediv,
+}
+
+
 def _by_ufunc(ufunc: np.ufunc, method: str, inputs: Any, options: dict[str, Any]) -> Any:
     """What numpy does with arrays of numbers."""
     if method != "__call__" or options:
@@ -502,6 +529,13 @@ def _by_ufunc(ufunc: np.ufunc, method: str, inputs: Any, options: dict[str, Any]
 
 def number_ufunc(ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
     """What numpy does with numbers: a number where all are, else an array."""
+    if method == "__call__" and not options:
+        if len(inputs) == 1 and ufunc in _OF_NUMBER:
+            return _OF_NUMBER[ufunc](inputs[0])
+        if len(inputs) == 2 and ufunc in _OF_NUMBERS and all(isinstance(x, _SINGLE) for x in inputs):
+            # One of the two is uncertain; the other may be a number of numpy.
+            first, second = (x.item() if isinstance(x, np.generic) else x for x in inputs)
+            return _OF_NUMBERS[ufunc](first, second)
     answer = _by_ufunc(ufunc, method, inputs, options)
     return answer[()] if isinstance(answer, UncertainArray) and answer.shape == () else answer
 

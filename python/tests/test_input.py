@@ -96,6 +96,8 @@ def test_tables_of_others():
         (np.zeros(100, complex), RequestError, "complex"),
         (np.ma.masked_array(np.zeros(100), mask=np.arange(100) == 5), RequestError, "masked"),
         (np.lib.stride_tricks.as_strided(np.zeros(1), (2**33,), (0,)), RequestError, "less memory"),
+        (np.lib.stride_tricks.as_strided(np.zeros(2**16), (2**15, 2**15), (8, 8)), RequestError, "less memory"),
+        (None, RequestError, "None"),
         ({}, RequestError, "no columns"),
         ({"a": np.zeros(3), "b": np.zeros(4)}, RequestError, "4 values"),
         ({"a": np.zeros((3, 2))}, RequestError, "one dimension"),

@@ -113,6 +113,9 @@ fn sliding(phase: &Phase<'_>, factors: &[usize], steps: &Steps<'_>) -> Vec<f64> 
                 break (sums, points.kept, points.x);
             }
             for sub in (at..last).step_by(SUB_BLOCK) {
+                if factors.len() > MANY && !steps.goes_on() {
+                    break;
+                }
                 let starts = SUB_BLOCK.min(last - sub);
                 accumulate(&mut sums, &window[sub - at..], factors, starts);
             }
