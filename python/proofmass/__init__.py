@@ -9,6 +9,9 @@ Every command of the command line is a function with its options as keywords; fi
 `ProofmassWarning`, errors are `ProofmassError`. Notes go to the logger `proofmass`.
 """
 
+import sys
+import warnings
+
 from . import simulate, test, velocity
 from ._batch import Batch, calibrate_batch
 from ._calibration import Calibration
@@ -98,3 +101,10 @@ __all__ = [
     "verify",
 ]
 __version__ = "0.1.0"
+
+if "free-threading" in sys.version:
+    warnings.warn(
+        "proofmass is not tested on free-threaded builds of Python: results may be checked against those of a usual build",
+        RuntimeWarning,
+        stacklevel=2,
+    )

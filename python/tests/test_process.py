@@ -160,5 +160,11 @@ def test_import_says_nothing():
     assert done.stdout == done.stderr == ""
 
 
+def test_a_build_without_the_lock_is_told():
+    code = "import sys; sys.version = '3.13.0 experimental free-threading build'; import proofmass"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "not tested on free-threaded builds" in done.stderr
+
+
 def test_the_signal_handler_is_kept():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
