@@ -9,12 +9,36 @@ Every command of the command line is a function with its options as keywords; fi
 `ProofmassWarning`, errors are `ProofmassError`. Notes go to the logger `proofmass`.
 """
 
+import sys
+import warnings
+
 from . import simulate, test, velocity
 from ._batch import Batch, calibrate_batch
 from ._calibration import Calibration
 from ._campaign import calibrate_campaign, run
-from ._commands import *  # noqa: F403
-from ._commands import __all__ as _commands_all
+from ._commands import (
+    apply,
+    bias,
+    calibrate,
+    compare,
+    convert,
+    explain,
+    export,
+    filter,
+    formats,
+    import_,
+    init,
+    inspect,
+    keygen,
+    modes,
+    noise,
+    noise_compare,
+    plan,
+    render,
+    uncertainty,
+    validate,
+    verify,
+)
 from ._errors import DataError, OutputError, ProofmassError, ProofmassWarning, RequestError
 from ._monte_carlo import Sampled, Trials, monte_carlo
 from ._result import Covariance, Estimates, Finding, Quantity, Result, read
@@ -22,7 +46,6 @@ from ._signals import DeviationCurve, Sine, allan_deviation, fit_sine
 from ._uncertain import UncertainArray, UncertainComplex, UncertainNumber, uarray, ucomplex, ufloat
 
 __all__ = [
-    *_commands_all,
     "Batch",
     "Calibration",
     "Covariance",
@@ -43,17 +66,45 @@ __all__ = [
     "UncertainComplex",
     "UncertainNumber",
     "allan_deviation",
+    "apply",
+    "bias",
+    "calibrate",
     "calibrate_batch",
     "calibrate_campaign",
+    "compare",
+    "convert",
+    "explain",
+    "export",
+    "filter",
     "fit_sine",
+    "formats",
+    "import_",
+    "init",
+    "inspect",
+    "keygen",
+    "modes",
     "monte_carlo",
+    "noise",
+    "noise_compare",
+    "plan",
     "read",
+    "render",
     "run",
     "simulate",
     "test",
     "uarray",
     "ucomplex",
     "ufloat",
+    "uncertainty",
+    "validate",
     "velocity",
+    "verify",
 ]
 __version__ = "0.1.0"
+
+if "free-threading" in sys.version:
+    warnings.warn(
+        "proofmass is not tested on free-threaded builds of Python: results may be checked against those of a usual build",
+        RuntimeWarning,
+        stacklevel=2,
+    )

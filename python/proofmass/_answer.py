@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import logging
-
 from . import _proofmass
 from ._errors import raised
+from ._log import note
 from ._result import Result
 from ._wording import in_keywords
-
-_log = logging.getLogger("proofmass")
 
 
 def answered(answer: _proofmass.Call, words: str | None = None) -> _proofmass.Call:
     """The answer, its notes told to the log; its error, in keywords of the command, is raised."""
-    for note in answer.notes:
-        _log.info("%s", note)
+    for line in answer.notes:
+        note("%s", line)
     if answer.error is None:
         return answer
     kind, what, place, hint = answer.error
@@ -28,5 +25,5 @@ def results(stored: list[_proofmass.StoredResult]) -> Result | list[Result]:
     found = [Result(one) for one in stored]
     for result in found:
         for line in result._stored.readings():
-            _log.info("read %s", line)
+            note("read %s", line)
     return found[0] if len(found) == 1 else found

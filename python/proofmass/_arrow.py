@@ -3,26 +3,48 @@
 from __future__ import annotations
 
 import ctypes
-import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._errors import DataError, RequestError
-
-_log = logging.getLogger("proofmass")
+from ._log import note
 
 
 class _Schema(ctypes.Structure):
-    pass
+    if TYPE_CHECKING:
+        format: Any
+        name: Any
+        metadata: Any
+        flags: Any
+        n_children: Any
+        children: Any
+        dictionary: Any
+        release: Any
+        private_data: Any
 
 
 class _Array(ctypes.Structure):
-    pass
+    if TYPE_CHECKING:
+        length: Any
+        null_count: Any
+        offset: Any
+        n_buffers: Any
+        n_children: Any
+        buffers: Any
+        children: Any
+        dictionary: Any
+        release: Any
+        private_data: Any
 
 
 class _Stream(ctypes.Structure):
-    pass
+    if TYPE_CHECKING:
+        get_schema: Any
+        get_next: Any
+        get_last_error: Any
+        release: Any
+        private_data: Any
 
 
 _Schema._fields_ = [
@@ -126,7 +148,7 @@ def columns_of(table: Any) -> tuple[dict[str, np.ndarray], int]:
     if not kept:
         raise RequestError("the table has no column of numbers")
     if left_out:
-        _log.info("columns that hold no numbers are not read: %s", ", ".join(left_out))
+        note("columns that hold no numbers are not read: %s", ", ".join(left_out))
     if not absent:
         raise DataError("the table is empty")
     whole = ~np.concatenate(absent)
@@ -157,7 +179,8 @@ def _form(field: _Schema) -> tuple[str, int | None] | None:
 
 
 def _heading(field: _Schema, form: tuple[str, int | None]) -> str:
-    name, unit = field.name.decode(), _metadata(field).get("unit")
+    name: str = field.name.decode()
+    unit = _metadata(field).get("unit")
     if form[1] is not None:
         return name + STAMPED
     return f"{name} ({unit})" if unit else name
@@ -205,7 +228,8 @@ def _nulls(array: _Array, start: int, length: int) -> np.ndarray:
     """Which rows are null."""
     if length == 0 or array.null_count == 0 or not array.n_buffers or not array.buffers[0]:
         return np.zeros(length, bool)
-    return _bits(array.buffers[0], start, length) == 0
+    null: np.ndarray = _bits(array.buffers[0], start, length) == 0
+    return null
 
 
 #: What a consumer holds, by the address of its structure, until it releases it.
@@ -242,7 +266,7 @@ def _hold(structure: Any, release: Any, kept: Any) -> None:
     _held[key] = kept
 
 
-@_Destructor
+@_Destructor  # type: ignore[untyped-decorator]
 def _dropped(capsule: int) -> None:
     """Releases a stream that nobody took."""
     stream = _Stream.from_address(_pointer_of(capsule, b"arrow_array_stream"))

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
 from ._arrow import stream_of
-from ._commands import calibrate
+from ._command import FUNCTIONS
 from ._data import named_columns, values_of
 from ._errors import ProofmassError, RequestError
 from ._result import Result
@@ -56,19 +55,19 @@ class Batch(Mapping[Any, "Result | ProofmassError"]):
         rows["error"] = [None if isinstance(a, Result) else str(a) for a in answers]
         return rows
 
-    def to_pandas(self):
+    def to_pandas(self) -> Any:
         """The rows as a data frame of pandas."""
-        import pandas
+        import pandas  # type: ignore[import-untyped, unused-ignore]
 
         return pandas.DataFrame(self.to_dict()).set_index(self._by)
 
-    def to_polars(self):
+    def to_polars(self) -> Any:
         """The rows as a data frame of polars."""
         import polars
 
         return polars.DataFrame(self.to_dict())
 
-    def __arrow_c_stream__(self, requested_schema=None):
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         """The rows as a stream of Arrow."""
         rows = self.to_dict()
         rows[self._by] = [str(serial) for serial in rows[self._by]]
@@ -113,10 +112,13 @@ def calibrate_batch(table: Any, *, by: str = "serial", threads: int | None = Non
     def one(rows: np.ndarray) -> Result | ProofmassError:
         kept = {name: array[rows] for name, array in arrays.items()}
         try:
-            result = calibrate.quiet(kept, **options)
+            result = FUNCTIONS["calibrate"].quiet(kept, **options)  # type: ignore[attr-defined]
         except ProofmassError as error:
             return error
-        return result[0] if isinstance(result, list) else result
+        answer: Result = result[0] if isinstance(result, list) else result
+        return answer
+
+    from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         answers = list(pool.map(one, (np.array(rows) for rows in groups.values())))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,7 +82,7 @@ class Calibration:
         """The bytes of calibration.json."""
         return self._inner.json()
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return Calibration.from_json, (self.to_json(),)
 
     def __eq__(self, other: object) -> bool:

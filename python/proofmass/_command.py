@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import difflib
 import functools
 import inspect
 import itertools
 import json
-import logging
 import os
-import tempfile
 from collections.abc import Callable, Iterable
-from pathlib import Path, PurePath
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -22,28 +17,35 @@ from ._answer import answered, results
 from ._calibration import Calibration
 from ._data import Lent, Recording, is_place, recording
 from ._description import WRITTEN, arguments, descriptions, keyword
-from ._errors import RequestError, warn
+from ._errors import RequestError, near_to, warn
+from ._log import note
 from ._result import Finding, Result, column
 
 P = ParamSpec("P")
 R = TypeVar("R")
-_log = logging.getLogger("proofmass")
+
+
+#: The function of every command, by its words.
+FUNCTIONS: dict[str, Callable[..., Any]] = {}
 
 
 def command(words: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Makes a function of a command out of its signature."""
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
-        signature = inspect.signature(function)
+        known: list[inspect.Signature] = []
 
         def quiet(*args: P.args, **kwargs: P.kwargs) -> R:
+            if not known:
+                known.append(inspect.signature(function))
+            signature = known[0]
             for name in kwargs:
                 if name not in signature.parameters:
-                    near = difflib.get_close_matches(name, signature.parameters, 1)
-                    meant = f"; did you mean {near[0]!r}?" if near else ""
+                    near = near_to(name, signature.parameters)
+                    meant = f"; did you mean {near!r}?" if near else ""
                     raise TypeError(f"{function.__name__}() got an unexpected keyword argument {name!r}{meant}")
             given = signature.bind(*args, **kwargs).arguments
-            return _answer(words, given, signature)  # type: ignore[return-value]
+            return _answer(words, given, signature)  # type: ignore[no-any-return]
 
         @functools.wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -55,6 +57,7 @@ def command(words: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
         # The same without warnings of what its result says: for a call among thousands.
         called.quiet = quiet  # type: ignore[attr-defined]
+        FUNCTIONS[words] = called
         return called
 
     return wrap
@@ -68,6 +71,8 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
     options: list[str] = []
     positions: list[str] = []
     for name, value in given.items():
+        if value is None and signature.parameters[name].default is inspect.Parameter.empty:
+            raise RequestError(f"{name} is None: it has to be given")
         if value is None or _is_default(signature.parameters[name].default, value):
             continue
         argument = known[name]
@@ -78,7 +83,7 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
             if value == "-":
                 raise RequestError("- is the output of the command line", hint="name a file")
         elif argument["kind"] == "path":
-            value = _places(value, name, lent, recordings)
+            value = _places(value, name, lent, recordings, given.get("columns"))
         if argument["position"] is not None:
             positions.extend(value if isinstance(value, list) else [str(value)])
         else:
@@ -94,7 +99,11 @@ def _answer(words: str, given: dict[str, Any], signature: inspect.Signature) -> 
         return results(found)
     if answer.output:
         return json.loads(answer.output) if asks_json else answer.output.decode()
-    return Path(given["output"]) if "output" in given else None
+    if "output" not in given:
+        return None
+    from pathlib import Path
+
+    return Path(given["output"])
 
 
 def _said(words: str, options: list[str], lent: list[Lent], watch: Any, level: int) -> _proofmass.Call:
@@ -108,13 +117,16 @@ def _applied(
     words: str, positions: list[str], options: list[str], lent: list[Lent], watch: Any
 ) -> dict[str, np.ndarray]:
     """The compensated recording as arrays by heading."""
+    import csv
+    import tempfile
+
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "compensated.csv"
+        place = os.path.join(folder, "compensated.csv")
         _said(words, [*options, f"--output={place}", *_ended(positions)], lent, watch, level=5)
-        with place.open(encoding="utf-8", newline="") as file:
+        with open(place, encoding="utf-8", newline="") as file:
             heads = next(csv.reader(file))
             try:
-                columns = np.loadtxt(file, delimiter=",", ndmin=2, converters=_number).T
+                columns: Any = np.loadtxt(file, delimiter=",", ndmin=2, converters=_number).T
             except ValueError:
                 # A column of text, kept as it is.
                 file.seek(0)
@@ -137,15 +149,15 @@ def _ended(positions: list[str]) -> list[str]:
     return ["--", *positions] if positions else []
 
 
-def _places(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording]) -> str | list[str]:
+def _places(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording], columns: Any) -> str | list[str]:
     """The name of a file, or of what is lent in its place; several where there are several."""
     if isinstance(value, list | tuple) and value and all(is_place(v) or not np.isscalar(v) for v in value):
         if not all(_is_number_row(v) for v in value):
-            return [_place(v, f"{name}[{k}]", lent, recordings) for k, v in enumerate(value)]
-    return _place(value, name, lent, recordings)
+            return [_place(v, f"{name}[{k}]", lent, recordings, columns) for k, v in enumerate(value)]
+    return _place(value, name, lent, recordings, columns)
 
 
-def _place(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording]) -> str:
+def _place(value: Any, name: str, lent: list[Lent], recordings: dict[str, Recording], columns: Any) -> str:
     """The name of one file, or of what is lent in its place."""
     if isinstance(value, str) and "\n" in value:
         value = value.encode()
@@ -153,7 +165,7 @@ def _place(value: Any, name: str, lent: list[Lent], recordings: dict[str, Record
         return _text(value)
     if isinstance(value, Result | Calibration):
         return _lent((f"{name}.json", b"", memoryview(_document(name, value))), lent)
-    found = recording(value, f"{name} in memory")
+    found = recording(value, f"{name} in memory", columns)
     recordings[name] = found
     return _lent(found.lent, lent)
 
@@ -168,8 +180,8 @@ def _document(name: str, value: Result | Calibration) -> bytes:
 
 def _lent(content: Lent, lent: list[Lent]) -> str:
     """The name under which a content is lent, which no other has."""
-    place, known = PurePath(content[0]), {name for name, _, _ in lent}
-    others = (f"{place.stem}-{k}{place.suffix}" for k in itertools.count(2))
+    (stem, suffix), known = os.path.splitext(content[0]), {name for name, _, _ in lent}
+    others = (f"{stem}-{k}{suffix}" for k in itertools.count(2))
     name = next(name for name in itertools.chain([content[0]], others) if name not in known)
     lent.append((name, *content[1:]))
     return name
@@ -189,15 +201,16 @@ def _assumed(known: dict[str, Any], given: dict[str, Any], recordings: dict[str,
                 hint="give the column of the times instead of rate=",
             )
         if found.absent:
-            _log.info("%d rows of %s hold a null and are left out: gaps by their times", found.absent, name)
+            note("%d rows of %s hold a null and are left out: gaps by their times", found.absent, name)
     unnamed = {found.unnamed for found in recordings.values()}
-    if unnamed <= {None}:
+    counts = [count for count in unnamed if count is not None]
+    if not counts:
         return
     if given.get("columns") is None:
         if len(unnamed) > 1:
             raise RequestError("the recordings have different numbers of columns", hint="say columns=…")
         if "columns" in known:
-            yield "--columns=" + ",".join(str(k + 1) for k in range(unnamed.pop()))
+            yield "--columns=" + ",".join(str(k + 1) for k in range(counts[0]))
     if given.get("unit") is None and "unit" in known:
         yield "--unit=m/s²"
     timed = given.get("rate") is not None or given.get("time") is not None

@@ -6,14 +6,16 @@ Written by tools/functions.py from the options of the commands: change those, no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._command import command
 from ._result import Result
 from ._types import Data, Place, Watch
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = [
     "apply",
@@ -69,7 +71,7 @@ def calibrate(
     sign: Data | None = None,
     output: Place | None = None,
     watch: Watch | None = None,
-) -> Result | list[Result]:  # type: ignore[empty-body]
+) -> Result | Any:
     """Calibrate a sensor from a campaign folder, or from one recording.
 
     A campaign is a folder with `campaign.toml` and the recordings it names. Its `kind` says what is calibrated:
@@ -107,6 +109,7 @@ def calibrate(
         output: Folder for the results [default: none is written].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("init")
@@ -131,7 +134,7 @@ def init(
     model: str | None = None,
     free_living: bool = False,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """Write a commented campaign.toml for a recording, or an example of any kind.
 
     Columns, time and unit are filled in as far as the recording states them; the rest stands there as comments. An
@@ -163,6 +166,7 @@ def init(
         free_living: Days of a logger on a wrist or a machine: calibrate from its still moments.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("plan")
@@ -177,7 +181,7 @@ def plan(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result | Path | None:  # type: ignore[empty-body]
+) -> Result | Any:
     """Predict the uncertainties of a campaign before it is measured.
 
     Of a campaign of kind `shaker-triaxial` it reads budget, certificate and plan, and finds the best of fewer
@@ -198,6 +202,7 @@ def plan(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("apply")
@@ -227,7 +232,7 @@ def apply(
     source: str | None = None,
     raw: bool = False,
     watch: Watch | None = None,
-) -> dict[str, np.ndarray] | Path:  # type: ignore[empty-body]
+) -> dict[str, np.ndarray] | Any:
     """Compensate a recording with a calibration.
 
     a = K⁻¹ (output − b), row by row: a recording of any size needs no more memory than a small one. All other columns
@@ -269,6 +274,7 @@ def apply(
         Without an output the compensated recording comes back as arrays by heading.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("export")
@@ -285,7 +291,7 @@ def export(
     name: str | None = None,
     output: Place | None = None,
     watch: Watch | None = None,
-) -> str | Path:  # type: ignore[empty-body]
+) -> str | Any:
     """Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
 
     Of a result of `bias`, `velocity tune` or `velocity map` it writes the filter, the gains or the encoder map.
@@ -308,6 +314,7 @@ def export(
         output: File to write, replaced if it is there [default: none is written].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("filter")
@@ -322,7 +329,7 @@ def filter(
     name: str | None = None,
     output: Place | None = None,
     watch: Watch | None = None,
-) -> str | Path:  # type: ignore[empty-body]
+) -> str | Any:
     """Design a low-pass filter and write it as source code (C, Rust) or JSON.
 
     A Butterworth low-pass of second order or a moving average, with its group delay.
@@ -338,6 +345,7 @@ def filter(
         output: File to write, replaced if it is there [default: none is written].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("import")
@@ -349,7 +357,7 @@ def import_(
     corrected_unit: str = "m/s²",
     output: Place = "calibration.json",
     watch: Watch | None = None,
-) -> Path | None:  # type: ignore[empty-body]
+) -> Path | None:
     """Make a calibration.json from the coefficients of another program.
 
     It can be applied and exported. These files state no uncertainty, so the calibration has none; `proofmass
@@ -363,6 +371,7 @@ def import_(
         output: File to write, replaced if it is there.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("validate")
@@ -387,7 +396,7 @@ def validate(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Check a calibration on a recording it was not made from.
 
     In each static interval of the recording ‖a‖ must be g: within 0.1 % each, and all together within what the
@@ -418,6 +427,7 @@ def validate(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("compare")
@@ -430,7 +440,7 @@ def compare(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Compare calibrations of one device over frequency (E_n, reference value).
 
     Of two, E_n at each point and χ² of the whole. Of three or more, the reference value is the weighted mean of all;
@@ -448,6 +458,7 @@ def compare(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("noise")
@@ -492,7 +503,7 @@ def noise(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Noise of a sensor at rest: Allan deviation, spectrum, N, B, K with intervals.
 
     Quantisation noise Q, white noise N, bias instability B, random walk K and ramp R are fitted together. Each has an
@@ -551,6 +562,7 @@ def noise(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("noise compare")
@@ -563,7 +575,7 @@ def noise_compare(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Compare the noise of units or runs, or a batch with the limits of a data sheet.
 
     It reads what `proofmass noise RECORDING -o FOLDER` wrote for each of them. Channels of the same name are
@@ -580,6 +592,7 @@ def noise_compare(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("bias")
@@ -610,7 +623,7 @@ def bias(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Track the bias over a recording from its rests (known gravity, zero velocity).
 
     It is the filter that runs on the chip, with the noise of a `proofmass noise` result, and a smoother over the
@@ -647,6 +660,7 @@ def bias(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("modes")
@@ -657,7 +671,7 @@ def modes(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Natural frequencies and mode shapes of a wedge, by finite elements.
 
     The file gives a wedge by its dimensions or names a Gmsh mesh, and states its support. Results: frequencies with
@@ -671,6 +685,7 @@ def modes(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("inspect")
@@ -689,7 +704,7 @@ def inspect(
     source: str | None = None,
     raw: bool = False,
     watch: Watch | None = None,
-) -> dict[str, Any]:  # type: ignore[empty-body]
+) -> dict[str, Any]:
     """Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
 
     Args:
@@ -710,19 +725,21 @@ def inspect(
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("formats")
 def formats(
     *,
     watch: Watch | None = None,
-) -> list[dict[str, Any]]:  # type: ignore[empty-body]
+) -> list[dict[str, Any]]:
     """List the formats of recordings that are known by their content: which are read, how far, which `convert` writes,
     and what to do with the others.
 
     Args:
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("convert")
@@ -746,7 +763,7 @@ def convert(
     source: str | None = None,
     raw: bool = False,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """Write recordings in another format: CSV, npy, WAV, UFF 58b or Parquet.
 
     Numbers stay in their units. Every column of numbers is written where columns= names none. Several recordings that
@@ -780,6 +797,7 @@ def convert(
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("render")
@@ -790,7 +808,7 @@ def render(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Show a result, or write its report and tables, from result.json alone.
 
     The recordings are not needed: quantities, plots and findings stand in the result. The same version writes the
@@ -803,6 +821,7 @@ def render(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("explain")
@@ -810,7 +829,7 @@ def explain(
     code: str | None = None,
     *,
     watch: Watch | None = None,
-) -> Any:  # type: ignore[empty-body]
+) -> Any:
     """Explain a finding by its code, or a word of the field.
 
     Without a word, the codes of all findings are listed.
@@ -819,6 +838,7 @@ def explain(
         code: Code of a finding, as results show it (`gaps-in-record`), or a word (`bias-instability`, VRW, SRS).
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("uncertainty")
@@ -840,7 +860,7 @@ def uncertainty(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Evaluate the uncertainty of a measurement from its equations (GUM).
 
     The model file states formulas, inputs and their distributions. The result is computed by the law of propagation
@@ -885,6 +905,7 @@ def uncertainty(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("verify")
@@ -894,7 +915,7 @@ def verify(
     data: Data | None = None,
     key: Sequence[Data] | Data | None = None,
     watch: Watch | None = None,
-) -> dict[str, Any]:  # type: ignore[empty-body]
+) -> dict[str, Any]:
     """Check by digests that a result and the files behind it are unchanged.
 
     From a folder of results, a result.json, a calibration.json or a recording that `proofmass apply` wrote, back to
@@ -907,6 +928,7 @@ def verify(
         key: Public key that must have signed every list of files (PEM, Ed25519); may be given several times.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("keygen")
@@ -914,7 +936,7 @@ def keygen(
     name: Place,
     *,
     watch: Watch | None = None,
-) -> str:  # type: ignore[empty-body]
+) -> str:
     """Make a pair of keys to sign results with.
 
     NAME.key signs results (`sign=`), NAME.pub verifies them (`proofmass verify --key`). Ed25519 in the PEM form of
@@ -924,3 +946,4 @@ def keygen(
         name: Path of both files, without ending.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError

@@ -6,7 +6,6 @@ import io
 import math
 import os
 import sys
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -37,8 +36,11 @@ def is_place(data: Any) -> bool:
     return isinstance(data, str | os.PathLike)
 
 
-def recording(data: Any, name: str) -> Recording:
-    """An array, arrays by name, a table, a file object or bytes as a recording of this name."""
+def recording(data: Any, name: str, columns: Any = None) -> Recording:
+    """An array, arrays by name, a table, a file object or bytes as a recording of this name.
+
+    `columns` are those that are asked for: of a plain array they are the names of its channels.
+    """
     if isinstance(data, bytes | bytearray | memoryview):
         return Recording((name, b"", memoryview(data).cast("B")))
     if hasattr(data, "read"):
@@ -50,7 +52,7 @@ def recording(data: Any, name: str) -> Recording:
         if not isinstance(content, bytes | bytearray | memoryview):
             raise RequestError(f"{name}.read() gave {type(content).__name__}, not bytes")
         return Recording((_named(data, name), b"", memoryview(content)))
-    absent = 0
+    absent, asked = 0, columns
     # A frame of pandas has its columns at hand, and exports them only with another package.
     if hasattr(data, "__arrow_c_stream__") and not (hasattr(data, "iloc") or hasattr(data, "to_frame")):
         columns, absent = columns_of(data)
@@ -60,7 +62,7 @@ def recording(data: Any, name: str) -> Recording:
             columns, absent = _without_nulls(columns)
     if columns is not None:
         return Recording(_by_name(columns, name), absent=absent)
-    return _array(data, name)
+    return _array(data, name, asked)
 
 
 def _named(data: Any, name: str) -> str:
@@ -121,6 +123,8 @@ def _by_name(columns: Mapping[str, Any], name: str) -> Lent:
         arrays[heading] = array
     if length is None or length[1] == 0:
         raise DataError(f"{name} is empty")
+    import zipfile
+
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as archive:
         for heading, array in arrays.items():
@@ -198,11 +202,32 @@ def _numbers(array: np.ndarray, name: str) -> np.ndarray:
 
 
 def _stride_trick(array: np.ndarray) -> bool:
-    """Whether an array shows the same memory many times."""
-    return array.size > 1 << 24 and any(s == 0 and n > 1 for s, n in zip(array.strides, array.shape, strict=True))
+    """Whether a large array shows the same memory many times."""
+    reach = sum((n - 1) * abs(s) for n, s in zip(array.shape, array.strides, strict=True)) + array.itemsize
+    return array.size > 1 << 24 and array.nbytes > reach
 
 
-def _array(data: Any, name: str) -> Recording:
+def _names(channels: int, asked: Any, name: str) -> list[str]:
+    """Names of the channels of an array: those that are asked for by as many words, else x, y, z."""
+    if isinstance(asked, str):
+        asked = asked.split(",")
+    words = [w.strip() for w in asked if isinstance(w, str)] if isinstance(asked, list | tuple) else []
+    if len(words) == channels == len(set(words)) and not any(w.isdecimal() or not w for w in words):
+        if channels > 1 and sorted(words) == list(_AXES[:channels]) and words != sorted(words):
+            raise RequestError(
+                f"the channels of {name} are x, y, z in this order, not {', '.join(words)}",
+                hint="put the columns of the array in order, or choose them by number, such as columns=(3, 2, 1)",
+            )
+        return words
+    if channels == 1:
+        return ["column"]
+    return list(_AXES) if channels == 3 else [f"column{k + 1}" for k in range(channels)]
+
+
+_AXES = ("x", "y", "z")
+
+
+def _array(data: Any, name: str, asked: Any) -> Recording:
     """A plain array: one channel, or a row for each sample."""
     try:
         array = np.asanyarray(data)
@@ -218,7 +243,11 @@ def _array(data: Any, name: str) -> Recording:
             hint="give a row for each sample, such as array.T",
         )
     array = _numbers(array, name)
-    head = io.BytesIO()
-    np.lib.format.write_array_header_1_0(head, {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape})
     channels = 1 if array.ndim == 1 else array.shape[1]
-    return Recording((name, head.getvalue(), memoryview(array.reshape(-1)).cast("B")), channels)
+    names = _names(channels, asked, name)
+    # Rows of channels lie in memory as records of fields do.
+    fields = [(heading, array.dtype.str) for heading in names]
+    described = repr({"descr": fields, "fortran_order": False, "shape": (len(array),)}) + "\n"
+    text = described.encode()
+    head = b"\x93NUMPY\x03\x00" + len(text).to_bytes(4, "little") + text
+    return Recording((name, head, array.reshape(-1).data.cast("B")), channels)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import json
 from typing import Any
 
@@ -14,10 +13,14 @@ WRITTEN = {"output", "draws", "imu_yaml", "plot", "name"}
 UNUSED = {"json", "strict"}
 
 
-@functools.cache
+_known: dict[str, dict[str, Any]] = {}
+
+
 def descriptions() -> dict[str, dict[str, Any]]:
     """Every command by its words, as the command line declares it."""
-    return {" ".join(c["words"]): c for c in json.loads(_proofmass.commands())}
+    if not _known:
+        _known.update({" ".join(c["words"]): c for c in json.loads(_proofmass.commands())})
+    return _known
 
 
 def arguments(words: str) -> list[dict[str, Any]]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 
 class ProofmassError(Exception):
@@ -23,7 +24,7 @@ class ProofmassError(Exception):
             lines.append(f"hint: {self.hint}")
         return "\n".join(lines)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (*self.args, self.place, self.hint)
 
 
@@ -45,13 +46,20 @@ class ProofmassWarning(UserWarning):
     The text begins with the code, so that `warnings.filterwarnings("ignore", message="code:")` keeps one quiet.
     """
 
-    def __init__(self, finding):
+    def __init__(self, finding: Any):
         self.finding = finding
         self.code = finding.code
         super().__init__(f"{finding.code}: {finding}")
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.finding,)
+
+
+def near_to(word: str, known: Iterable[str]) -> str | None:
+    """The known word that is meant, if one is near."""
+    import difflib
+
+    return next(iter(difflib.get_close_matches(word, known, 1)), None)
 
 
 _KINDS = {"request": RequestError, "output": OutputError}
@@ -65,7 +73,7 @@ def raised(error: tuple[str, str, list[str], str | None]) -> BaseException:
     return _KINDS.get(kind, DataError)(what, place, hint)
 
 
-def warn(findings, level: int) -> None:
+def warn(findings: Iterable[Any], level: int) -> None:
     """Warns of every finding that is more than a note."""
     for finding in findings:
         if finding.severity != "note":

@@ -138,6 +138,6 @@ def _columns(answer: Any, names: list[str], length: int) -> list[np.ndarray]:
 
 
 def _sampled(o: Mapping[str, Any]) -> Sampled:
-    ends = [(o[kind]["lower"], o[kind]["upper"]) for kind in ("symmetric", "shortest")]
+    symmetric, shortest = ((o[kind]["lower"], o[kind]["upper"]) for kind in ("symmetric", "shortest"))
     u = o.get("standard_uncertainty")
-    return Sampled(o["name"], o["mean"], o["median"], u, *ends, o["symmetric_scatter"], o["invalid"])
+    return Sampled(o["name"], o["mean"], o["median"], u, symmetric, shortest, o["symmetric_scatter"], o["invalid"])

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -18,17 +16,22 @@ from ._arrow import stream_of
 from ._calibration import Calibration
 from ._errors import DataError, OutputError
 
+if TYPE_CHECKING:
+    from pathlib import Path
 
-class kept:
+T = TypeVar("T")
+
+
+class kept(Generic[T]):
     """A property that is made once, without a lock that a forked process would wait for."""
 
-    def __init__(self, make):
+    def __init__(self, make: Callable[[Any], T]):
         self._make, self._name, self.__doc__ = make, make.__name__, make.__doc__
 
-    def __get__(self, owner, kind=None):
+    def __get__(self, owner: Any, kind: Any = None) -> T:
         if owner is None:
-            return self
-        return owner.__dict__.setdefault(self._name, self._make(owner))
+            return self  # type: ignore[return-value]
+        return owner.__dict__.setdefault(self._name, self._make(owner))  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True)
@@ -153,7 +156,7 @@ class Covariance:
     units: tuple[str, ...]
     matrix: np.ndarray
 
-    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
         return np.array(self.matrix, dtype=dtype)
 
     def between(self, a: str, b: str) -> float:
@@ -169,12 +172,13 @@ class Result:
 
     @kept
     def _document(self) -> dict[str, Any]:
-        return json.loads(self._stored.json())
+        document: dict[str, Any] = json.loads(self._stored.json())
+        return document
 
     @property
     def kind(self) -> str:
         """Kind of the result, as `kind` in result.json."""
-        return self._document["kind"]
+        return str(self._document["kind"])
 
     @property
     def title(self) -> str:
@@ -214,8 +218,8 @@ class Result:
         return number
 
     @property
-    def calibration(self) -> Calibration | None:
-        """The calibration, where the result is one of a single matrix."""
+    def calibration(self) -> Calibration | Any:
+        """The calibration, where the result is one of a single matrix; else `None`."""
         written = self._stored.calibration()
         if written is None or json.loads(written)["kind"] != "triaxial":
             return None
@@ -236,12 +240,15 @@ class Result:
         name = name if name.endswith(".csv") else f"{name}.csv"
         if name not in self.files:
             raise DataError(f"the result has no table {name}", hint=f"there are {', '.join(self.tables)}")
+        import csv
+
         rows = list(csv.reader(io.StringIO(self.files[name].decode("utf-8-sig"))))
         return {head: column([row[k] for row in rows[1:]]) for k, head in enumerate(rows[0])}
 
     def to_dict(self) -> dict[str, Any]:
         """What result.json holds."""
-        return json.loads(self._stored.json())
+        document: dict[str, Any] = json.loads(self._stored.json())
+        return document
 
     def to_json(self) -> bytes:
         """The bytes of result.json."""
@@ -252,19 +259,19 @@ class Result:
         fields = ("name", "unit", "value", "u", "U", "k", "nu", "probability")
         return {field: [getattr(q, field) for q in quantities] for field in fields}
 
-    def to_pandas(self):
+    def to_pandas(self) -> Any:
         """The quantities as a data frame of pandas, a row for each."""
-        import pandas
+        import pandas  # type: ignore[import-untyped, unused-ignore]
 
         return pandas.DataFrame(self._rows()).set_index("name")
 
-    def to_polars(self):
+    def to_polars(self) -> Any:
         """The quantities as a data frame of polars, a row for each."""
         import polars
 
         return polars.DataFrame(self._rows())
 
-    def __arrow_c_stream__(self, requested_schema=None):
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         """The quantities as a stream of Arrow, a row for each."""
         return stream_of(self._rows())
 
@@ -278,11 +285,14 @@ class Result:
         It appears whole or not at all. `force` allows a folder that holds other files, which are kept.
         """
         try:
-            return Path(self._stored.write(os.fspath(folder), force))
+            written = self._stored.write(os.fspath(folder), force)
         except ValueError as error:
             raise OutputError(str(error)) from None
+        from pathlib import Path
 
-    def plot(self, ax=None):
+        return Path(written)
+
+    def plot(self, ax: Any = None) -> Any:
         """Draws the quantities with their intervals, those of one unit on one axis; needs matplotlib."""
         import matplotlib.pyplot as plt
 
@@ -293,7 +303,7 @@ class Result:
             _, axes = plt.subplots(len(units), 1, squeeze=False, layout="constrained")
             axes = axes[:, 0]
         else:
-            axes, units = [ax], dict(list(units.items())[:1])
+            axes, units = np.array([ax]), dict(list(units.items())[:1])
         for axis, (unit, quantities) in zip(axes, units.items(), strict=False):
             values = np.array([q.value for q in quantities])
             ends = np.array([q.interval for q in quantities]).T
@@ -334,13 +344,13 @@ class Result:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return _read, (self._stored.json(), list(self._stored.beside()))
 
     def __copy__(self) -> Result:
         return self
 
-    def __deepcopy__(self, memo) -> Result:
+    def __deepcopy__(self, memo: Any) -> Result:
         return self
 
 
@@ -379,6 +389,8 @@ def _read(written: bytes, beside: list[tuple[str, bytes]]) -> Result:
 
 def read(path: str | os.PathLike[str]) -> Result:
     """Reads a result: a result.json, or the folder that holds it."""
+    from pathlib import Path
+
     place = Path(path)
     place = place / "result.json" if place.is_dir() else place
     try:

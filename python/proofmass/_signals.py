@@ -102,7 +102,10 @@ def allan_deviation(
     except ValueError as error:
         raise DataError(str(error)) from None
     columns = np.array([[np.nan if x is None else x for x in p] for p in points], dtype=float).reshape(-1, 6).T
-    return DeviationCurve(*columns[:5], columns[5].astype(int))
+    tau, deviation, low, high, edf, terms = columns
+    if not np.isfinite(deviation).all():
+        raise DataError("the deviation is no finite number", hint="the samples are too large to be squared: scale them")
+    return DeviationCurve(tau, deviation, low, high, edf, terms.astype(int))
 
 
 def fit_sine(samples: ArrayLike, rate: float, frequency: float | None = None, *, white: bool = True) -> Sine:

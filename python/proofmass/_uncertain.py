@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import operator
 import os
 import re
-import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +27,7 @@ _process = ""
 
 def _begin_process() -> None:
     global _process
-    _process = uuid.uuid4().hex[:12]
+    _process = os.urandom(6).hex()
 
 
 _begin_process()
@@ -114,7 +114,12 @@ class _Part:
         return _Part(self.block, self.dof, self.index[where], self.contribution[where])
 
     def scaled(self, factor: np.ndarray | float) -> _Part:
-        return _Part(self.block, self.dof, self.index, self.contribution * factor)
+        with np.errstate(over="ignore"):
+            contribution = self.contribution * factor
+            # The sum is made in a fraction of the time of a look at each.
+            if not np.isfinite(contribution.sum()) and not np.isfinite(contribution).all():
+                raise DataError("an uncertainty of the result is too large to be a number")
+        return _Part(self.block, self.dof, self.index, contribution)
 
 
 def _joined(parts: list[_Part]) -> list[_Part]:
@@ -144,6 +149,55 @@ def _name(block: str, index: int) -> str:
 
 
 _ELEMENT = re.compile(r"(.*)\[(0|[1-9][0-9]*)\]", re.DOTALL)
+
+
+_SPEC = re.compile(
+    r"(?:(?P<fill>.)?(?P<align>[<>^]))?(?P<sign>[+ ])?(?P<width>\d+)?(?:\.(?P<digits>\d+)(?P<of_u>u)?)?"
+    r"(?P<form>[eEfFgG])?(?P<short>S)?",
+    re.DOTALL,
+)
+
+
+def formatted(value: float, u: float, spec: str) -> str:
+    """`value±u`, or value(u) with `S`: `.2u` is so many digits of u, `.3f` the format of both."""
+    match = _SPEC.fullmatch(spec)
+    if match is None or (match["of_u"] and int(match["digits"]) == 0):
+        raise ValueError(f"{spec!r} is no format of an uncertain number; .2u, .3f, .3e, .2uS are")
+    digits, sign = match["digits"], match["sign"] or ""
+    if digits is not None and not match["of_u"] and not match["short"]:
+        form = f".{digits}{match['form'] or 'g'}"
+        text = f"{format(value, sign + form)}±{format(u, form)}"
+    else:
+        text = _to_the_place_of(value, u, match, sign)
+    return format(text, f"{match['fill'] or ''}{match['align'] or '>'}{match['width'] or ''}")
+
+
+def _to_the_place_of(value: float, u: float, match: re.Match[str], sign: str) -> str:
+    """Value and u to the same place."""
+    if u == 0:
+        return format(value, f"{sign}{match['form'] or 'g'}") + ("(0)" if match["short"] else "±0")
+    if match["of_u"] or match["digits"] is None:
+        count = int(match["digits"] or 2)
+        first = int(f"{u:.{count - 1}e}".partition("e")[2])
+        place = count - 1 - first
+    else:
+        place = int(match["digits"])
+    largest = max(abs(value), u)
+    power = int(f"{largest:e}".partition("e")[2])
+    form = match["form"] or "g"
+    if form in "eE" or (form in "gG" and (largest >= 1e7 or power < -4)):
+        letter = "E" if form in "EG" else "e"
+        inner = _plain(value / 10.0**power, u / 10.0**power, place + power, bool(match["short"]), sign)
+        return f"{inner}{letter}{power:+03d}" if match["short"] else f"({inner}){letter}{power:+03d}"
+    return _plain(value, u, place, bool(match["short"]), sign)
+
+
+def _plain(value: float, u: float, place: int, short: bool, sign: str) -> str:
+    value, u, places = round(value, place), round(u, place), max(0, place)
+    shown = format(value, f"{sign}.{places}f")
+    if not short:
+        return f"{shown}±{u:.{places}f}"
+    return f"{shown}({u:.{places}f})" if u >= 1 and places else f"{shown}({round(u * 10.0**places)})"
 
 
 class UncertainArray:
@@ -187,16 +241,33 @@ class UncertainArray:
     @property
     def u(self) -> np.ndarray:
         """The standard uncertainties."""
-        return np.sqrt(self._variance())
+        with np.errstate(over="ignore", under="ignore"):
+            variance = self._variance()
+        if bool(np.all((variance > 1e-280) & (variance < 1e280))):
+            root: np.ndarray = np.sqrt(variance)
+            return root
+        # Squares leave the range of numbers long before their root does.
+        scale = np.zeros(self._value.size)
+        for part in self._parts:
+            np.maximum(scale, np.abs(part.contribution), out=scale)
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore", over="ignore"):
+            squares = np.zeros(self._value.size)
+            for part in self._parts:
+                squares += (part.contribution / scale) ** 2
+            u = np.where(scale > 0, scale * np.sqrt(squares), scale)
+        if not np.isfinite(u).all():
+            raise DataError("an uncertainty of the array is too large to be a number")
+        return u.reshape(self._value.shape)
 
     @property
     def nu(self) -> np.ndarray:
         """The effective degrees of freedom."""
-        fourth = np.zeros(self._value.size)
-        for part in self._parts:
-            np.add(fourth, part.contribution**4 / part.dof, out=fourth)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            nu = np.where(fourth > 0, self._variance().reshape(-1) ** 2 / fourth, np.inf)
+        fourth, u = np.zeros(self._value.size), self.u.reshape(-1)
+        with np.errstate(divide="ignore", invalid="ignore", under="ignore"):
+            for part in self._parts:
+                share = np.where(u > 0, part.contribution / u, 0)
+                np.add(fourth, share**4 / part.dof, out=fourth)
+            nu = np.where(fourth > 0, 1 / fourth, np.inf)
         return nu.reshape(self._value.shape)
 
     def _variance(self) -> np.ndarray:
@@ -217,14 +288,25 @@ class UncertainArray:
                 total += np.where(same, part.contribution[:, None] * other.contribution[None, :], 0)
         return total
 
-    shape = property(lambda self: self._value.shape, doc="The shape.")
-    size = property(lambda self: self._value.size, doc="How many numbers.")
-    ndim = property(lambda self: self._value.ndim, doc="How many dimensions.")
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape."""
+        return self._value.shape
+
+    @property
+    def size(self) -> int:
+        """How many numbers."""
+        return self._value.size
+
+    @property
+    def ndim(self) -> int:
+        """How many dimensions."""
+        return self._value.ndim
 
     def __len__(self) -> int:
         return len(self._value)
 
-    def __getitem__(self, key: Any) -> UncertainArray | UncertainNumber:
+    def __getitem__(self, key: Any) -> Any:
         if isinstance(key, int) and not isinstance(key, bool) and self.ndim == 1:
             if not -self.size <= key < self.size:
                 raise IndexError(f"index {key} of {self.size} numbers")
@@ -239,7 +321,7 @@ class UncertainArray:
         causes = [(_name(p.block, p.index[at]), float(p.contribution[at]), p.dof) for p in self._parts]
         return UncertainNumber.with_causes(float(self._value.reshape(-1)[at]), [c for c in causes if c[1]])
 
-    def __iter__(self):
+    def __iter__(self) -> Any:
         return (self[k] for k in range(len(self)))
 
     def reshape(self, *shape: Any) -> UncertainArray:
@@ -250,7 +332,8 @@ class UncertainArray:
     def T(self) -> UncertainArray:
         """The transpose."""
         where = np.arange(self._value.size).reshape(self._value.shape).T
-        return self[np.unravel_index(where, self._value.shape)] if self.ndim > 1 else self
+        turned: UncertainArray = self[np.unravel_index(where, self._value.shape)] if self.ndim > 1 else self
+        return turned
 
     def sum(self, axis: int | None = None, dtype: Any = None, out: Any = None) -> Any:
         """The sum of all elements, or along one axis."""
@@ -360,7 +443,8 @@ def _rearranged(arrange: Callable[..., np.ndarray], arrays: Any, axis: int) -> U
     ends = np.cumsum([a.size for a in given])
     places = [np.arange(end - a.size, end).reshape(a.shape) for a, end in zip(given, ends, strict=True)]
     where = arrange(places, axis)
-    return _side_by_side(given)[where.reshape(-1)].reshape(where.shape)
+    flat: UncertainArray = _side_by_side(given)[where.reshape(-1)]
+    return flat.reshape(where.shape)
 
 
 def _side_by_side(arrays: list[UncertainArray]) -> UncertainArray:
@@ -368,7 +452,8 @@ def _side_by_side(arrays: list[UncertainArray]) -> UncertainArray:
     size, at = sum(a.size for a in arrays), 0
     parts: dict[tuple[str, int], tuple[np.ndarray, np.ndarray, float]] = {}
     for a in arrays:
-        here, nth = slice(at, at + a.size), {}
+        here = slice(at, at + a.size)
+        nth: dict[str, int] = {}
         for part in a._parts:
             layer = nth[part.block] = nth.get(part.block, -1) + 1
             index, contribution, _ = parts.setdefault(
@@ -405,6 +490,32 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 }
 
 
+#: The same of numbers alone, without arrays.
+_SINGLE = (UncertainNumber, float, int, np.floating, np.integer)
+_OF_NUMBER: dict[np.ufunc, Callable[[UncertainNumber], UncertainNumber]] = {
+    np.negative: UncertainNumber.__neg__,
+    np.exp: UncertainNumber.exp,
+    np.log: UncertainNumber.log,
+    np.log10: UncertainNumber.log10,
+    np.sqrt: UncertainNumber.sqrt,
+    np.sin: UncertainNumber.sin,
+    np.cos: UncertainNumber.cos,
+    np.tan: UncertainNumber.tan,
+    np.arcsin: UncertainNumber.arcsin,
+    np.arccos: UncertainNumber.arccos,
+    np.arctan: UncertainNumber.arctan,
+    np.sinh: UncertainNumber.sinh,
+    np.cosh: UncertainNumber.cosh,
+    np.tanh: UncertainNumber.tanh,
+}
+_OF_NUMBERS: dict[np.ufunc, Callable[[Any, Any], UncertainNumber]] = {
+    np.add: operator.add,
+    np.subtract: operator.sub,
+    np.multiply: operator.mul,
+    np.true_divide: operator.truediv,
+}
+
+
 def _by_ufunc(ufunc: np.ufunc, method: str, inputs: Any, options: dict[str, Any]) -> Any:
     """What numpy does with arrays of numbers."""
     if method != "__call__" or options:
@@ -418,6 +529,13 @@ def _by_ufunc(ufunc: np.ufunc, method: str, inputs: Any, options: dict[str, Any]
 
 def number_ufunc(ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
     """What numpy does with numbers: a number where all are, else an array."""
+    if method == "__call__" and not options:
+        if len(inputs) == 1 and ufunc in _OF_NUMBER:
+            return _OF_NUMBER[ufunc](inputs[0])
+        if len(inputs) == 2 and ufunc in _OF_NUMBERS and all(isinstance(x, _SINGLE) for x in inputs):
+            # One of the two is uncertain; the other may be a number of numpy.
+            first, second = (x.item() if isinstance(x, np.generic) else x for x in inputs)
+            return _OF_NUMBERS[ufunc](first, second)
     answer = _by_ufunc(ufunc, method, inputs, options)
     return answer[()] if isinstance(answer, UncertainArray) and answer.shape == () else answer
 

@@ -6,11 +6,14 @@ Written by tools/functions.py from the options of the commands: change those, no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ._command import command
 from ._result import Result
 from ._types import Data, Place, Watch
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = [
     "axis",
@@ -36,7 +39,7 @@ def multi_position(
     noise: float = 4,
     wander: float = 0.001,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """A triaxial accelerometer turned by hand from rest to rest: campaign.toml, recording.csv, truth.json.
 
     Args:
@@ -47,6 +50,7 @@ def multi_position(
         wander: Wander between standstills, m/s².
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("simulate shaker")
@@ -66,7 +70,7 @@ def shaker(
     fault: str | Sequence[str | int | float] | None = None,
     wedge_motion: Data | None = None,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
     spurious.csv, truth.json.
 
@@ -88,6 +92,7 @@ def shaker(
             modes`.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("simulate spurious-motion")
@@ -100,7 +105,7 @@ def spurious_motion(
     no_common_clock: bool = False,
     wedge_motion: Data | None = None,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """A vibrometer along the three axes of the table, wedge by wedge: campaign.toml, runs.csv with the phasors of every
     repeat, truth.json.
 
@@ -114,6 +119,7 @@ def spurious_motion(
             modes`.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("simulate primary")
@@ -134,7 +140,7 @@ def primary(
     u_wavelength: float = 0.0000015,
     u_voltage: float = 0.0001,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """An accelerometer before a laser interferometer with quadrature outputs: campaign.toml, runs.csv, one recording of
     cosine, sine and output per run, truth.json.
 
@@ -155,6 +161,7 @@ def primary(
         u_voltage: Relative standard uncertainty of the voltage calibration, from which its error is drawn.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("simulate axis")
@@ -180,7 +187,7 @@ def axis(
     bits: int = 16,
     seed: int = 1,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """A driven axis with encoder and accelerometer: recording.csv, truth.csv, truth.json.
 
     The defaults are those of the reference experiment: 500 lines decoded fourfold at 0.3 m, 16 bits fitted to the
@@ -208,6 +215,7 @@ def axis(
         seed: Seed of the noise.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("simulate transducer")
@@ -228,7 +236,7 @@ def transducer(
     bits: int = 24,
     seed: int = 1,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """A transducer on a bench: recording.csv (time, reference, output), truth.csv, truth.json.
 
     The same seed makes the same recording on every machine.
@@ -253,6 +261,7 @@ def transducer(
         seed: Seed of the noise.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("simulate noise")
@@ -279,7 +288,7 @@ def noise(
     outlier_size: float = 10,
     seed: int = 1,
     watch: Watch | None = None,
-) -> Path:  # type: ignore[empty-body]
+) -> Path:
     """A sensor at rest with known noise: recording.csv, truth.json.
 
     The terms are those of `proofmass noise`, in SI: for an accelerometer N in (m/s²)/√Hz as the Allan deviation at 1
@@ -310,3 +319,4 @@ def noise(
         seed: Seed of the noise.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError

@@ -59,7 +59,7 @@ def temperature(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Temperature coefficients of a resting accelerometer.
 
     From plateaus or a continuous sweep: slopes and polynomials per axis with one joint covariance, and hysteresis
@@ -91,6 +91,7 @@ def temperature(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test tilt")
@@ -109,7 +110,7 @@ def tilt(
     gravity: float = 9.80665,
     gravity_uncertainty: float | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Bias, sensitivity, misalignment of one axis turned through known angles.
 
     Args:
@@ -128,6 +129,7 @@ def tilt(
             the ground].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test sensitivity")
@@ -146,7 +148,7 @@ def sensitivity(
     gravity: float = 9.80665,
     gravity_uncertainty: float | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Sensitivity and bias of one axis up and down.
 
     S = (V₊ − V₋)/2g and b = (V₊ + V₋)/2.
@@ -167,6 +169,7 @@ def sensitivity(
             the ground].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test zero-g")
@@ -189,7 +192,7 @@ def zero_g(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Bias of a triaxial sensor at rest on a level surface.
 
     Args:
@@ -214,6 +217,7 @@ def zero_g(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test orthogonality")
@@ -224,7 +228,7 @@ def orthogonality(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Angles between the sensitive axes of a calibration.
 
     Args:
@@ -234,6 +238,7 @@ def orthogonality(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test linearity")
@@ -251,7 +256,7 @@ def linearity(
     full_scale: float | None = None,
     order: int = 3,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Bias, sensitivity and curvature of one axis at known accelerations.
 
     Also the temperature coefficient, where the table has temperatures. The order is chosen by the data.
@@ -270,6 +275,7 @@ def linearity(
         order: Largest order.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test centrifuge")
@@ -292,7 +298,7 @@ def centrifuge(
     inclination: float = 0,
     full_scale: float | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Sensitivity and curvature of one axis on a rotating arm, at many g.
 
     Radius, speed, elongation of the arm and alignment are in the budget.
@@ -316,6 +322,7 @@ def centrifuge(
         full_scale: Full scale in m/s² [default: the largest acceleration].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test stability")
@@ -328,7 +335,7 @@ def stability(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Drift of calibration results over months, and when the next one is due.
 
     Args:
@@ -340,6 +347,7 @@ def stability(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test random")
@@ -371,7 +379,7 @@ def random(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Frequency response (FRF) from random excitation: H1, H2 or Hv.
 
     With coherence, 95 % intervals, resonances, bandwidths and a fitted model.
@@ -408,6 +416,7 @@ def random(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test impact")
@@ -440,7 +449,7 @@ def impact(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Frequency response (FRF) from impacts of a hammer.
 
     One or several impacts to a recording; double and incomplete ones are left out.
@@ -477,6 +486,7 @@ def impact(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test sweep")
@@ -506,7 +516,7 @@ def sweep(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Frequency response (FRF) from a swept sine, linear or logarithmic.
 
     By local polynomials over the whole record.
@@ -539,6 +549,7 @@ def sweep(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test steps")
@@ -567,7 +578,7 @@ def steps(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Frequency response (FRF) from a stepped sine.
 
     The steps are found, and a sine is fitted to both channels in each. One recording with all steps, or one for each
@@ -600,6 +611,7 @@ def steps(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test shock")
@@ -618,7 +630,7 @@ def shock(
     nominal: str | None = None,
     nominal_peak: float | None = None,
     nominal_duration: float | None = None,
-    band: str | Sequence[float] = 20,
+    band: str | Sequence[float] = "20",
     velocity_band: float = 15,
     required_spectrum: Data | None = None,
     spectrum_band: str = "-1.5,3",
@@ -637,7 +649,7 @@ def shock(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Peak, duration, velocity change and response spectrum (SRS) of a shock.
 
     With reference=, the sensitivity of the output by peak, by integral and by spectrum (ISO 16063-13, -22), each with
@@ -682,6 +694,7 @@ def shock(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test step")
@@ -700,7 +713,7 @@ def step(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Step response: natural frequency, damping, rise time, overshoot, settling.
 
     Args:
@@ -719,6 +732,7 @@ def step(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test motion")
@@ -743,7 +757,7 @@ def motion(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Velocity, displacement, response spectrum, machine vibration of a record.
 
     Args:
@@ -768,6 +782,7 @@ def motion(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test model")
@@ -790,7 +805,7 @@ def model(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Fit a model (modes, delay, filters) to a frequency response.
 
     The response is a calibration.json or a table of points. A model that does not fit is reported. A table needs its
@@ -816,6 +831,7 @@ def model(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test levels")
@@ -831,7 +847,7 @@ def levels(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Linearity over the amplitude at one frequency.
 
     Sensitivity, amplitude coefficient, largest deviation from a straight line.
@@ -848,6 +864,7 @@ def levels(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("test deconvolve")
@@ -870,7 +887,7 @@ def deconvolve(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Acceleration behind an output, each sample with its uncertainty.
 
     The model is that of `proofmass test random|impact|sweep --model …` or `proofmass test model`, with its
@@ -898,3 +915,4 @@ def deconvolve(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError

@@ -71,7 +71,7 @@ def estimate(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Velocity with its uncertainty; slip, collisions and encoder ripple are reported.
 
     Without method= it is the Kalman filter. Its noise is found by maximum likelihood, its gains by comparison with
@@ -134,6 +134,7 @@ def estimate(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("velocity compare")
@@ -190,7 +191,7 @@ def compare(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Errors of many methods, against a reference velocity or the smoother.
 
     At any list of sampling rates. Without method=: differences, a fit and the integral of single sensors, two
@@ -260,6 +261,7 @@ def compare(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("velocity tune")
@@ -309,7 +311,7 @@ def tune(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Noise of both sensors and gains of every filter, from the recording alone.
 
     The noise is found by maximum likelihood. The gains are those whose velocity comes closest to the smoother's. With
@@ -372,6 +374,7 @@ def tune(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("velocity map")
@@ -423,7 +426,7 @@ def map(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Errors of the encoder that repeat every turn, such as those of an eccentric disc.
 
     They are found with the help of the accelerometer. A few turns in either direction, or there and back, suffice.
@@ -490,6 +493,7 @@ def map(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError
 
 
 @command("velocity drift")
@@ -511,7 +515,7 @@ def drift(
     force: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
-) -> Result:  # type: ignore[empty-body]
+) -> Result:
     """Drift of a velocity from an accelerometer alone; needs no recording.
 
     It is computed from the stated errors of the sensor. Known errors add up, uncertainties and noise widen the
@@ -535,3 +539,4 @@ def drift(
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
+    raise NotImplementedError

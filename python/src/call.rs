@@ -312,15 +312,15 @@ fn tell(listener: &Listener, watch: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
     }
 }
 
-/// Does a work that cannot be stopped beside the interpreter; a signal is not kept waiting by it.
+/// Does a work beside the interpreter that answers with a value; a signal stops it.
 pub(crate) fn beside<T: Send + 'static>(
     py: Python<'_>,
-    work: impl FnOnce() -> T + Send + 'static,
+    work: impl FnOnce(&dyn Watch) -> T + Send + 'static,
 ) -> PyResult<T> {
     let kept = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&kept);
-    let call = watched(py, None, move |_| {
-        let done = work();
+    let call = watched(py, None, move |listener| {
+        let done = work(listener.as_ref());
         answer
             .lock()
             .map(|mut answer| *answer = Some(done))

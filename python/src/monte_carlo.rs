@@ -22,10 +22,15 @@ impl Function {
     /// Values of the outputs for columns of inputs; the function is given their bytes and gives one buffer for each output.
     fn call(&self, py: Python<'_>, x: &[&[f64]], y: &mut [&mut [f64]]) -> PyResult<()> {
         let bytes = |column: &&[f64]| {
-            let bytes: Vec<u8> = column.iter().flat_map(|v| v.to_ne_bytes()).collect();
-            PyBytes::new(py, &bytes)
+            PyBytes::new_with(py, size_of_val(*column), |bytes| {
+                for (bytes, value) in bytes.chunks_exact_mut(size_of::<f64>()).zip(*column) {
+                    bytes.copy_from_slice(&value.to_ne_bytes());
+                }
+                Ok(())
+            })
         };
-        let columns = PyList::new(py, x.iter().map(bytes))?;
+        let columns = x.iter().map(bytes).collect::<PyResult<Vec<_>>>()?;
+        let columns = PyList::new(py, columns)?;
         let given = self.function.call1(py, (columns,))?;
         let given: Vec<Bound<'_, PyAny>> = given.extract(py)?;
         for (output, values) in y.iter_mut().zip(given) {

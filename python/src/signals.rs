@@ -3,7 +3,8 @@
 use crate::buffer::Numbers;
 use crate::call::beside;
 use crate::stored_result::refused;
-use proofmass::noise::{DeviationOptions, NoiseRecord, Statistic, Taus, deviation};
+use proofmass::jobs::{Unwatched, Watch};
+use proofmass::noise::{DeviationOptions, NoiseRecord, Statistic, Taus, deviation_watched};
 use proofmass::signal::sine::{Frequency, Residuals, SineApproximation, dominant_frequency};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -36,9 +37,12 @@ pub(crate) fn allan_deviation(
         probability,
         ..DeviationOptions::default()
     };
-    let work = move || deviation(NoiseRecord::Rate(&samples), rate, statistic, &options);
+    let work = move |watch: &dyn Watch| {
+        let record = NoiseRecord::Rate(&samples);
+        deviation_watched(record, rate, statistic, &options, watch)
+    };
     let curve = match short {
-        true => py.detach(work),
+        true => py.detach(|| work(&Unwatched)),
         false => beside(py, work)?,
     };
     let points = curve.map_err(refused)?.points.into_iter();

@@ -58,7 +58,7 @@ impl Uncertain {
         let number = Inner::new(cause, value, u).map_err(refused)?;
         let dof = DegreesOfFreedom::new(dof)
             .ok_or_else(|| PyValueError::new_err(format!("{dof} degrees of freedom are none")))?;
-        Ok(Self(number.dof(dof)))
+        finite(number.dof(dof))
     }
 
     /// The value.
@@ -145,8 +145,8 @@ impl Uncertain {
     }
 
     /// value(u) with its unit.
-    #[pyo3(signature = (unit = String::new()))]
-    fn text(&self, unit: String) -> String {
+    #[pyo3(signature = (unit = ""))]
+    fn text(&self, unit: &str) -> String {
         self.0.in_unit(unit).to_string()
     }
 
@@ -156,6 +156,15 @@ impl Uncertain {
 
     fn __repr__(&self) -> String {
         format!("<{}>", self.0)
+    }
+
+    /// `.2u` digits of u, `.3f` and its like for value and u alike, `S` behind it as value(u).
+    pub(crate) fn __format__(&self, py: Python<'_>, spec: &str) -> PyResult<String> {
+        if spec.is_empty() {
+            return Ok(self.__str__());
+        }
+        let own = py.import("proofmass._uncertain")?.getattr("formatted")?;
+        own.call1((self.value(), self.u(), spec))?.extract()
     }
 
     fn __reduce__<'py>(

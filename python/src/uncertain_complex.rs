@@ -49,6 +49,15 @@ fn checked(result: Inner) -> PyResult<UncertainComplex> {
 
 #[pymethods]
 impl UncertainComplex {
+    /// The parts in the format of a real number.
+    fn __format__(&self, py: Python<'_>, spec: &str) -> PyResult<String> {
+        if spec.is_empty() {
+            return Ok(self.__repr__());
+        }
+        let part = |part: &Part| Uncertain(part.clone()).__format__(py, spec);
+        Ok(format!("({})+({})j", part(&self.0.re)?, part(&self.0.im)?))
+    }
+
     #[staticmethod]
     fn new(re: &Bound<'_, Uncertain>, im: &Bound<'_, Uncertain>) -> Self {
         Self(Inner::new(re.get().0.clone(), im.get().0.clone()))

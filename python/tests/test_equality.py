@@ -68,10 +68,10 @@ def test_arrays_and_the_file_they_came_from(rest, tmp_path):
     np.save(tmp_path / "rest.npy", rest)
     array = quiet(proofmass.noise, rest, rate=100.0)
     file = quiet(proofmass.noise, tmp_path / "rest.npy", rate=100.0, unit="m/s²", columns=[1, 2, 3])
-    assert array.to_dict()["quantities"] == file.to_dict()["quantities"]
-    named = {f"column(:,{k + 1}) (m/s²)": rest[:, k] for k in range(3)}
+    assert [q.value for q in array.estimate.values()] == [q.value for q in file.estimate.values()]
+    named = {f"{axis} (m/s²)": rest[:, k] for k, axis in enumerate("xyz")}
     table = quiet(proofmass.noise, named, rate=100.0)
-    assert [q.value for q in table.estimate.values()] == [q.value for q in array.estimate.values()]
+    assert table.to_dict()["quantities"] == array.to_dict()["quantities"]
 
 
 def test_a_campaign_in_memory(examples):
@@ -94,6 +94,12 @@ def test_the_functions_are_those_of_the_commands():
     tool = ROOT / "python" / "tools" / "functions.py"
     done = subprocess.run([sys.executable, tool, "--check"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_every_function_is_offered():
+    from proofmass import _commands
+
+    assert set(_commands.__all__) < set(proofmass.__all__)
 
 
 def test_every_command_has_a_function():

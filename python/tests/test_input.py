@@ -96,6 +96,8 @@ def test_tables_of_others():
         (np.zeros(100, complex), RequestError, "complex"),
         (np.ma.masked_array(np.zeros(100), mask=np.arange(100) == 5), RequestError, "masked"),
         (np.lib.stride_tricks.as_strided(np.zeros(1), (2**33,), (0,)), RequestError, "less memory"),
+        (np.lib.stride_tricks.as_strided(np.zeros(2**16), (2**15, 2**15), (8, 8)), RequestError, "less memory"),
+        (None, RequestError, "None"),
         ({}, RequestError, "no columns"),
         ({"a": np.zeros(3), "b": np.zeros(4)}, RequestError, "4 values"),
         ({"a": np.zeros((3, 2))}, RequestError, "one dimension"),
@@ -206,6 +208,50 @@ def test_requests_as_json():
         proofmass.run({"job": "nothing"})
 
 
+def test_requests_of_commands(rest):
+    """The keywords of a function as JSON, its data beside them."""
+    asked = quiet(proofmass.run, {"command": "noise", "rate": 100.0, "terms": ["N", "B"]}, rest)
+    assert asked.to_dict()["quantities"] == noise(rest, rate=100.0, terms=["N", "B"]).to_dict()["quantities"]
+    assert proofmass.run({"command": "velocity drift", "noise_density": 1e-3}).kind == "velocity-drift"
+
+
+@pytest.mark.parametrize(
+    "request_, says",
+    [
+        ({"job": "uncertainty", "modell": {}}, "no key `modell`[^?]*did you mean `model`"),
+        ({"job": "velocity-drift", "ofset": 1.0}, "no key `ofset`"),
+        ({"job": "uncertainly"}, "did you mean `uncertainty`"),
+        ({"command": "nois"}, "did you mean 'noise'"),
+        ({"command": "noise", "rte": 1.0}, "did you mean 'rate'"),
+        ({"command": "noise", "job": "noise"}, "not both"),
+        ({"command": "noise"}, "missing"),
+        ([], "mapping"),
+    ],
+)
+def test_requests_that_are_none(request_, says):
+    with pytest.raises(RequestError, match=f"(?s){says}"):
+        proofmass.run(request_)
+
+
+def test_channels_of_an_array_have_names(rest):
+    def names(array, **options):
+        return {name.split(".")[0] for name in noise(array, rate=100.0, **options).estimate}
+
+    assert names(rest) == {"x", "y", "z"}
+    assert names(rest, columns=("a", "b", "c")) == {"a", "b", "c"}
+    assert names(rest, columns=(3, 1)) == {"x", "z"}
+    assert names(rest[:, 0], columns="axial") == {"axial"}
+    assert names(np.hstack([rest, rest * 2])) == {f"column{k + 1}" for k in range(6)}
+    with pytest.raises(RequestError, match="in this order"):
+        noise(rest, rate=100.0, columns="z,y,x")
+
+
+def test_a_topic_that_is_none(rest, tmp_path):
+    for topic in ("/imu0\nevil: 1", "", "a b", "#"):
+        with pytest.raises(RequestError, match="topic"):
+            noise(rest, rate=100.0, rostopic=topic, imu_yaml=tmp_path / "imu.yaml")
+
+
 def test_arrow_without_its_package():
     """Nulls are gaps, units stand in the metadata, text is left out."""
     pyarrow = pytest.importorskip("pyarrow")
@@ -247,6 +293,7 @@ def test_shapes_and_kinds():
     hypothesis = pytest.importorskip("hypothesis")
     from hypothesis import strategies as st
     from hypothesis.extra import numpy as hnp
+    from numpy.lib.recfunctions import structured_to_unstructured
 
     from proofmass._data import recording
 
@@ -267,8 +314,9 @@ def test_shapes_and_kinds():
             lent = recording(array, "array").lent
         except ProofmassError:
             return
-        back = np.load(io.BytesIO(lent[1] + bytes(lent[2])), allow_pickle=False)
-        assert back.shape == array.shape
+        records = np.load(io.BytesIO(lent[1] + bytes(lent[2])), allow_pickle=False)
+        back = structured_to_unstructured(records).reshape(array.shape)
+        assert len(records) == len(array)
         assert np.array_equal(back.astype(float), array.astype(float))
 
     every()

@@ -14,21 +14,60 @@ import proofmass
 
 LONG = """
 import signal, sys, threading, time, os
-import proofmass
+import numpy, proofmass
+data = numpy.random.default_rng(1).standard_normal(1_000_000)
 threading.Timer(0.6, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 began = time.monotonic()
 try:
-    proofmass.uncertainty(sys.argv[1], trials=100_000_000)
+    {work}
 except KeyboardInterrupt:
-    print(time.monotonic() - began)
+    took = time.monotonic() - began
+    time.sleep(1)
+    before = time.process_time()
+    time.sleep(0.5)
+    print(took, time.process_time() - before)
 """
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-def test_ctrl_c_ends_a_long_calculation(examples):
+@pytest.mark.parametrize(
+    "work",
+    [
+        "proofmass.uncertainty(sys.argv[1], trials=100_000_000)",
+        "proofmass.monte_carlo(lambda a: a * a, {'a': {'value': 1, 'u': 0.1}}, trials=100_000_000)",
+        "proofmass.noise(data, rate=100.0, taus='all')",
+        "proofmass.allan_deviation(data, 100.0, taus='all')",
+        "proofmass.allan_deviation(data, 100.0, taus='all', statistic='mdev')",
+        "proofmass.allan_deviation(data, 100.0, statistic='theo1')",
+        "proofmass.allan_deviation(data, 100.0, statistic='mtotdev')",
+    ],
+)
+def test_ctrl_c_ends_a_long_calculation(examples, work):
+    """It comes out within a second, and nothing goes on behind it."""
     model = examples / "uncertainty" / "end-gauge.toml"
-    done = subprocess.run([sys.executable, "-c", LONG, model], capture_output=True, text=True, check=True, timeout=120)
-    assert float(done.stdout) < 1.6, done.stdout
+    command = [sys.executable, "-c", LONG.format(work=work), model]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
+    took, spent = map(float, done.stdout.split())
+    assert took < 1.6, done.stdout
+    assert spent < 0.25, done.stdout
+
+
+PEAK = """
+import resource, numpy, proofmass
+data = numpy.random.default_rng(1).standard_normal(16_000_000)
+proofmass.noise(data[:2_000_000], rate=1000.0, stream=True)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+proofmass.noise(data, rate=1000.0, stream=True)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+def test_an_array_is_not_copied():
+    """The process grows by less than half of the 128 MB that it lends; `bench/src/python_costs.py` does it with a gigabyte."""
+    pytest.importorskip("resource")
+    command = [sys.executable, "-W", "ignore", "-c", PEAK]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    assert int(done.stdout) < 64 * 1024, done.stdout
 
 
 def test_a_watch_is_told_and_may_stop(examples):
@@ -119,6 +158,12 @@ def test_import_says_nothing():
         [sys.executable, "-X", "dev", "-W", "error", "-c", code], capture_output=True, text=True, check=True
     )
     assert done.stdout == done.stderr == ""
+
+
+def test_a_build_without_the_lock_is_told():
+    code = "import sys; sys.version = '3.13.0 experimental free-threading build'; import proofmass"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "not tested on free-threaded builds" in done.stderr
 
 
 def test_the_signal_handler_is_kept():

@@ -35,6 +35,8 @@ def test_a_sine():
     assert known.frequency_u is None and known.frequency == 16.01
     assert abs(known.modulus - 2) < 4 * known.modulus_u and abs(known.phase - 0.5) < 4 * known.phase_u
     assert abs(found.frequency - 16.01) < 4 * found.frequency_u
+    # Three parameters, and four where the frequency is found.
+    assert (known.dof, found.dof) == (997, 996)
     # u of an amplitude in white noise: σ √(2/n).
     assert known.modulus_u == pytest.approx(0.01 * np.sqrt(2 / 1000), rel=0.1)
 
@@ -63,3 +65,35 @@ def test_u_of_the_phase_where_the_frequency_is_found():
         found.append(proofmass.fit_sine(x, 1.0))
     u = np.mean([s.phase_u for s in found])
     assert np.std([s.phase for s in found]) == pytest.approx(u, rel=0.12)
+
+
+def test_scipy_agrees():
+    optimize = pytest.importorskip("scipy.optimize")
+    t = np.arange(2000) / 1000
+    x = 2 * np.cos(2 * np.pi * 16.01 * t + 0.5) + 0.1 + np.random.default_rng(1).normal(0, 0.01, t.size)
+    ours = proofmass.fit_sine(x, 1000.0)
+
+    def sine(t, f, a, b, c):
+        return a * np.cos(2 * np.pi * f * t) + b * np.sin(2 * np.pi * f * t) + c
+
+    found, covariance = optimize.curve_fit(sine, t, x, (16.0, 1.0, 1.0, 0.0), xtol=1e-14, ftol=1e-14)
+    # The search ends a thousandth of u from the minimum.
+    assert abs(found[0] - ours.frequency) < 2e-3 * ours.frequency_u
+    assert abs(found[1] - 1j * found[2] - ours.amplitude) < 5e-3 * ours.modulus_u
+    # Both take four degrees of freedom.
+    assert np.sqrt(covariance[0, 0]) == pytest.approx(ours.frequency_u, rel=1e-4)
+    assert np.allclose(np.sqrt(np.diag(covariance)[1:3]), np.sqrt(np.diag(ours.covariance)), rtol=1e-2)
+
+
+def test_filterpy_agrees():
+    """The velocity that white noise of an acceleration drifts: prediction of a filter without measurements."""
+    kalman = pytest.importorskip("filterpy.kalman")
+    density, step = 1e-3, 0.01
+    filter_ = kalman.KalmanFilter(dim_x=1, dim_z=1)
+    # One-sided density N: the variance of a velocity grows by N²/2 a second.
+    filter_.P, filter_.Q, filter_.F = np.zeros((1, 1)), np.array([[density**2 / 2 * step]]), np.eye(1)
+    table = proofmass.velocity.drift(noise_density=density).table("drift")
+    for seconds, u in zip(table["time_s"][:2], table["u_noise_m/s"][:2], strict=True):
+        while filter_.P[0, 0] < density**2 / 2 * (seconds - step / 2):
+            filter_.predict()
+        assert np.sqrt(filter_.P[0, 0]) == pytest.approx(u, rel=1e-9)

@@ -7,6 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
+import proofmass
 from proofmass import DataError, RequestError, UncertainArray, uarray, ufloat
 
 
@@ -238,3 +239,60 @@ def test_masks_are_refused():
         with pytest.raises(RequestError, match="masked"):
             call()
     assert uarray(3.0, 0.1).shape == () and uarray(3.0, 0.1)[()].u == 0.1
+
+
+@pytest.mark.parametrize(
+    "value, u, spec, text",
+    [
+        (1.23456, 0.00123, "", "1.2346(12)"),
+        (1.23456, 0.00123, ".2u", "1.2346±0.0012"),
+        (1.23456, 0.00123, ".1uS", "1.235(1)"),
+        (1.23456, 0.00123, ".3f", "1.235±0.001"),
+        (1.23456, 0.00123, ".3e", "1.235e+00±1.230e-03"),
+        (1.23456, 0.00123, "+.2u", "+1.2346±0.0012"),
+        (1.23456, 0.00123, ">20.2u", "       1.2346±0.0012"),
+        (1234.0, 123.0, ".2u", "1230±120"),
+        (12.3, 4.5, ".2uS", "12.3(4.5)"),
+        (123456789.0, 1234.0, ".2u", "(1.234568±0.000012)e+08"),
+        (1e-9, 1e-11, ".2uS", "1.000(10)e-09"),
+        (0.0, 0.0096, ".1u", "0.00±0.01"),
+        (2.5, 0.0, ".2u", "2.5±0"),
+    ],
+)
+def test_formats(value, u, spec, text):
+    assert f"{proofmass.ufloat(value, u):{spec}}" == text
+
+
+def test_formats_that_are_none():
+    for spec in (".0u", "d", ".2uQ", "abc"):
+        with pytest.raises(ValueError, match="format"):
+            format(proofmass.ufloat(1, 0.1), spec)
+    assert f"{proofmass.ucomplex(1 + 2j, (0.1, 0.2)):.2u}" == "(1.00±0.10)+(2.00±0.20)j"
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-100, 1e100, 1e300])
+def test_large_and_small_uncertainties(scale):
+    """Squares leave the range of numbers long before u does."""
+    sum_ = proofmass.ufloat(0, 3 * scale, dof=5) + proofmass.ufloat(0, 4 * scale, dof=9)
+    array = proofmass.uarray([0.0, 0.0], 3 * scale, dof=5) + proofmass.uarray([0.0, 0.0], 4 * scale, dof=9)
+    assert sum_.u == pytest.approx(5 * scale, rel=1e-12)
+    assert np.allclose(array.u / scale, 5, rtol=1e-12)
+    assert np.allclose(array.nu, sum_.nu, rtol=1e-12)
+
+
+def test_overflow_is_refused():
+    for call in (
+        lambda: proofmass.ufloat(1, 1e308) * 1e10,
+        lambda: proofmass.uarray([1.0], 1e308) * 1e10,
+        lambda: (proofmass.ufloat(1, 1.5e308) + proofmass.ufloat(1, 1.5e308)).u,
+        lambda: (proofmass.uarray([1.0], 1.5e308) + proofmass.uarray([1.0], 1.5e308)).u,
+        lambda: proofmass.allan_deviation(np.tile([1e308, -1e308], 50), 1.0),
+        lambda: proofmass.fit_sine(np.tile([1e308, -1e308, 0.0], 50), 1.0),
+    ):
+        with pytest.raises(ValueError, match="finite|number"):
+            call()
+
+
+def test_an_order_is_refused():
+    with pytest.raises(TypeError):
+        _ = proofmass.ufloat(1, 0.1) < proofmass.ufloat(2, 0.1)

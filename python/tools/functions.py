@@ -27,10 +27,10 @@ from proofmass._wording import in_keywords  # noqa: E402
 #: Commands whose answers are no result of their own.
 ANSWERS = {
     "init": "Path",
-    "plan": "Result | Path | None",
-    "apply": "dict[str, np.ndarray] | Path",
-    "export": "str | Path",
-    "filter": "str | Path",
+    "plan": "Result | Any",
+    "apply": "dict[str, np.ndarray] | Any",
+    "export": "str | Any",
+    "filter": "str | Any",
     "import": "Path | None",
     "convert": "Path",
     "inspect": "dict[str, Any]",
@@ -38,7 +38,7 @@ ANSWERS = {
     "explain": "Any",
     "verify": "dict[str, Any]",
     "keygen": "str",
-    "calibrate": "Result | list[Result]",
+    "calibrate": "Result | Any",
     **dict.fromkeys((words for words in descriptions() if words.startswith("simulate ")), "Path"),
 }
 GROUPS = {
@@ -59,7 +59,7 @@ from __future__ import annotations
 from ._result import Result
 from ._types import Data, Place, Watch
 
-__all__ = {names}
+{late}__all__ = {names}
 
 
 def __dir__() -> list[str]:
@@ -98,7 +98,8 @@ def default(argument: dict) -> str | None:
         return "False"
     if not values:
         return None if argument["required"] else "None"
-    if argument["kind"] in ("float", "int") and len(values) == 1 and not argument["delimiter"]:
+    single = len(values) == 1 and not argument["delimiter"] and argument["id"] not in NUMBERS
+    if argument["kind"] in ("float", "int") and single:
         return values[0]
     return json.dumps(",".join(values).strip(","), ensure_ascii=False)
 
@@ -183,18 +184,19 @@ def function(words: str, name: str) -> str:
     answer = ANSWERS.get(words, "Result")
     body = "\n\n".join(doc)
     return (
-        f'@command("{words}")\ndef {name}(\n' + "\n".join(lines) + f"\n) -> {answer}:  # type: ignore[empty-body]\n"
-        f'    """{body}\n    """\n'
+        f'@command("{words}")\ndef {name}(\n' + "\n".join(lines) + f"\n) -> {answer}:\n"
+        f'    """{body}\n    """\n    raise NotImplementedError\n'
     )
 
 
 #: What a function may need beside the package, and how that is told.
 IMPORTS = {
     "Sequence[": "from collections.abc import Sequence\n",
-    "Path": "from pathlib import Path\n",
     "Any": "from typing import Any\n\n",
     "np.": "import numpy as np\n\n",
 }
+#: What only types need, and takes long to begin.
+LATE = "if TYPE_CHECKING:\n    from pathlib import Path\n\n"
 
 
 def module(title: str, functions: dict[str, str]) -> str:
@@ -203,7 +205,16 @@ def module(title: str, functions: dict[str, str]) -> str:
     code = "".join(f"\n\n{function(words, name)}" for name, words in functions.items())
     needed = "".join(line for word, line in IMPORTS.items() if re.search(rf"\b{re.escape(word)}", code))
     needed = needed.rstrip("\n") + "\n\n"
-    return HEAD.format(title=title, names=names, imports=needed) + code
+    late = LATE if "Path" in code else ""
+    if late:
+        typing = (
+            "from typing import TYPE_CHECKING, Any"
+            if "typing import Any" in needed
+            else "from typing import TYPE_CHECKING"
+        )
+        needed = needed.replace("from typing import Any", typing)
+        needed = needed if "TYPE_CHECKING" in needed else f"{needed.strip()}\n{typing}\n\n".lstrip()
+    return HEAD.format(title=title, names=names, imports=needed, late=late) + code
 
 
 def modules() -> dict[str, str]:

@@ -54,13 +54,27 @@ pub struct ImuYaml {
 }
 
 impl ImuYaml {
+    /// Whether a text can be the name of a topic: letters, digits and `/ ~ _ - .`, no more than 255 of them.
+    pub fn is_topic(text: &str) -> bool {
+        let allowed = |c: char| c.is_ascii_alphanumeric() || "/~_-.".contains(c);
+        !text.is_empty() && text.len() <= 255 && text.chars().all(allowed)
+    }
+
+    /// The topic, in quotes where a stored one is no plain word.
+    fn topic(&self) -> String {
+        match Self::is_topic(&self.rostopic) {
+            true => self.rostopic.clone(),
+            false => serde_json::Value::from(self.rostopic.as_str()).to_string(),
+        }
+    }
+
     /// The flat file that Kalibr reads.
     pub fn to_text(&self) -> String {
         let mut text = String::from(
             "# Continuous-time noise densities; standard deviation of one sample = noise_density * sqrt(update_rate).\n",
         );
         self.sensors(&mut text, "");
-        let _ = writeln!(text, "rostopic: {}", self.rostopic);
+        let _ = writeln!(text, "rostopic: {}", self.topic());
         let _ = writeln!(text, "update_rate: {:?}", rounded(self.update_rate));
         text
     }
@@ -77,7 +91,7 @@ impl ImuYaml {
         }
         self.sensors(&mut text, "  ");
         text.push_str("  model: kalibr\n");
-        let _ = writeln!(text, "  rostopic: {}", self.rostopic);
+        let _ = writeln!(text, "  rostopic: {}", self.topic());
         text.push_str("  time_offset: 0.0\n");
         let _ = writeln!(text, "  update_rate: {:?}", rounded(self.update_rate));
         text

@@ -186,6 +186,19 @@ fn column_by(f: &mut fmt::Formatter<'_>, number: usize, heading: Option<&str>) -
     heading.map_or(Ok(()), |heading| write!(f, " {heading}"))
 }
 
+/// Two digits in plain decimals, without zeros behind the last one that counts.
+fn decimals(u: f64) -> String {
+    if !(u > 1e-8) {
+        return short(u);
+    }
+    let places = (1 - u.log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{u:.places$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words = if self.columns.len() == 1 {
@@ -266,7 +279,7 @@ impl fmt::Display for Reading {
             write!(f, "; between {from} s and {to} s")?;
         }
         if let Some(g) = &self.gravity {
-            let u = short(g.standard_uncertainty);
+            let u = decimals(g.standard_uncertainty);
             write!(f, "; g = {:.5} m/s², u = {u} m/s², {}", g.value, g.by)?;
         }
         Ok(())

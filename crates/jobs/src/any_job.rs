@@ -7,6 +7,7 @@ use crate::convert::{ConvertData, ConvertJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
 use crate::inspect::{InspectData, InspectJob};
+use crate::known_keys::known_keys;
 use crate::linearity::{LinearityData, LinearityJob};
 use crate::modes::{ModesData, ModesJob};
 use crate::motion::{MotionData, MotionJob};
@@ -37,6 +38,7 @@ use crate::velocity::{
 use crate::{Record, StoredResult};
 use proofmass_core::Watch;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 
 /// Declares the requests, the data each takes, and the dispatch between them.
 macro_rules! jobs {
@@ -126,6 +128,14 @@ macro_rules! jobs {
             Comparison(ComparisonData<'a>),
             /// An output and the model behind it.
             Deconvolution(DeconvolutionData<'a>),
+        }
+
+        /// The keys of the request of a kind, where they are known.
+        fn keys_of(kind: &str) -> Option<&'static [&'static str]> {
+            match kind {
+                $($kind => known_keys::<$job>(),)*
+                _ => None,
+            }
         }
 
         impl AnyJob {
@@ -267,6 +277,34 @@ jobs! {
     Deconvolution(DeconvolutionJob, DeconvolutionData, "deconvolution", |d| only!(d, Deconvolution)),
 }
 
+/// Refuses a key that the request of a kind does not have.
+fn unknown_key(given: &Map<String, Value>, kind: &str) -> Result<()> {
+    if !AnyJob::KINDS.contains(&kind) {
+        let near = proofmass_io::spelling::nearest(kind, AnyJob::KINDS.iter().copied());
+        let near = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
+        let all = AnyJob::KINDS.join(", ");
+        return Err(
+            Trouble::request(format!("there is no job of kind `{kind}`"))
+                .with_hint(format!("{near}`job` is one of {all}")),
+        );
+    }
+    let Some(keys) = keys_of(kind) else {
+        return Ok(());
+    };
+    let Some(unknown) = given
+        .keys()
+        .find(|k| *k != "job" && !keys.contains(&k.as_str()))
+    else {
+        return Ok(());
+    };
+    let near = proofmass_io::spelling::nearest(unknown, keys.iter().copied());
+    let near = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    Err(
+        Trouble::request(format!("a job of kind `{kind}` has no key `{unknown}`"))
+            .with_hint(format!("{near}its keys are {}", keys.join(", "))),
+    )
+}
+
 impl AnyJob {
     fn needs(&self, data: &str) -> Trouble {
         Trouble::request(format!(
@@ -282,8 +320,14 @@ impl AnyJob {
     /// Reads a request.
     ///
     /// # Errors
-    /// An unknown kind (with the known ones), a key or a value that the job does not have.
+    /// An unknown kind (with the known ones), a key or a value that the job does not have (with the nearest key).
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
+        let read = |bytes| serde_json::from_slice::<Map<String, Value>>(bytes);
+        if let Ok(given) = read(bytes)
+            && let Some(kind) = given.get("job").and_then(Value::as_str)
+        {
+            unknown_key(&given, kind)?;
+        }
         serde_json::from_slice(bytes).map_err(|e| {
             Trouble::request(format!("the request cannot be read: {e}"))
                 .with_hint(format!("`job` is one of {}", Self::KINDS.join(", ")))

@@ -25,6 +25,7 @@ pub mod firmware;
 pub mod free_living;
 pub mod frequency_response;
 pub mod inspect;
+mod known_keys;
 mod laboratory_table;
 pub mod linearity;
 pub mod modes;

@@ -15,6 +15,7 @@ pub use stream::NoiseStream;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
+use proofmass_io::ImuYaml;
 use proofmass_noise::{
     AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_beside_temperature,
 };
@@ -139,6 +140,12 @@ impl Job for NoiseJob {
     type Outcome = NoiseOutcome;
 
     fn evaluate(&self, data: &NoiseData<'_>, watch: &dyn Watch) -> Result<NoiseOutcome> {
+        if !ImuYaml::is_topic(&self.rostopic) {
+            return Err(
+                Trouble::request(format!("{:?} is the name of no topic", self.rostopic))
+                    .with_hint("letters, digits and / ~ _ - . are allowed, such as /imu0"),
+            );
+        }
         match &data.samples {
             NoiseSamples::Slices {
                 channels,

@@ -1,13 +1,14 @@
 //! The whole noise analysis of a record at rest: curve, density, coefficients, and what to doubt.
 
-use crate::channel_analysis::{Steps, analyse_channel};
+use crate::channel_analysis::analyse_channel;
 use crate::findings;
 use crate::record::check_count;
+use crate::separation::separated;
+use crate::steps::Steps;
 use crate::{
     CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
     Disturbance, DynamicWindow, FitOptions, FitRecord, FittedPoint, Gaps, InUnit, JointInfluence,
     KalmanNoise, RecordGap, RobustFit, Sensor, SeparatedPoint, StateSpace, Statistic, Term, gaps,
-    separated_deviations,
 };
 use proofmass_core::{Error, Unwatched, Watch};
 use proofmass_signal::{Density, Detrend, Trend, clock};
@@ -292,9 +293,16 @@ pub fn analyse_beside_temperature(
             run.0 - rows.0 + lost
         })
         .collect();
-    let separated = separate(&rates[..channels.len()], &chosen, sample_rate, options)?;
-    let steps = Steps::new(watch, channels.len());
-    steps.none()?;
+    // Four steps for each channel.
+    let steps = Steps::new(watch, "noise of the channels", 4 * channels.len() as u64);
+    steps.check()?;
+    let separated = separate(
+        &rates[..channels.len()],
+        &chosen,
+        sample_rate,
+        options,
+        &steps,
+    )?;
     let channels = channels
         .par_iter()
         .map(|c| {
@@ -331,6 +339,7 @@ fn separate(
     chosen: &[(usize, usize)],
     sample_rate: f64,
     options: &AnalysisOptions,
+    steps: &Steps<'_>,
 ) -> Result<Vec<SeparatedPoint>, Error> {
     if !options.separate {
         return Ok(Vec::new());
@@ -350,7 +359,7 @@ fn separate(
             });
         }
     };
-    separated_deviations(three, sample_rate, &options.deviation)
+    separated(three, sample_rate, &options.deviation, steps)
 }
 
 fn gap_finding(gaps: &[RecordGap], used: &[(usize, usize)], total: usize, policy: Gaps) -> Finding {

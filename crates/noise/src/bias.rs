@@ -1,5 +1,6 @@
 //! Known biases of the total family and of THEO1, relative to the Allan (Hadamard, modified) variance.
 
+use crate::steps::Steps;
 use crate::{NoiseType, Statistic, theo};
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +70,6 @@ pub(crate) fn ratio(statistic: Statistic, noise: NoiseType, m: usize, phase_poin
 }
 
 /// The ratio that joins THEO1 to the Allan variance of the same record, inverted as [`ratio`] is.
-pub(crate) fn record_ratio(phase: &[f64]) -> Option<f64> {
-    theo::record_bias(phase).map(|ratio| 1.0 / ratio)
+pub(crate) fn record_ratio(phase: &[f64], steps: &Steps<'_>) -> Option<f64> {
+    theo::record_bias(phase, steps).map(|ratio| 1.0 / ratio)
 }

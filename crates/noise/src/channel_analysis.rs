@@ -7,47 +7,19 @@ use crate::deviation::curve_of;
 use crate::disturbance_findings::disturbance_findings;
 use crate::dynamic::windows_of;
 use crate::findings;
+use crate::steps::Steps;
 use crate::temperature_effect::Temperature;
 use crate::{
     AnalysisOptions, ChannelAnalysis, CoefficientFit, FitRecord, NoiseChannel, NoiseRecord,
     SpectrumPoint, TermUnits, chi_square_interval, consistency, converter, converter_traces,
     disturbances, in_units, joint_influence, kalman_noise, robust_fit, state_space, whittle_record,
 };
-use proofmass_core::{Error, Watch};
+use proofmass_core::Error;
 use proofmass_signal::{Detrend, Trend, Welch};
 use proofmass_uncertainty::{Figure, Finding};
-use std::sync::{Mutex, PoisonError};
 
 /// Cosines in one point of the spectrum, at least.
 const TOGETHER: f64 = 3.0;
-
-/// How far the channels are, four steps each.
-pub(crate) struct Steps<'a> {
-    watch: &'a dyn Watch,
-    of: u64,
-    done: Mutex<u64>,
-}
-
-impl<'a> Steps<'a> {
-    pub(crate) fn new(watch: &'a dyn Watch, channels: usize) -> Self {
-        Self {
-            watch,
-            of: 4 * channels as u64,
-            done: Mutex::new(0),
-        }
-    }
-
-    /// Says that it begins.
-    pub(crate) fn none(&self) -> Result<(), Error> {
-        self.watch.step("noise of the channels", 0, self.of)
-    }
-
-    fn one(&self) -> Result<(), Error> {
-        let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
-        *done += 1;
-        self.watch.step("noise of the channels", *done, self.of)
-    }
-}
 
 /// Everything about one channel from its stretches, which begin at known places on the sampling clock.
 pub(crate) fn analyse_channel(
@@ -144,6 +116,7 @@ pub(crate) fn analyse_channel(
         sample_rate,
         options,
         &mut result,
+        steps,
     )?;
     // What follows the temperature is neither noise nor a disturbance.
     let prepared = freed.unwrap_or(prepared);
@@ -154,6 +127,7 @@ pub(crate) fn analyse_channel(
             sample_rate,
             options.windows,
             &options.deviation,
+            steps,
         )?;
     }
     steps.one()?;
@@ -278,6 +252,7 @@ fn curves(
     sample_rate: f64,
     options: &AnalysisOptions,
     result: &mut ChannelAnalysis,
+    steps: &Steps<'_>,
 ) -> Result<(), Error> {
     fn rates<'a>(stretches: &[&'a [f64]]) -> Vec<NoiseRecord<'a>> {
         stretches.iter().map(|s| NoiseRecord::Rate(s)).collect()
@@ -294,6 +269,7 @@ fn curves(
             statistic,
             &options.deviation,
             model.as_ref(),
+            steps,
         )
     };
     let main = curve(&records, options.statistic)?;

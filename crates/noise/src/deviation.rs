@@ -6,11 +6,12 @@ use crate::noise_type::{self, NoiseBasis};
 use crate::overlapping::{overlapping, overlapping_family};
 use crate::phase::Phase;
 use crate::record::NoiseRecord;
+use crate::steps::Steps;
 use crate::{
     Bias, EdfFormula, NoiseType, Statistic, Taus, allan, chi_square_interval, equivalent_dof,
     hadamard, theo, time_error, total,
 };
-use proofmass_core::Error;
+use proofmass_core::{Error, Watch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -117,6 +118,31 @@ pub fn deviation(
     deviation_stretches(&[record], sample_rate, statistic, options)
 }
 
+/// [`deviation`] with an onlooker who may stop it: every averaging time of a long record takes its time.
+///
+/// **Errors** as [`deviation`], and [`Error::Cancelled`].
+///
+/// ```
+/// use proofmass_core::Unwatched;
+/// use proofmass_noise::{DeviationOptions, NoiseRecord, Statistic, deviation_watched};
+///
+/// let rate = [892.0, 809.0, 823.0, 798.0, 671.0, 644.0, 883.0, 903.0, 677.0];
+/// let (record, options) = (NoiseRecord::Rate(&rate), DeviationOptions::default());
+/// let curve = deviation_watched(record, 1.0, Statistic::OverlappingAllan, &options, &Unwatched)?;
+/// assert!((curve.points[0].deviation - 91.22945).abs() < 5e-6);
+/// # Ok::<(), proofmass_core::Error>(())
+/// ```
+pub fn deviation_watched(
+    record: NoiseRecord<'_>,
+    sample_rate: f64,
+    statistic: Statistic,
+    options: &DeviationOptions,
+    watch: &dyn Watch,
+) -> Result<DeviationCurve, Error> {
+    let steps = Steps::new(watch, "stability of the signal", 0);
+    curve_of(&[record], sample_rate, statistic, options, None, &steps)
+}
+
 /// The overlapping Allan deviation of a signal, a point to every octave of the averaging time.
 ///
 /// **Units** `sampling_rate` in Hz; the deviation in the unit of the samples.
@@ -152,7 +178,8 @@ pub fn deviation_stretches(
     statistic: Statistic,
     options: &DeviationOptions,
 ) -> Result<DeviationCurve, Error> {
-    curve_of(records, sample_rate, statistic, options, None)
+    let steps = Steps::unwatched();
+    curve_of(records, sample_rate, statistic, options, None, &steps)
 }
 
 /// The curve, with the degrees of freedom of a model already known.
@@ -162,6 +189,7 @@ pub(crate) fn curve_of(
     statistic: Statistic,
     options: &DeviationOptions,
     known: Option<&CurveModel>,
+    steps: &Steps<'_>,
 ) -> Result<DeviationCurve, Error> {
     proofmass_core::check::probability(options.probability)?;
     let several = records.len() > 1;
@@ -188,12 +216,12 @@ pub(crate) fn curve_of(
     let n = longest.len();
     let factors = options.taus.factors(statistic, n, sample_rate)?;
     if statistic == Statistic::TheoHybrid {
-        return hybrid(records, sample_rate, &factors, n, options, known);
+        return hybrid(records, sample_rate, &factors, n, options, known, steps);
     }
     let parts: Vec<Squares> = phases
         .iter()
-        .map(|phase| Squares::of(phase, statistic, &factors, options.bias))
-        .collect();
+        .map(|phase| Squares::of(phase, statistic, &factors, options.bias, steps))
+        .collect::<Result<_, Error>>()?;
     phases.iter().try_for_each(Phase::check_finite)?;
     let lengths: Vec<usize> = phases.iter().map(|p| p.len() - 1).collect();
     // A noise type that is given needs no model; otherwise the model gives the degrees of freedom of every τ.
@@ -202,12 +230,14 @@ pub(crate) fn curve_of(
         (None, None) => CurveModel::fit(&phases, sample_rate),
     };
     let model = known.or(fitted.as_ref());
-    let noises = identify(longest, statistic, &factors, options.noise, model);
+    steps.check()?;
+    let noises = identify(longest, statistic, &factors, options.noise, model, steps)?;
     let points = factors
         .par_iter()
         .enumerate()
         .zip(noises)
         .map(|((index, &m), (noise, basis))| {
+            steps.check()?;
             let (mut sum, mut terms, mut largest) = (0.0, 0, 0.0_f64);
             for part in &parts {
                 if let Some((square, count)) = part.squares[index] {
@@ -245,7 +275,7 @@ pub(crate) fn curve_of(
                 }
                 _ => equivalent_dof(statistic, noise, m, n, options.edf),
             };
-            DeviationPoint {
+            Ok(DeviationPoint {
                 factor: m,
                 tau,
                 deviation,
@@ -255,9 +285,9 @@ pub(crate) fn curve_of(
                 edf,
                 interval: edf
                     .and_then(|edf| chi_square_interval(deviation, edf, options.probability)),
-            }
+            })
         })
-        .collect();
+        .collect::<Result<_, Error>>()?;
     Ok(DeviationCurve {
         statistic,
         sample_rate,
@@ -277,6 +307,7 @@ fn hybrid(
     phase_points: usize,
     options: &DeviationOptions,
     known: Option<&CurveModel>,
+    steps: &Steps<'_>,
 ) -> Result<DeviationCurve, Error> {
     let last = (phase_points - 1) / 5;
     let short: Vec<usize> = factors.iter().copied().filter(|m| *m <= last).collect();
@@ -296,7 +327,7 @@ fn hybrid(
             bias,
             ..options.clone()
         };
-        curve_of(records, sample_rate, statistic, &options, known).map(|c| c.points)
+        curve_of(records, sample_rate, statistic, &options, known, steps).map(|c| c.points)
     };
     let mut points = of(Statistic::OverlappingAllan, short, options.bias)?;
     points.extend(of(Statistic::Theo1, long, Bias::FromRecord)?);
@@ -317,36 +348,51 @@ struct Squares {
 }
 
 impl Squares {
-    fn of(phase: &Phase<'_>, statistic: Statistic, factors: &[usize], bias: Bias) -> Self {
+    fn of(
+        phase: &Phase<'_>,
+        statistic: Statistic,
+        factors: &[usize],
+        bias: Bias,
+        steps: &Steps<'_>,
+    ) -> Result<Self, Error> {
         let (min, max) = statistic.factor_range(phase.len());
         let fits = |m: &usize| (min..=max).contains(m);
         let possible: Vec<usize> = factors.iter().copied().filter(fits).collect();
         let mut ratio = None;
         let found: Vec<_> = match statistic {
-            Statistic::OverlappingAllan => overlapping_family(phase, &possible),
+            Statistic::OverlappingAllan => overlapping_family(phase, &possible, steps),
             _ => {
                 let points = phase.to_vec();
                 if statistic == Statistic::Theo1 && bias == Bias::FromRecord {
-                    ratio = bias::record_ratio(&points);
+                    ratio = bias::record_ratio(&points, steps);
                 }
                 possible
                     .par_iter()
-                    .map(|&m| mean_square(&points, statistic, m))
+                    .map(|&m| match steps.goes_on() {
+                        true => mean_square(&points, statistic, m, steps),
+                        false => (f64::NAN, 1),
+                    })
                     .collect()
             }
         };
+        steps.check()?;
         let mut found = found.into_iter();
-        Self {
+        Ok(Self {
             squares: factors
                 .iter()
                 .map(|m| if fits(m) { found.next() } else { None })
                 .collect(),
             ratio,
-        }
+        })
     }
 }
 
-fn mean_square(phase: &[f64], statistic: Statistic, m: usize) -> allan::MeanSquare {
+fn mean_square(
+    phase: &[f64],
+    statistic: Statistic,
+    m: usize,
+    steps: &Steps<'_>,
+) -> allan::MeanSquare {
     match statistic {
         Statistic::Allan => allan::allan(phase, m),
         Statistic::OverlappingAllan | Statistic::TheoHybrid => overlapping(phase, m),
@@ -354,9 +400,9 @@ fn mean_square(phase: &[f64], statistic: Statistic, m: usize) -> allan::MeanSqua
         Statistic::Hadamard => hadamard::hadamard(phase, m),
         Statistic::OverlappingHadamard => hadamard::overlapping(phase, m),
         Statistic::Total => total::total(phase, m),
-        Statistic::ModifiedTotal | Statistic::TimeTotal => total::modified_total(phase, m),
-        Statistic::HadamardTotal => total::hadamard_total(phase, m),
-        Statistic::Theo1 => theo::theo1(phase, m),
+        Statistic::ModifiedTotal | Statistic::TimeTotal => total::modified_total(phase, m, steps),
+        Statistic::HadamardTotal => total::hadamard_total(phase, m, steps),
+        Statistic::Theo1 => theo::theo1(phase, m, steps),
         Statistic::Parabolic => time_error::parabolic(phase, m),
         Statistic::TimeIntervalError => time_error::interval_error(phase, m),
         Statistic::MaximumTimeIntervalError => time_error::maximum_interval_error(phase, m),
@@ -371,9 +417,10 @@ fn identify(
     factors: &[usize],
     given: Option<NoiseType>,
     model: Option<&CurveModel>,
-) -> Vec<(NoiseType, NoiseBasis)> {
+    steps: &Steps<'_>,
+) -> Result<Vec<(NoiseType, NoiseBasis)>, Error> {
     if let Some(noise) = given {
-        return vec![(noise, NoiseBasis::Given); factors.len()];
+        return Ok(vec![(noise, NoiseBasis::Given); factors.len()]);
     }
     let most_differences = match statistic {
         Statistic::Hadamard | Statistic::OverlappingHadamard | Statistic::HadamardTotal => 3,
@@ -386,10 +433,13 @@ fn identify(
     };
     factors
         .par_iter()
-        .map(|&m| match (at(m), model) {
-            (Some(noise), _) => (noise, NoiseBasis::Identified),
-            (None, Some(model)) => (model.dominating(statistic, m), NoiseBasis::Model),
-            (None, None) => (NoiseType::White, NoiseBasis::Assumed),
+        .map(|&m| {
+            steps.check()?;
+            Ok(match (at(m), model) {
+                (Some(noise), _) => (noise, NoiseBasis::Identified),
+                (None, Some(model)) => (model.dominating(statistic, m), NoiseBasis::Model),
+                (None, None) => (NoiseType::White, NoiseBasis::Assumed),
+            })
         })
         .collect()
 }

@@ -5,6 +5,7 @@ use crate::converter::{converter_step, difference_scatter};
 use crate::overlapping::overlapping_family;
 use crate::phase::Phase;
 use crate::record::{NoiseRecord, check_count, check_finite, check_sample_rate};
+use crate::steps::Steps;
 use crate::whittle::refuse_constant;
 use proofmass_core::Error;
 use proofmass_uncertainty::normal_quantile;
@@ -100,7 +101,7 @@ pub fn disturbances(
         .map(|k| 1 << k)
         .take_while(|m| 10 * m < rate.len())
         .collect();
-    let whole = overlapping_family(&phase, &factors);
+    let whole = overlapping_family(&phase, &factors, &Steps::unwatched());
     let points = phase.to_vec();
     for d in &mut merged {
         weigh(d, &points, &factors, &whole);

@@ -1,6 +1,7 @@
 //! The Allan deviation over time: one curve of each of several windows.
 
 use crate::deviation::curve_of;
+use crate::steps::Steps;
 use crate::{DeviationCurve, DeviationOptions, NoiseRecord, Statistic, Taus};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
@@ -46,7 +47,14 @@ pub fn dynamic_deviation(
     windows: usize,
     options: &DeviationOptions,
 ) -> Result<Vec<DynamicWindow>, Error> {
-    windows_of(&[rate], &[0], sample_rate, windows, options)
+    windows_of(
+        &[rate],
+        &[0],
+        sample_rate,
+        windows,
+        options,
+        &Steps::unwatched(),
+    )
 }
 
 /// [`dynamic_deviation`] of stretches that begin at `starts` on the sampling clock; a window that holds too little of them is left out.
@@ -56,6 +64,7 @@ pub(crate) fn windows_of(
     sample_rate: f64,
     windows: usize,
     options: &DeviationOptions,
+    steps: &Steps<'_>,
 ) -> Result<Vec<DynamicWindow>, Error> {
     crate::record::check_sample_rate(sample_rate)?;
     if windows > MOST {
@@ -100,6 +109,7 @@ pub(crate) fn windows_of(
             Statistic::OverlappingAllan,
             &options,
             None,
+            steps,
         )?;
         all.push(DynamicWindow {
             from: (from - begin) as f64 / sample_rate,

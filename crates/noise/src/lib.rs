@@ -86,6 +86,7 @@ mod slow_sinusoid;
 mod spectrum_bins;
 mod state_space;
 mod statistic;
+mod steps;
 mod streaming;
 mod taus;
 mod temperature_effect;
@@ -112,7 +113,7 @@ pub use consistency::{ConsistencyPoint, FittedPoint, consistency};
 pub use converter::{ConverterTrace, converter_traces};
 pub use deviation::{
     DeviationCurve, DeviationOptions, DeviationPoint, allan_deviation, deviation,
-    deviation_stretches,
+    deviation_stretches, deviation_watched,
 };
 pub use disturbance::{
     Disturbance, DisturbanceKind, JointInfluence, disturbances, joint_influence,

@@ -2,6 +2,7 @@
 
 use crate::allan::{MeanSquare, scaled};
 use crate::phase::{Kept, Phase, STEP};
+use crate::steps::Steps;
 use rayon::prelude::*;
 
 /// Starts visited for every averaging time before the next: 8 kB of phase stay in the first-level cache.
@@ -12,6 +13,12 @@ const NEAR: usize = 1 << 14;
 
 /// Starts that one task walks through.
 const TASK: usize = 1 << 18;
+
+/// Factors beyond which an onlooker is asked at every block.
+const MANY: usize = 64;
+
+/// Factors that are taken from the whole phase before an onlooker is asked again.
+const TOGETHER: usize = 1 << 14;
 
 /// Columns of a tall block.
 const COLUMNS: usize = 256;
@@ -29,7 +36,11 @@ const SHORTEST_ROW: usize = 1 << 12;
 /// Blocks have a fixed size and are summed in order: the result does not depend on the number of threads.
 ///
 /// **Source** `[SP1065] eq. 14`.
-pub(crate) fn overlapping_family(phase: &Phase<'_>, factors: &[usize]) -> Vec<MeanSquare> {
+pub(crate) fn overlapping_family(
+    phase: &Phase<'_>,
+    factors: &[usize],
+    steps: &Steps<'_>,
+) -> Vec<MeanSquare> {
     let near: Vec<usize> = factors.iter().copied().filter(|m| *m <= NEAR).collect();
     let far: Vec<usize> = factors.iter().copied().filter(|m| *m > NEAR).collect();
     let row = far.iter().fold(0, |a, m| greatest_common_divisor(a, *m));
@@ -38,13 +49,13 @@ pub(crate) fn overlapping_family(phase: &Phase<'_>, factors: &[usize]) -> Vec<Me
         phase.kept();
     }
     let (near_sums, far_sums) = (
-        sliding(phase, &near),
+        sliding(phase, &near, steps),
         if far.is_empty() {
             Vec::new()
         } else if row >= SHORTEST_ROW {
-            tall(phase, &far, row)
+            tall(phase, &far, row, steps)
         } else {
-            whole(&phase.to_vec(), &far)
+            whole(&phase.to_vec(), &far, steps)
         },
     );
     let (mut near_sums, mut far_sums) = (near_sums.into_iter(), far_sums.into_iter());
@@ -71,7 +82,7 @@ fn greatest_common_divisor(a: usize, b: usize) -> usize {
 }
 
 /// Sums of squares from a window of the phase that slides over the record.
-fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
+fn sliding(phase: &Phase<'_>, factors: &[usize], steps: &Steps<'_>) -> Vec<f64> {
     let Some(&longest) = factors.iter().max() else {
         return Vec::new();
     };
@@ -98,7 +109,13 @@ fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
         let mut at = begin;
         loop {
             let last = (at + step).min(end);
+            if !steps.goes_on() {
+                break (sums, points.kept, points.x);
+            }
             for sub in (at..last).step_by(SUB_BLOCK) {
+                if factors.len() > MANY && !steps.goes_on() {
+                    break;
+                }
                 let starts = SUB_BLOCK.min(last - sub);
                 accumulate(&mut sums, &window[sub - at..], factors, starts);
             }
@@ -113,7 +130,7 @@ fn sliding(phase: &Phase<'_>, factors: &[usize]) -> Vec<f64> {
         }
     };
     let partial: Vec<_> = (0..tasks).into_par_iter().map(walk).collect();
-    if unread {
+    if unread && steps.goes_on() {
         keep(phase, &partial);
     }
     in_order(partial.iter().map(|(sums, ..)| sums), factors.len())
@@ -166,7 +183,7 @@ fn keep(phase: &Phase<'_>, tasks: &[Walked]) {
 }
 
 /// Sums of squares from a few columns at a time of the record in rows; every factor is a multiple of `row`.
-fn tall(phase: &Phase<'_>, factors: &[usize], row: usize) -> Vec<f64> {
+fn tall(phase: &Phase<'_>, factors: &[usize], row: usize, steps: &Steps<'_>) -> Vec<f64> {
     let n = phase.len();
     let partial = (0..row.div_ceil(COLUMNS))
         .into_par_iter()
@@ -185,6 +202,9 @@ fn tall(phase: &Phase<'_>, factors: &[usize], row: usize) -> Vec<f64> {
             let shifts: Vec<usize> = factors.iter().map(|m| m / row * width).collect();
             let mut sums = vec![0.0; factors.len()];
             for sub in (0..points).step_by(SUB_BLOCK) {
+                if (factors.len() > MANY || sub % (64 * SUB_BLOCK) == 0) && !steps.goes_on() {
+                    break;
+                }
                 accumulate(&mut sums, &block[sub..points], &shifts, SUB_BLOCK);
             }
             sums
@@ -220,12 +240,17 @@ impl Aligned {
 }
 
 /// Sums of squares from the phase as a whole.
-fn whole(x: &[f64], factors: &[usize]) -> Vec<f64> {
+fn whole(x: &[f64], factors: &[usize], steps: &Steps<'_>) -> Vec<f64> {
     let partial = (0..x.len().div_ceil(SUB_BLOCK))
         .into_par_iter()
         .map(|block| {
             let mut sums = vec![0.0; factors.len()];
-            accumulate(&mut sums, &x[block * SUB_BLOCK..], factors, SUB_BLOCK);
+            for (sums, factors) in sums.chunks_mut(TOGETHER).zip(factors.chunks(TOGETHER)) {
+                if !steps.goes_on() {
+                    break;
+                }
+                accumulate(sums, &x[block * SUB_BLOCK..], factors, SUB_BLOCK);
+            }
             sums
         })
         .collect::<Vec<_>>();
@@ -349,7 +374,10 @@ fn add_square(sum: &mut f64, a: f64, b: f64, c: f64) {
 /// One factor of a phase that is at hand.
 pub(crate) fn overlapping(x: &[f64], m: usize) -> MeanSquare {
     let terms = x.len() - 2 * m;
-    (scaled(whole(x, &[m])[0], terms, m), terms)
+    (
+        scaled(whole(x, &[m], &Steps::unwatched())[0], terms, m),
+        terms,
+    )
 }
 
 #[cfg(test)]
@@ -389,7 +417,7 @@ mod tests {
                 .collect();
             let unread = Phase::unread(record, 1.0).unwrap();
             for phase in [&known, &unread] {
-                let family = overlapping_family(phase, &factors);
+                let family = overlapping_family(phase, &factors, &Steps::unwatched());
                 for ((&m, (found, terms)), expected) in factors.iter().zip(family).zip(&expected) {
                     assert_eq!(terms, x.len() - 2 * m);
                     assert!(
@@ -415,7 +443,7 @@ mod tests {
             let mut rate = vec![1.0; 300_031];
             rate[place] = f64::NAN;
             let phase = Phase::unread(NoiseRecord::Rate(&rate), 1.0).unwrap();
-            overlapping_family(&phase, &[1, 2, 4, 65_536]);
+            overlapping_family(&phase, &[1, 2, 4, 65_536], &Steps::unwatched());
             let refused = phase.check_finite().unwrap_err();
             assert!(matches!(
                 refused,

@@ -1,6 +1,8 @@
 //! The noise of each of three sensors (or clocks) that see the same: what they share cancels.
 
-use crate::{DeviationOptions, NoiseRecord, Statistic, deviation, groslambert_covariance};
+use crate::deviation::curve_of;
+use crate::steps::Steps;
+use crate::{DeviationOptions, NoiseRecord, Statistic, groslambert_covariance};
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -34,13 +36,23 @@ impl SeparatedPoint {
 ///
 /// The standard uncertainty is √((σ₁₂² σ₁₃² + σ₁⁴)/ν), ν the degrees of freedom of σ₁₂² at that τ.
 ///
-/// **Units** rates in U at `sample_rate` in Hz; variances in U². **Errors** as [`deviation`]; [`Error::Length`] for records of different
+/// **Units** rates in U at `sample_rate` in Hz; variances in U². **Errors** as [`deviation`](crate::deviation); [`Error::Length`] for records of different
 /// length. **Accuracy** variances within four of their uncertainties (`law_three_sensors_are_separated`).
 /// **Source** `[Groslambert1981]`, `[SP1065] 10.13`.
 pub fn separated_deviations(
     rates: [&[f64]; 3],
     sample_rate: f64,
     options: &DeviationOptions,
+) -> Result<Vec<SeparatedPoint>, Error> {
+    separated(rates, sample_rate, options, &Steps::unwatched())
+}
+
+/// [`separated_deviations`] that may be stopped.
+pub(crate) fn separated(
+    rates: [&[f64]; 3],
+    sample_rate: f64,
+    options: &DeviationOptions,
+    steps: &Steps<'_>,
 ) -> Result<Vec<SeparatedPoint>, Error> {
     for rate in rates {
         if rate.len() != rates[0].len() {
@@ -55,11 +67,13 @@ pub fn separated_deviations(
         rates[a].iter().zip(rates[b]).map(|(x, y)| x - y).collect()
     };
     let pairs = [difference(0, 1), difference(0, 2), difference(1, 2)];
-    let curve = deviation(
-        NoiseRecord::Rate(&pairs[0]),
+    let curve = curve_of(
+        &[NoiseRecord::Rate(&pairs[0])],
         sample_rate,
         Statistic::OverlappingAllan,
         options,
+        None,
+        steps,
     )?;
     let phases = pairs.map(|d| {
         let mut x = vec![0.0];
@@ -74,6 +88,7 @@ pub fn separated_deviations(
         .points
         .iter()
         .map(|p| {
+            steps.check()?;
             let shared = |a: usize, b: usize| {
                 groslambert_covariance(&phases[a], &phases[b], p.factor, sample_rate)
             };

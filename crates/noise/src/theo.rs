@@ -2,7 +2,12 @@
 
 use crate::allan::MeanSquare;
 use crate::overlapping::overlapping;
+use crate::steps::Steps;
 use rayon::prelude::*;
+
+/// Terms of one distance beyond which an onlooker is asked at each, else at every so many.
+const LONG: usize = 1 << 12;
+const ASKED: usize = 64;
 
 /// Ratios of THEO1 and the Allan variance that are averaged: all of them up to 1200 phase points.
 const MOST_RATIOS: usize = 200;
@@ -11,12 +16,15 @@ const MOST_RATIOS: usize = 200;
 /// ((x_i − x_{i−δ+m/2}) + (x_{i+m} − x_{i+δ+m/2}))², m even.
 ///
 /// **Source** `[SP1065] eq. 30`.
-pub(crate) fn theo1(x: &[f64], m: usize) -> MeanSquare {
+pub(crate) fn theo1(x: &[f64], m: usize, steps: &Steps<'_>) -> MeanSquare {
     let half = m / 2;
     let starts = x.len() - m;
     let sum: f64 = (0..half)
         .into_par_iter()
         .map(|delta| {
+            if (starts > LONG || delta % ASKED == 0) && !steps.goes_on() {
+                return f64::NAN;
+            }
             let near = &x[half - delta..half - delta + starts];
             let far = &x[half + delta..half + delta + starts];
             let sum: f64 = x[..starts]
@@ -43,7 +51,7 @@ pub(crate) fn theo1(x: &[f64], m: usize) -> MeanSquare {
 /// Of a long record no more than 200 of the k, evenly spaced.
 ///
 /// `None` for records too short for one ratio. **Source** `[SP1065] eq. 33`.
-pub(crate) fn record_bias(x: &[f64]) -> Option<f64> {
+pub(crate) fn record_bias(x: &[f64], steps: &Steps<'_>) -> Option<f64> {
     let last = (x.len() / 6).checked_sub(3)?;
     if x.len() < 30 {
         return None;
@@ -52,7 +60,10 @@ pub(crate) fn record_bias(x: &[f64]) -> Option<f64> {
     let ratios = last / stride + 1;
     let sum: f64 = (0..=last)
         .step_by(stride)
-        .map(|k| overlapping(x, 9 + 3 * k).0 / theo1(x, 12 + 4 * k).0)
+        .map(|k| match steps.goes_on() {
+            true => overlapping(x, 9 + 3 * k).0 / theo1(x, 12 + 4 * k, steps).0,
+            false => f64::NAN,
+        })
         .sum();
     let ratio = sum / ratios as f64;
     ratio.is_finite().then_some(ratio)

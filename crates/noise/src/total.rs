@@ -1,6 +1,7 @@
 //! Total variances: the record, or each piece of it, extended by reflection.
 
 use crate::allan::MeanSquare;
+use crate::steps::Steps;
 use rayon::prelude::*;
 
 /// TOTVAR: σ² = 1/(2 m² (N − 2)) Σ_{i=2}^{N−1} (x*_{i−m} − 2 x*_i + x*_{i+m})², x* the record extended on
@@ -34,8 +35,8 @@ pub(crate) fn total(x: &[f64], m: usize) -> MeanSquare {
 /// slope and extended to 9m points by even reflection.
 ///
 /// **Source** `[SP1065] eq. 27`, with the slope from the means of the two halves.
-pub(crate) fn modified_total(x: &[f64], m: usize) -> MeanSquare {
-    let (mean, terms) = mean_over_pieces(x, m);
+pub(crate) fn modified_total(x: &[f64], m: usize, steps: &Steps<'_>) -> MeanSquare {
+    let (mean, terms) = mean_over_pieces(x, m, steps);
     let m = m as f64;
     (mean / (2.0 * m * m), terms)
 }
@@ -43,12 +44,12 @@ pub(crate) fn modified_total(x: &[f64], m: usize) -> MeanSquare {
 /// HTOTVAR: the same construction on the rate, scaled as a Hadamard variance.
 ///
 /// At m = 1 it is the Hadamard variance by definition. **Source** `[SP1065] eq. 29`.
-pub(crate) fn hadamard_total(x: &[f64], m: usize) -> MeanSquare {
+pub(crate) fn hadamard_total(x: &[f64], m: usize, steps: &Steps<'_>) -> MeanSquare {
     if m == 1 {
         return crate::hadamard::overlapping(x, 1);
     }
     let rate: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
-    let (mean, terms) = mean_over_pieces(&rate, m);
+    let (mean, terms) = mean_over_pieces(&rate, m, steps);
     (mean / 6.0, terms)
 }
 
@@ -59,7 +60,7 @@ pub(crate) fn hadamard_total(x: &[f64], m: usize) -> MeanSquare {
 /// difference P_{j+3m} − 3 P_{j+2m} + 3 P_{j+m} − P_j: four loads instead of 3m. The extension is symmetric about
 /// either end of the piece, so the squares at j and 3m − j agree, and those at 3m + i and 6m − i; the 3m
 /// positions from ⌈3m/2⌉ on stand for all. Work is O(m) per piece; a direct evaluation takes O(m²).
-fn mean_over_pieces(x: &[f64], m: usize) -> MeanSquare {
+fn mean_over_pieces(x: &[f64], m: usize, steps: &Steps<'_>) -> MeanSquare {
     let pieces = x.len() + 1 - 3 * m;
     // Batches large enough to be worth a task and independent of the number of threads.
     let batch = (200_000 / (6 * m)).max(1);
@@ -68,6 +69,9 @@ fn mean_over_pieces(x: &[f64], m: usize) -> MeanSquare {
         .into_par_iter()
         .with_min_len(1)
         .map(|b| {
+            if !steps.goes_on() {
+                return f64::NAN;
+            }
             let mut running = vec![0.0; 6 * m + 1];
             (b * batch..((b + 1) * batch).min(pieces))
                 .map(|i| piece(&x[i..i + 3 * m], m, &mut running))

@@ -35,7 +35,7 @@ pub enum Frequency {
 /// Where the covariance of an amplitude comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Residuals {
-    /// Residuals are taken as white: σ² (ΦᵀΦ)⁻¹ with all N − p degrees of freedom.
+    /// Residuals are taken as white: σ² (ΦᵀΦ)⁻¹ with all N − p degrees of freedom; a common frequency counts among the p.
     White,
     /// Only the residuals in the bins beside the drive frequency count: right for noise of any colour.
     Coloured,
@@ -341,6 +341,11 @@ impl SineApproximation {
                 });
             }
         }
+        if self.frequency == Frequency::Common && self.residuals == Residuals::White {
+            // The frequency is a parameter too: the channels share its degree of freedom as they share what is known of it.
+            state.lost = state.shares(&state.weights());
+            (_, information) = state.frequency_step(&state.weights());
+        }
         let hertz = sampling_frequency / TAU;
         let fit = SineFit {
             frequency: omega * hertz,
@@ -430,6 +435,7 @@ impl SineApproximation {
             fitted,
             residues,
             residuals: self.residuals,
+            lost: vec![0.0; channels.len()],
             left: OnceCell::new(),
         })
     }
@@ -443,6 +449,8 @@ struct State {
     fitted: Vec<Coefficients>,
     residues: Vec<Residue>,
     residuals: Residuals,
+    /// Degrees of freedom of each channel that a common frequency took.
+    lost: Vec<f64>,
     /// Of a short record, once it is asked for.
     left: OnceCell<short::Left>,
 }
@@ -480,12 +488,17 @@ impl Coefficients {
 
 impl State {
     fn variance(&self, channel: usize) -> f64 {
-        let n = self.tables.samples as f64;
         let fit = &self.fitted[channel];
         let size = fit.offset.abs() + fit.amplitudes[0].norm();
         // Rounding of the samples themselves: an exact record is not infinitely sure.
         let floor = (f64::EPSILON * size).powi(2).max(f64::MIN_POSITIVE);
-        (self.residues[channel].power / (n - self.basis.terms().len() as f64)).max(floor)
+        (self.residues[channel].power / self.dof(channel)).max(floor)
+    }
+
+    /// Degrees of freedom of the residuals of a channel.
+    fn dof(&self, channel: usize) -> f64 {
+        let parameters = self.basis.terms().len() as f64 + self.lost[channel];
+        self.tables.samples as f64 - parameters
     }
 
     /// Whether the bins beside the drive are those of offset and mirror too.
@@ -555,18 +568,33 @@ impl State {
             .collect()
     }
 
+    /// What each channel says of the frequency, with the linear parameters projected out.
+    fn informations(&self, weights: &[f64]) -> Vec<f64> {
+        (0..weights.len())
+            .map(|channel| {
+                let (slope, cross) = (self.slope(channel), self.cross(channel));
+                let square = self.basis.inner(&slope, &slope);
+                weights[channel] * (square - (cross.transpose() * &self.inverse * &cross)[(0, 0)])
+            })
+            .collect()
+    }
+
+    /// The part of each channel in what is known of the frequency.
+    fn shares(&self, weights: &[f64]) -> Vec<f64> {
+        let informations = self.informations(weights);
+        let total: f64 = informations.iter().sum();
+        informations.iter().map(|i| i / total).collect()
+    }
+
     /// Gauss–Newton step of the angular frequency (rad per sample) and the information about it, with the
     /// linear parameters projected out.
     fn frequency_step(&self, weights: &[f64]) -> (f64, f64) {
         let (mut gradient, mut information) = (0.0, 0.0);
-        for (channel, &weight) in weights.iter().enumerate() {
+        for (channel, own) in self.informations(weights).into_iter().enumerate() {
             let slope = self.slope(channel);
-            let cross = self.cross(channel);
-            let square = self.basis.inner(&slope, &slope);
-            let projected = square - (cross.transpose() * &self.inverse * &cross)[(0, 0)];
             let along = (slope.coefficient * self.residues[channel].weighted[0].conj()).re;
-            gradient += weight * along;
-            information += weight * projected;
+            gradient += weights[channel] * along;
+            information += own;
         }
         (gradient / information, information)
     }
@@ -584,7 +612,7 @@ impl State {
                         let q = &self.inverse;
                         // X = a − j b for x = a cos + b sin.
                         let covariance = [v * q[(c, c)], -v * q[(c, s)], v * q[(s, s)]];
-                        (covariance, n - self.basis.terms().len() as f64)
+                        (covariance, self.dof(channel))
                     }
                     Residuals::Coloured => self.coloured(channel),
                 };

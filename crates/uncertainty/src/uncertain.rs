@@ -228,20 +228,31 @@ impl Uncertain {
 
     /// Standard uncertainty.
     pub fn standard_uncertainty(&self) -> f64 {
-        self.causes
-            .values()
-            .map(|c| c.contribution.powi(2))
-            .sum::<f64>()
-            .sqrt()
+        let causes = || self.causes.values().map(|c| c.contribution);
+        let square: f64 = causes().map(|c| c.powi(2)).sum();
+        if square.is_nan() || (1e-280..1e280).contains(&square) {
+            return square.sqrt();
+        }
+        // Squares leave the range of numbers long before their root does.
+        let scale = causes().fold(0.0, |a: f64, c| a.max(c.abs()));
+        match scale > 0.0 && scale.is_finite() {
+            true => scale * causes().map(|c| (c / scale).powi(2)).sum::<f64>().sqrt(),
+            false => scale,
+        }
     }
 
     /// Effective degrees of freedom.
     pub fn effective_dof(&self) -> DegreesOfFreedom {
         let mut groups: BTreeMap<&str, (f64, DegreesOfFreedom)> = BTreeMap::new();
+        // Fourth powers are to stay within the range of numbers.
+        let scale = match self.standard_uncertainty() {
+            u if (1e-60..1e60).contains(&u) || u == 0.0 => 1.0,
+            u => u,
+        };
         for (name, cause) in &self.causes {
             let key = cause.ensemble.as_deref().unwrap_or(name);
             let group = groups.entry(key).or_insert((0.0, cause.dof));
-            group.0 += cause.contribution.powi(2);
+            group.0 += (cause.contribution / scale).powi(2);
         }
         let parts: Vec<_> = groups.values().map(|(v, nu)| (v.sqrt(), *nu)).collect();
         welch_satterthwaite(&parts)
@@ -258,8 +269,18 @@ impl Uncertain {
 
     /// Correlation coefficient; `None` where one of them is exact.
     pub fn correlation(&self, other: &Self) -> Option<f64> {
-        let scale = self.standard_uncertainty() * other.standard_uncertainty();
-        (scale > 0.0).then(|| (self.covariance(other) / scale).clamp(-1.0, 1.0))
+        let (ours, theirs) = (self.standard_uncertainty(), other.standard_uncertainty());
+        let scale = ours * theirs;
+        if (1e-280..1e280).contains(&scale) {
+            return Some((self.covariance(other) / scale).clamp(-1.0, 1.0));
+        }
+        (ours > 0.0 && theirs > 0.0).then(|| {
+            let common = self.causes.iter().filter_map(|(name, cause)| {
+                let other = other.causes.get(name)?;
+                Some(cause.contribution / ours * (other.contribution / theirs))
+            });
+            common.sum::<f64>().clamp(-1.0, 1.0)
+        })
     }
 
     /// The number with its unit, as it prints itself.

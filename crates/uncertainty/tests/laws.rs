@@ -765,3 +765,21 @@ fn known_rounding_noise_of_a_sensitivity_is_zero_in_budgets() {
     assert_eq!(sensitivity("large"), 1e-12);
     assert_eq!(line("large").contribution, 1e-3);
 }
+
+/// u, degrees of freedom and correlation of contributions whose squares or fourth powers are no numbers any more.
+#[test]
+fn law_large_and_small_contributions_have_the_same_u() {
+    use proofmass_uncertainty::{DegreesOfFreedom, Uncertain};
+    for scale in [1e-300, 1e-100, 1.0, 1e100, 1e300] {
+        let number = |name: &str, u: f64, nu: f64| {
+            let number = Uncertain::new(name, 0.0, u * scale).unwrap();
+            number.dof(DegreesOfFreedom::new(nu).unwrap())
+        };
+        let (a, b) = (number("a", 3.0, 5.0), number("b", 4.0, 9.0));
+        let sum = &a + &b;
+        assert!((sum.standard_uncertainty() / (5.0 * scale) - 1.0).abs() < 1e-12);
+        let nu = 625.0 / (81.0 / 5.0 + 256.0 / 9.0);
+        assert!((sum.effective_dof().get() / nu - 1.0).abs() < 1e-12);
+        assert!((sum.correlation(&a).unwrap() - 0.6).abs() < 1e-12);
+    }
+}

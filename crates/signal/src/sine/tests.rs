@@ -291,3 +291,38 @@ fn law_hum_beside_a_harmonic_stops_nothing() {
         }
     }
 }
+
+/// Mean, over short records, of σ² as the covariance of a fit has it: that of a known frequency takes three degrees of freedom,
+/// that of a found one four, shared by the channels that show it.
+#[test]
+fn law_a_found_frequency_takes_a_degree_of_freedom() {
+    let (n, omega, sigma) = (16, 1.0, 0.05);
+    for (frequency, amplitudes, expected) in [
+        (Frequency::Known, vec![1.0], 13.0),
+        (Frequency::Common, vec![1.0], 12.0),
+        (Frequency::Common, vec![1.0, 1.0], 12.5),
+        (Frequency::Common, vec![1.0, 1e-6], 12.0),
+    ] {
+        let (mut dof, mut power) = (0.0, 0.0);
+        let trials = 4000;
+        for seed in 0..trials {
+            let mut noise = gaussian(9000 + seed, sigma);
+            let channels: Vec<Vec<f64>> = amplitudes
+                .iter()
+                .map(|&a| record(n, omega, &mut noise, &[(a, 0.4)]))
+                .collect();
+            let views: Vec<&[f64]> = channels.iter().map(Vec::as_slice).collect();
+            let fit = SineApproximation::new(omega / TAU)
+                .frequency(frequency)
+                .residuals(Residuals::White)
+                .fit(1.0, &views)
+                .unwrap();
+            let c = &fit.channels[0];
+            dof += c.dof / trials as f64;
+            power += n as f64 * c.residual_rms * c.residual_rms / c.dof / trials as f64;
+        }
+        assert!((dof - expected).abs() < 0.05, "{dof}, {expected}");
+        // χ² with 12 degrees of freedom, 4000 times: standard deviation 0.65 %, four of them.
+        assert!((power / (sigma * sigma) - 1.0).abs() < 0.026, "{power:e}");
+    }
+}
