@@ -10,11 +10,12 @@ use proofmass_io::{LARGEST_DOCUMENT, MANIFEST, Manifest, Software, Source};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Memory, RESULT, Result, StoredResult, Trouble, Unwatched};
 use proofmass_uncertainty::En;
+use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
 
 /// What a check found.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Check {
     /// Entries in the chain.
@@ -192,7 +193,8 @@ fn shown(value: &Value) -> String {
 }
 
 /// What came of computing a result again.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Recomputed {
     /// The same version of the program gave the same bytes.
@@ -217,7 +219,7 @@ pub enum Recomputed {
 }
 
 /// A quantity, stored and computed again.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Difference {
     /// Name of the quantity.

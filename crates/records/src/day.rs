@@ -36,6 +36,25 @@ pub fn date_of(day: i64) -> String {
     time.split('T').next().unwrap_or_default().to_owned()
 }
 
+/// Days as dates in JSON.
+pub(crate) mod as_date {
+    use super::date_of;
+    use serde::{Serialize, Serializer};
+
+    pub(crate) fn one<S: Serializer>(day: &i64, to: S) -> Result<S::Ok, S::Error> {
+        date_of(*day).serialize(to)
+    }
+
+    pub(crate) fn option<S: Serializer>(day: &Option<i64>, to: S) -> Result<S::Ok, S::Error> {
+        day.map(date_of).serialize(to)
+    }
+
+    pub(crate) fn pair<S: Serializer>(days: &[i64; 2], to: S) -> Result<S::Ok, S::Error> {
+        days.map(|day| (day > -1_000_000).then(|| date_of(day)))
+            .serialize(to)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

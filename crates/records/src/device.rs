@@ -1,12 +1,14 @@
 //! Devices: found by what people call them.
 
+use crate::day::as_date;
 use crate::engine::Value;
 use crate::entry::{Content, FiledDevice, spelling};
 use crate::ledger::Records;
 use proofmass_jobs::{Result, Trouble};
+use serde::Serialize;
 
 /// A device in a list.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DeviceRow {
     /// Its number here.
@@ -20,8 +22,10 @@ pub struct DeviceRow {
     /// Calibrations that count.
     pub results: i64,
     /// Day of the last one, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::option")]
     pub last: Option<i64>,
     /// Day on which it is due, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::option")]
     pub due: Option<i64>,
 }
 

@@ -1,5 +1,6 @@
 //! When devices are due, by the rule that was stated, with its evidence.
 
+use crate::day::as_date;
 use crate::day::date_of;
 use crate::engine::{Engine, Value};
 use crate::entry::{Content, FiledRule};
@@ -7,9 +8,10 @@ use crate::history::{self, Series};
 use crate::ledger::{Records, read_entry};
 use proofmass_jobs::Result;
 use proofmass_static::static_test::{Drift, DriftQuestion};
+use serde::Serialize;
 
 /// A device that is due, or will be.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Due {
     /// The device.
@@ -17,8 +19,10 @@ pub struct Due {
     /// Maker, type and serial number.
     pub name: String,
     /// Day of its last calibration, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::one")]
     pub last: i64,
     /// Day on which it is due, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::one")]
     pub day: i64,
     /// The rule, with what it rests on.
     pub evidence: String,

@@ -1,17 +1,19 @@
 //! Every quantity of a device over time: drift, jumps, limits.
 
+use crate::day::as_date;
 use crate::day::date_of;
 use crate::engine::{Engine, Value};
 use crate::ledger::Records;
 use proofmass_jobs::{Result, Trouble};
 use proofmass_static::static_test::{DatedValue, Drift, DriftQuestion, Jump};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding};
+use serde::Serialize;
 
 /// Coverage probability of what is found over time.
 const PROBABILITY: f64 = 0.95;
 
 /// One quantity of a device over time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Series {
     /// Name of the quantity.
@@ -23,12 +25,13 @@ pub struct Series {
 }
 
 /// A calibration in a history.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Point {
     /// The result.
     pub result: i64,
     /// Days from 1970-01-01.
+    #[serde(serialize_with = "as_date::one")]
     pub day: i64,
     /// Value.
     pub value: f64,
@@ -43,7 +46,7 @@ pub struct Point {
 }
 
 /// What is found of a quantity over time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct History {
     /// All calibrations that count.

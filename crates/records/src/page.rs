@@ -30,13 +30,13 @@ fn short(sha256: &str) -> String {
     }
 }
 
-/// Every device, with what is overdue.
+/// Every device, or the standards alone, with what is overdue.
 ///
 /// # Errors
 /// The database refuses, or `today` is no date.
-pub fn list(records: &mut Records, today: &str) -> Result<Report> {
+pub fn list(records: &mut Records, standards_alone: bool, today: &str) -> Result<Report> {
     let day = day_of(today)?;
-    let devices = records.devices(false)?;
+    let devices = records.devices(standards_alone)?;
     let over = devices
         .iter()
         .filter(|d| d.due.is_some_and(|due| due < day))
@@ -701,7 +701,7 @@ pub fn write(records: &mut Records, sink: &dyn Sink, today: &str) -> Result<()> 
         sink.write(&name, html::render(&page)?.into_bytes())?;
         Ok(())
     };
-    let mut index = list(records, today)?;
+    let mut index = list(records, false, today)?;
     index = index.section(Section::new("Pages").paragraph(
         "due.html has what is due; device-N.html has the device or standard with the number N.",
     ));

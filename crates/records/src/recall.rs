@@ -1,14 +1,16 @@
 //! Forward: what rests on a standard.
 
+use crate::day::as_date;
 use crate::day::date_of;
 use crate::engine::{Engine, Value};
 use crate::filing::name_of;
 use crate::ledger::Records;
 use proofmass_jobs::{Result, Trouble};
+use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What rests on a standard within a time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Recall {
     /// The standard.
@@ -16,6 +18,7 @@ pub struct Recall {
     /// Its name.
     pub name: String,
     /// First and last day, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::pair")]
     pub days: [i64; 2],
     /// Why it begins there.
     pub since: String,
@@ -24,7 +27,7 @@ pub struct Recall {
 }
 
 /// A result that rests on the standard.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Recalled {
     /// The result.
@@ -36,6 +39,7 @@ pub struct Recalled {
     /// Name of the device.
     pub name: String,
     /// Day, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::one")]
     pub day: i64,
     /// Whether another has taken its place already.
     pub superseded: bool,
@@ -49,7 +53,7 @@ pub struct Recalled {
 }
 
 /// What an error of the standard does to a quantity.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RecalledEffect {
     /// The quantity.

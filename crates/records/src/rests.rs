@@ -3,10 +3,11 @@
 use crate::engine::Engine;
 use crate::ledger::Records;
 use proofmass_jobs::Result;
+use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// A file or certificate that something rests on.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Rest {
     /// How many results lie between: 0 for an input of the result itself.

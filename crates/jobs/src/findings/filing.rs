@@ -27,7 +27,7 @@ findings! {
         "serial-spelled-otherwise", [Decision],
         what "the serial number {serial} is that of another device in another spelling",
         evidence "device {device} has the serial number {known}",
-        advice "if they are one device, file the result with --device of the known one; else say so with --new-device";
+        advice "if they are one device, file the result again with --device, --supersedes and --reason; if not, nothing is to be done (--new-device says so at once)";
 
     /// The reference of a result is no standard of these records.
     standard_not_named(result: &str) =

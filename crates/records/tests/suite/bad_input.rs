@@ -121,8 +121,8 @@ fn law_text_stays_text() {
         let source = proofmass_jobs::Store::open(&tables.into_memory(), "devices.csv").unwrap();
         let (bytes, _) = source.into_bytes(1 << 20).unwrap();
         assert!(String::from_utf8(bytes).unwrap().contains("'=1+1"));
-        let html =
-            proofmass_report::html::render(&page::list(&mut records, TODAY).unwrap()).unwrap();
+        let html = proofmass_report::html::render(&page::list(&mut records, false, TODAY).unwrap())
+            .unwrap();
         assert!(!html.contains("<script>alert"));
         assert!(records.check().unwrap().is_whole());
     });
