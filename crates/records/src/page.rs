@@ -51,7 +51,7 @@ pub fn list(records: &mut Records, standards_alone: bool, today: &str) -> Result
             "{} devices and standards on {today}",
             devices.len()
         ))
-        .verdict(verdict)
+        .question(verdict)
         .section(
             Section::new("Devices")
                 .table(device_table(&devices, day))
@@ -106,7 +106,7 @@ pub fn due(records: &mut Records, today: &str, within: i64) -> Result<Report> {
     let table = Table::of("", fields, &due).file("due.csv");
     Ok(Report::new("Due")
         .subtitle(format!("within {within} days of {today}"))
-        .verdict(format!("{} due, {over} of them overdue.", due.len()))
+        .question(format!("{} due, {over} of them overdue.", due.len()))
         .section(Section::new("Due").table(table).summarised()))
 }
 
@@ -133,7 +133,7 @@ pub fn device(records: &mut Records, device: i64, today: &str) -> Result<Report>
         "Device"
     };
     let mut page = Report::new(format!("{what} {}", filed.line()))
-        .verdict(verdict)
+        .question(verdict)
         .meta("number", device.to_string());
     for (label, text) in [
         ("owner's number", &filed.owner_number),
@@ -367,7 +367,7 @@ pub fn result(records: &mut Records, result: i64) -> Result<Report> {
     if let Some(number) = &filed.number {
         page = page.meta("certificate", number.clone());
     }
-    page = page.verdict(match records.superseded(result)? {
+    page = page.question(match records.superseded(result)? {
         Some((Some(new), reason)) => format!("Superseded by result {new}: {reason}."),
         Some((None, reason)) => format!("It no longer counts: {reason}."),
         None => "It counts.".to_owned(),
@@ -458,7 +458,7 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
         charts = charts.figure(format!("Control chart of {}", h.series.name), chart(h));
     }
     let page = Report::new(format!("History of {name}"))
-        .verdict(match drifting {
+        .question(match drifting {
             0 => "No drift is larger than its U.".to_owned(),
             1 => "The drift of one quantity is larger than its U.".to_owned(),
             n => format!("The drifts of {n} quantities are larger than their U."),
@@ -588,8 +588,8 @@ pub fn recall(recall: &Recall) -> Report {
     });
     let mut page = Report::new(format!("What rests on {}", recall.name))
         .subtitle(format!("from {from} to {to}, since {}", recall.since))
-        .verdict(format!(
-            "{} results of {} devices, {certificates} with a certificate number.",
+        .question(format!(
+            "Results: {}; devices: {}; certificates with a number: {certificates}.",
             recall.results.len(),
             devices.len()
         ))
@@ -629,7 +629,7 @@ pub fn check(check: &Check) -> Report {
         section = section.paragraph(line.clone());
     }
     let page = Report::new("Check of the records")
-        .verdict(match check.damage.len() {
+        .question(match check.damage.len() {
             0 => format!(
                 "The records are whole: {} entries, {} files, {} signatures.",
                 check.entries, check.files, check.signatures
@@ -671,23 +671,23 @@ pub fn recomputed(result: i64, found: &Recomputed) -> Report {
             .summarised()
     };
     match found {
-        Recomputed::Same => page.verdict("The same version gives the same bytes."),
+        Recomputed::Same => page.question("The same version gives the same bytes."),
         Recomputed::Differs { quantities } => page
-            .verdict("The same version gives OTHER bytes.")
+            .question("The same version gives OTHER bytes.")
             .section(table(quantities)),
         Recomputed::OtherVersion {
             version,
             quantities,
         } => {
             let beyond = quantities.iter().filter(|d| !d.is_within()).count();
-            page.verdict(format!(
+            page.question(format!(
                 "Computed by {version}; {beyond} of {} quantities now differ by more than their U.",
                 quantities.len()
             ))
             .section(table(quantities))
         }
         Recomputed::NotPossible { why } => {
-            page.verdict(format!("It cannot be computed again: {why}."))
+            page.question(format!("It cannot be computed again: {why}."))
         }
     }
 }

@@ -71,7 +71,8 @@ impl Records {
     /// results that were the reference of others. `error` is the relative error of the standard.
     ///
     /// The effect on a quantity is error/u · c, with the relative standard uncertainty u of the certificate that was used and the part c
-    /// of the uncertainty that the stored budget gives to the reference: the sensitivity of the result to the standard.
+    /// of the uncertainty that the stored budget gives to the reference: the sensitivity of the result to the standard. A relative error
+    /// turns no phase.
     ///
     /// # Errors
     /// The database refuses.
@@ -215,7 +216,7 @@ fn recalled(
         &[result.into()],
     )?;
     let quantities = engine.rows(
-        "SELECT name, unit, u_standard, expanded FROM quantity WHERE result = ?1 AND u_standard IS NOT NULL ORDER BY place",
+        "SELECT name, unit, u_standard, expanded FROM quantity WHERE result = ?1 AND u_standard IS NOT NULL AND unit <> 'rad' ORDER BY place",
         &[result.into()],
     )?;
     if quantities.is_empty() {
