@@ -427,8 +427,8 @@ mod tests {
         let calls = calls("docs/tasks.md");
         assert_eq!(
             calls.len(),
-            25,
-            "twenty-two tasks, a picture, and two calls with a file"
+            30,
+            "twenty-six tasks, a picture, a certificate, and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))
