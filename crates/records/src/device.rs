@@ -81,7 +81,7 @@ impl Records {
             "SELECT entry, manufacturer, model, serial, owner_number FROM device WHERE serial = ?1 OR owner_number = ?1 ORDER BY entry",
             &[called.into()],
         )?;
-        let mut found: Vec<(i64, String)> = rows.iter().map(named).collect();
+        let mut found: Vec<(i64, String)> = rows.iter().map(|row| named(row)).collect();
         if found.is_empty()
             && let Ok(number) = number.parse::<i64>()
         {
@@ -89,7 +89,7 @@ impl Records {
                 "SELECT entry, manufacturer, model, serial, owner_number FROM device WHERE entry = ?1",
                 &[number.into()],
             )?;
-            found = rows.iter().map(named).collect();
+            found = rows.iter().map(|row| named(row)).collect();
         }
         if found.is_empty() {
             // The end of the words is the serial number.
@@ -98,7 +98,7 @@ impl Records {
                 "SELECT entry, manufacturer, model, serial, owner_number FROM device WHERE serial = ?1 OR spelling = ?2 ORDER BY entry",
                 &[last.into(), (&spelling(called)).into()],
             )?;
-            found = rows.iter().map(named).collect();
+            found = rows.iter().map(|row| named(row)).collect();
             if found.len() > 1 {
                 let exact: Vec<_> = found
                     .iter()
@@ -134,6 +134,6 @@ impl Records {
     }
 }
 
-fn named(row: &Vec<Value>) -> (i64, String) {
+fn named(row: &[Value]) -> (i64, String) {
     (row[0].integer().unwrap_or_default(), line(&row[1..5]))
 }

@@ -302,6 +302,9 @@ fn rests_table(rests: &[Rest]) -> Table {
     Table::of("", fields, rests).file("rests_on.csv")
 }
 
+/// A quantity, its limits, and what they say: whether it is accepted, and the probability of conformity.
+type Judged = (FiledQuantity, [f64; 2], Option<(bool, f64)>);
+
 fn limits(records: &mut Records, device: i64, result: i64) -> Result<Option<Table>> {
     let Some(rule) = records.rule_of(device)? else {
         return Ok(None);
@@ -309,7 +312,7 @@ fn limits(records: &mut Records, device: i64, result: i64) -> Result<Option<Tabl
     let Content::Result(filed) = records.entry(result)?.content else {
         return Ok(None);
     };
-    let mut rows: Vec<(FiledQuantity, [f64; 2], Option<(bool, f64)>)> = Vec::new();
+    let mut rows: Vec<Judged> = Vec::new();
     for tolerance in &rule.tolerances {
         let named = filed
             .quantities
@@ -322,7 +325,6 @@ fn limits(records: &mut Records, device: i64, result: i64) -> Result<Option<Tabl
     if rows.is_empty() {
         return Ok(None);
     }
-    type Judged = (FiledQuantity, [f64; 2], Option<(bool, f64)>);
     let fields = [
         Field::shown("quantity", "", |r: &Judged| r.0.name.as_str().into()),
         Field::shown("value", "", |r: &Judged| {

@@ -186,8 +186,13 @@ fn refuse_network_share(path: &Path) -> Result<()> {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
             _ => Path::new("."),
         };
-        if let Ok(system) = rustix::fs::statfs(folder)
-            && NETWORK.contains(&(system.f_type as i64 & 0xffff_ffff))
+        #[allow(
+            clippy::unnecessary_cast,
+            reason = "its type is not the same on every processor"
+        )]
+        let kind = rustix::fs::statfs(folder).map(|system| system.f_type as i64 & 0xffff_ffff);
+        if let Ok(kind) = kind
+            && NETWORK.contains(&kind)
         {
             return Err(Trouble::request(format!("{} lies on a network share, where two writers would damage it", path.display()))
                 .with_hint("keep the records on a disk of this computer, or in PostgreSQL (--records postgresql://…)"));
