@@ -130,6 +130,19 @@ impl Candidate {
             signer = manifest.signature.as_ref().map(|s| s.key.clone());
         }
         let chain = Verification::of(&path, filing.data.as_deref())?;
+        let list = folder.join(MANIFEST);
+        let changed = chain
+            .links
+            .iter()
+            .find(|l| l.fate == Fate::Changed && l.named_by == list);
+        if let Some(changed) = changed {
+            return Err(Trouble::data(format!(
+                "{} was changed since it was written: {} lists another",
+                folder.join(&changed.name).display(),
+                list.display()
+            ))
+            .with_hint("file the result as it was computed: fetch its folder from there, or evaluate it again"));
+        }
         if let Some(why) = chain.distrust(&[]) {
             return Err(Trouble::data(why).with_hint("ask whoever made the result"));
         }

@@ -178,7 +178,7 @@ impl Records {
     /// # Errors
     /// The place is taken or cannot be written; records on a server.
     pub fn backup(&mut self, place: &Path) -> Result<()> {
-        // Files first: the copy of the database then names none that is not there … and files that came since are copied afterwards.
+        // The database first: whatever it names was on the disk before, and is copied after it.
         let mut to = place.as_os_str().to_owned();
         to.push(".files");
         self.engine.copy_to(place)?;

@@ -205,6 +205,17 @@ fn refuses_a_result_that_was_changed() {
     let mut records = make(folder.path().join("lab.records").to_str().unwrap());
     let place = campaign.join("result/result.json");
     let text = std::fs::read_to_string(&place).unwrap();
+    let report = campaign.join("result/report.html");
+    let page = std::fs::read_to_string(&report).unwrap();
+    std::fs::write(&report, page.replacen("2026", "2025", 1)).unwrap();
+    let refused = records
+        .add_result(&campaign.join("result"), &Filing::default(), TODAY)
+        .unwrap_err();
+    assert!(
+        refused.to_string().contains("report.html was changed"),
+        "{refused}"
+    );
+    std::fs::write(&report, page).unwrap();
     std::fs::write(&place, text.replacen("2026-05-01", "2026-05-02", 1)).unwrap();
     let refused = records
         .add_result(&campaign.join("result"), &Filing::default(), TODAY)
