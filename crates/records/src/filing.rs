@@ -120,21 +120,23 @@ impl Candidate {
         let listed = manifest
             .as_ref()
             .is_some_and(|m| m.files.iter().any(|f| f.name == RESULT));
+        // A folder is judged as a whole.
+        let whole = listed && path.ends_with(RESULT);
         let mut files = vec![(RESULT.to_owned(), bytes.clone())];
         let mut signer = None;
-        if let (true, Some(manifest)) = (listed && path.ends_with(RESULT), &manifest) {
+        if let (true, Some(manifest)) = (whole, &manifest) {
             for file in manifest.files.iter().filter(|f| f.name != RESULT) {
                 files.push((file.name.clone(), bytes_of(&folder.join(&file.name))?));
             }
             files.push((MANIFEST.to_owned(), bytes_of(&folder.join(MANIFEST))?));
             signer = manifest.signature.as_ref().map(|s| s.key.clone());
         }
-        let chain = Verification::of(&path, filing.data.as_deref())?;
+        let chain = Verification::of(if whole { folder } else { &path }, filing.data.as_deref())?;
         let list = folder.join(MANIFEST);
         let changed = chain
             .links
             .iter()
-            .find(|l| l.fate == Fate::Changed && l.named_by == list);
+            .find(|l| whole && l.fate == Fate::Changed && l.named_by == list);
         if let Some(changed) = changed {
             return Err(Trouble::data(format!(
                 "{} was changed since it was written: {} lists another",
