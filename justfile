@@ -54,6 +54,11 @@ mutations count="20000":
 kills count="50":
     PROOFMASS_KILLS={{count}} cargo test -p proofmass-cli --test killed_commands -- --nocapture
 
+# Records: a writer killed so often, so many bits flipped; then speed with 10⁵ calibrations of 10⁴ devices.
+records kills="200" bits="200":
+    cargo run --release -p proofmass-records --example survival -- {{kills}} {{bits}}
+    cargo run --release -p proofmass-records --example speed
+
 # The coverage maps of the documents, or those whose name holds a word; hours for all.
 maps only="":
     .ci/maps "{{only}}"

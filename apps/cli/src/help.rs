@@ -33,6 +33,8 @@ const COMMANDS: &[Group] = &[
     ("Noise", &["noise", "bias", "filter"]),
     ("Velocity", &["velocity"]),
     ("Uncertainty", &["uncertainty"]),
+    #[cfg(feature = "records")]
+    ("Records", &["records"]),
     (
         "Files and results",
         &[

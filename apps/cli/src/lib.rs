@@ -26,6 +26,8 @@ mod modes;
 mod noise;
 mod number_arguments;
 mod plan;
+#[cfg(feature = "records")]
+mod records;
 mod render;
 mod simulate;
 mod test;
@@ -83,6 +85,8 @@ enum Command {
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
     Keygen(keygen::Keygen),
+    #[cfg(feature = "records")]
+    Records(Box<records::Records>),
 }
 
 impl Command {
@@ -148,6 +152,8 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Uncertainty(command) => command.run(),
         Command::Verify(command) => command.run(),
         Command::Keygen(command) => command.run(),
+        #[cfg(feature = "records")]
+        Command::Records(command) => command.run(),
     }
 }
 
@@ -421,8 +427,8 @@ mod tests {
         let calls = calls("docs/tasks.md");
         assert_eq!(
             calls.len(),
-            25,
-            "twenty-two tasks, a picture, and two calls with a file"
+            30,
+            "twenty-six tasks, a picture, a certificate, and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))

@@ -1,5 +1,6 @@
 //! The catalogue of every finding: what each room declares, in one list, as text and as a page.
 
+pub mod filing;
 mod kinds;
 
 pub(crate) use kinds::*;
@@ -11,7 +12,7 @@ use std::fmt::{self, Write as _};
 
 /// Every kind of finding with the room that declares it.
 pub fn catalogue() -> Vec<(&'static str, &'static FindingKind)> {
-    let rooms: [(&str, &'static [FindingKind]); 10] = [
+    let rooms: [(&str, &'static [FindingKind]); 11] = [
         ("uncertainty", proofmass_uncertainty::CATALOGUE),
         ("io", proofmass_io::CATALOGUE),
         ("noise", proofmass_noise::CATALOGUE),
@@ -22,6 +23,7 @@ pub fn catalogue() -> Vec<(&'static str, &'static FindingKind)> {
         ("odometry", proofmass_odometry::CATALOGUE),
         ("fixture", proofmass_fixture::CATALOGUE),
         ("jobs", CATALOGUE),
+        ("records", filing::CATALOGUE),
     ];
     rooms
         .into_iter()

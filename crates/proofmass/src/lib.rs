@@ -101,6 +101,8 @@ pub use proofmass_motion as motion;
 pub use proofmass_noise as noise;
 #[cfg(feature = "odometry")]
 pub use proofmass_odometry as odometry;
+#[cfg(feature = "records")]
+pub use proofmass_records as records;
 #[cfg(feature = "report")]
 pub use proofmass_report as report;
 #[cfg(feature = "rig")]

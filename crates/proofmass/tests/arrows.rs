@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 16] = [
     ("core", &[]),
     ("uncertainty", &["core"]),
     ("signal", &["core", "uncertainty"]),
@@ -40,6 +40,10 @@ const ROOMS: [(&str, &[&str]); 15] = [
             "io",
             "report",
         ],
+    ),
+    (
+        "records",
+        &["core", "uncertainty", "static", "io", "report", "jobs"],
     ),
 ];
 

@@ -318,6 +318,14 @@ findings! {
         advice "calibrate more often, or extrapolate the drift knowingly",
         false_alarms "1 % of healthy histories, over all quantities together";
 
+    /// A quantity jumps between two calibrations.
+    calibration_jump(quantity: &str, when: &str, height: f64, expanded: f64, unit: &str) =
+        "calibration-jump", [Warning],
+        what "{quantity} jumps {when}",
+        evidence "{height:.3e} ± {expanded:.1e} {unit}, beside the drift",
+        advice "look for a drop, a repair, another fixture or another reference between the two; a drift over the jump is none of the device",
+        false_alarms "at most 1 % of histories";
+
     /// The next calibration is due at once.
     tolerance_exhausted() =
         "tolerance-exhausted", [Decision],

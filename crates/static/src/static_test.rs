@@ -2,11 +2,14 @@
 
 mod centrifuge;
 mod departures;
+mod drift;
 mod harmonics;
+mod jump;
 mod known_angles;
 mod linearity;
 mod orthogonality;
 mod readings;
+mod recalibration;
 mod sensitivity;
 mod stability;
 mod tilt;
@@ -14,12 +17,15 @@ mod zero_g;
 
 pub use centrifuge::Centrifuge;
 pub use departures::Departure;
+pub use drift::{DatedValue, Drift, DriftQuestion};
 pub use harmonics::Harmonic;
+pub use jump::Jump;
 pub use known_angles::{Counts, KnownAngles};
 pub use linearity::Linearity;
 pub use orthogonality::Orthogonality;
 pub use readings::{CommonError, PolynomialOrder, ReadingResidual, StaticFit};
+pub use recalibration::RecalibrationRule;
 pub use sensitivity::Sensitivity;
-pub use stability::{DatedEstimate, Drift, MONTH, Stability, StabilityFit};
+pub use stability::{DatedEstimate, MONTH, Stability, StabilityFit};
 pub use tilt::Tilt;
 pub use zero_g::ZeroG;

@@ -1,10 +1,9 @@
 //! Drift of calibration results over time, and when to calibrate again.
 
+use super::drift::{DatedValue, Drift, DriftQuestion};
 use crate::findings;
 use proofmass_core::Error;
-use proofmass_uncertainty::{
-    BetweenScatter, DegreesOfFreedom, Estimate, Finding, NoiseDof, Quantity,
-};
+use proofmass_uncertainty::{Estimate, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// A calibration and the day it was made.
@@ -30,7 +29,7 @@ pub const MONTH: f64 = 30.4375;
 /// Uncertainties that all calibrations share (the same gravity) cancel in a drift; they are counted in each, which is
 /// on the safe side.
 ///
-/// **Accuracy** `coverage_stability`. **Source** the rule of [`BetweenScatter`]; intervals `[ILAC-G24]`.
+/// **Accuracy** `coverage_stability`. **Source** the rule of [`BetweenScatter`](proofmass_uncertainty::BetweenScatter); intervals `[ILAC-G24]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Stability {
@@ -50,29 +49,6 @@ impl Default for Stability {
             longest_interval: 12.0,
         }
     }
-}
-
-/// One quantity over time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Drift {
-    /// Name of the quantity.
-    pub name: String,
-    /// Its unit.
-    pub unit: String,
-    /// Drift per month.
-    pub drift: Quantity,
-    /// Value at the mean day.
-    pub level: f64,
-    /// Day of `level`.
-    pub mean_day: f64,
-    /// Standard deviation between calibrations beyond their stated uncertainty.
-    pub excess: f64,
-    /// Day, value and standard uncertainty of each calibration.
-    pub values: Vec<[f64; 3]>,
-    /// Limits of the control chart at each day: where the next calibration of such uncertainty lies.
-    pub limits: Vec<[f64; 3]>,
-    /// Days after the last calibration until the change may exceed the tolerance, where one is given.
-    pub due_in: Option<f64>,
 }
 
 /// All quantities over time.
@@ -162,95 +138,20 @@ impl Stability {
     }
 
     fn drift(&self, days: &[f64], values: &[Quantity]) -> Result<Drift, Error> {
-        let n = days.len();
-        let mean_day = days.iter().sum::<f64>() / n as f64;
-        let months: Vec<f64> = days.iter().map(|d| (d - mean_day) / MONTH).collect();
-        let reach = months.iter().map(|m| m.abs()).fold(0.0, f64::max);
-        let jacobian: Vec<f64> = months.iter().flat_map(|m| [1.0, m / reach]).collect();
-        let variances: Vec<f64> = values
-            .iter()
-            .map(|q| q.standard_uncertainty.powi(2))
-            .collect();
-        let dof: Vec<DegreesOfFreedom> = values.iter().map(|q| q.dof).collect();
-        let pedestal = values[0].value;
-        let y: Vec<f64> = values.iter().map(|q| q.value - pedestal).collect();
-        let (x, scatter) = BetweenScatter::linear(
-            &jacobian,
-            &y,
-            &variances,
-            NoiseDof::Each(dof),
-            self.probability,
-        )?;
-        let quantity = &values[0];
-        let drift = Quantity {
-            name: format!("drift.{}", quantity.name),
-            unit: format!("{}/month", quantity.unit),
-            value: x[1] / reach,
-            standard_uncertainty: scatter.standard_uncertainty(1) / reach,
-            dof: scatter.dof,
-        };
-        let limit = |m: f64, own: f64| {
-            let (c00, c01, c11) = (
-                scatter.covariance[0],
-                scatter.covariance[1],
-                scatter.covariance[3],
-            );
-            let z = m / reach;
-            let variance = c00 + 2.0 * z * c01 + z * z * c11 + own * own + scatter.excess_variance;
-            let centre = pedestal + x[0] + x[1] * z;
-            let half = scatter.coverage_factor * variance.sqrt();
-            (centre, half)
-        };
-        let limits = days
-            .iter()
-            .zip(&months)
-            .zip(values)
-            .map(|((day, m), q)| {
-                let (centre, half) = limit(*m, q.standard_uncertainty);
-                [*day, centre - half, centre + half]
-            })
-            .collect();
         let tolerance = self
             .tolerances
             .iter()
-            .find(|(name, _)| *name == quantity.name);
-        let own = values[n - 1].standard_uncertainty;
-        let due_in = tolerance.map(|(_, tolerance)| {
-            // Change since the last calibration: drift times time, its own uncertainty and the reproducibility.
-            let fixed = scatter.coverage_factor.powi(2) * (own * own + scatter.excess_variance);
-            let grows = |m: f64| {
-                let u = scatter.coverage_factor * drift.standard_uncertainty * m;
-                (drift.value * m).abs() + (fixed + u * u).sqrt()
-            };
-            let (mut low, mut high) = (0.0, 12.0 * self.longest_interval);
-            if grows(low) >= *tolerance {
-                return 0.0;
-            }
-            for _ in 0..60 {
-                let middle = 0.5 * (low + high);
-                if grows(middle) < *tolerance {
-                    low = middle
-                } else {
-                    high = middle
-                }
-            }
-            low * MONTH
-        });
-        Ok(Drift {
-            name: quantity.name.clone(),
-            unit: quantity.unit.clone(),
-            drift,
-            level: pedestal + x[0],
-            mean_day,
-            excess: scatter.excess_variance.sqrt(),
-            values: days
-                .iter()
-                .zip(values)
-                .map(|(d, q)| [*d, q.value, q.standard_uncertainty])
-                .collect(),
-            limits,
-            due_in,
-        })
+            .find(|(name, _)| *name == values[0].name);
+        let question = DriftQuestion {
+            probability: self.probability,
+            tolerance: tolerance.map(|(_, tolerance)| *tolerance),
+            longest_interval: self.longest_interval,
+        };
+        let dated = days.iter().zip(values);
+        let dated: Vec<DatedValue> = dated
+            .map(|(day, q)| DatedValue::new(*day, q.value, q.standard_uncertainty, q.dof))
+            .collect();
+        Drift::of(&values[0].name, &values[0].unit, &dated, &question)
     }
 
     fn findings(&self, drifts: &[Drift], due_in: f64) -> Vec<Finding> {

@@ -1,0 +1,377 @@
+//! `proofmass records add`: what is filed.
+
+use crate::{Failure, Outcome, console};
+use proofmass::jobs::findings::filing as findings;
+use proofmass::records::{
+    Content, EventKind, FiledCampaign, FiledCertificate, FiledCheck, FiledDevice, FiledEvent,
+    FiledRule, FiledUse, Filing, Records as Ledger, Tolerance, check_measurement,
+};
+use proofmass::statics::static_test::RecalibrationRule;
+use std::path::PathBuf;
+
+/// Add a result, a device, a standard, a certificate, a check, an event, a rule
+#[derive(clap::Args)]
+pub(super) struct Add {
+    #[command(subcommand)]
+    what: What,
+    /// Exit with code 3 when a finding needs a decision
+    #[arg(long, global = true)]
+    strict: bool,
+}
+
+#[derive(clap::Subcommand)]
+enum What {
+    Result(ResultArguments),
+    Device(DeviceArguments),
+    Standard(StandardArguments),
+    Certificate(CertificateArguments),
+    Check(CheckArguments),
+    Event(EventArguments),
+    Rule(RuleArguments),
+    Campaign(CampaignArguments),
+    InUse(InUseArguments),
+}
+
+/// Add results from their folders
+///
+/// Files of the folder and the inputs behind it are kept by their digests, so that `records check --recompute` needs nothing else.
+/// The same result twice is one.
+#[derive(clap::Args)]
+struct ResultArguments {
+    /// Folders of results, or result.json
+    #[arg(required = true)]
+    results: Vec<PathBuf>,
+    #[command(flatten)]
+    filing: Filing,
+}
+
+/// Add a device
+#[derive(clap::Args)]
+struct DeviceArguments {
+    #[command(flatten)]
+    device: FiledDevice,
+}
+
+/// Add a reference standard
+#[derive(clap::Args)]
+struct StandardArguments {
+    #[command(flatten)]
+    device: FiledDevice,
+}
+
+/// Add the certificate of a standard
+///
+/// With --file the table that campaigns name as their reference: a result that read it is then known to rest on this standard.
+#[derive(clap::Args)]
+struct CertificateArguments {
+    /// The standard: serial number, owner's number, or number here (#12)
+    standard: String,
+    /// Number of the certificate
+    #[arg(long, value_name = "NUMBER")]
+    number: String,
+    /// First day on which it is valid
+    #[arg(long, value_name = "DATE")]
+    valid_from: String,
+    /// Last day on which it is valid
+    #[arg(long, value_name = "DATE")]
+    valid_until: Option<String>,
+    /// Laboratory that issued it
+    #[arg(long, value_name = "NAME")]
+    laboratory: Option<String>,
+    /// Relative expanded uncertainty of the sensitivity (k = 2), in percent
+    #[arg(long, value_name = "PERCENT", value_parser = crate::number_arguments::positive)]
+    expanded_relative: Option<f64>,
+    /// Its table or page
+    #[arg(long, value_name = "FILE")]
+    file: Option<PathBuf>,
+}
+
+/// Add a check measurement of a device or standard; it is judged by E_n
+#[derive(clap::Args)]
+struct CheckArguments {
+    /// The device: serial number, owner's number, or number here (#12)
+    device: String,
+    /// Measured value
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    value: f64,
+    /// Its standard uncertainty
+    #[arg(long, value_name = "U", value_parser = crate::number_arguments::positive)]
+    u: f64,
+    /// Known value
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
+    reference: f64,
+    /// Its standard uncertainty
+    #[arg(long, value_name = "U", value_parser = crate::number_arguments::positive)]
+    u_reference: f64,
+    /// Unit of all numbers
+    #[arg(long, value_name = "UNIT")]
+    unit: String,
+    /// What was measured
+    #[arg(long, value_name = "NAME", default_value = "S.modulus")]
+    quantity: String,
+    /// Day [default: today]
+    #[arg(long, value_name = "DATE")]
+    date: Option<String>,
+}
+
+/// Add what happened to a device: repair, adjustment, drop, withdrawal
+#[derive(clap::Args)]
+struct EventArguments {
+    /// The device: serial number, owner's number, or number here (#12)
+    device: String,
+    /// What happened
+    event: EventKind,
+    /// In words
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    text: String,
+    /// Day [default: today]
+    #[arg(long, value_name = "DATE")]
+    date: Option<String>,
+}
+
+/// Add the rule by which a device, or all, are due; and what is tolerated
+///
+/// `fixed`: always after --months. `drift`: until the drift with its uncertainty may have used up a tolerance, at most --months.
+/// `staircase`: after ILAC-G24, --months at first, a quarter longer after each change within 80 % of the tolerance, half after one
+/// beyond it, at most --longest.
+#[derive(clap::Args)]
+struct RuleArguments {
+    /// The device: serial number, owner's number, or number here (#12) [default: all without a rule of their own]
+    device: Option<String>,
+    /// How the time to the next calibration is found
+    #[arg(long, value_name = "RULE", default_value = "fixed", value_parser = ["fixed", "drift", "staircase"])]
+    rule: String,
+    /// Months
+    #[arg(long, value_name = "MONTHS", default_value_t = 12.0, value_parser = crate::number_arguments::positive)]
+    months: f64,
+    /// Longest interval of the staircase, in months
+    #[arg(long, value_name = "MONTHS", default_value_t = 36.0, value_parser = crate::number_arguments::positive)]
+    longest: f64,
+    /// Largest tolerated change of a quantity in its unit, such as bias.x=0.01; may be repeated
+    #[arg(long, value_name = "NAME=VALUE", value_parser = change)]
+    change: Vec<(String, f64)>,
+    /// Limits of a quantity in its unit, such as bias.x=-0.1,0.1; may be repeated
+    #[arg(long, value_name = "NAME=LOW,HIGH", value_parser = limits)]
+    limits: Vec<(String, [f64; 2])>,
+}
+
+/// Add a campaign, which results may name
+#[derive(clap::Args)]
+struct CampaignArguments {
+    /// Its title
+    title: String,
+    /// Anything else worth filing
+    #[arg(long, value_name = "TEXT")]
+    description: Option<String>,
+}
+
+/// State which calibration a device is used with from a day on
+#[derive(clap::Args)]
+struct InUseArguments {
+    /// The device: serial number, owner's number, or number here (#12)
+    device: String,
+    /// Number of the result
+    result: i64,
+    /// Day [default: today]
+    #[arg(long, value_name = "DATE")]
+    date: Option<String>,
+}
+
+fn change(text: &str) -> Result<(String, f64), String> {
+    let refused = || "a name and a positive number are needed, such as bias.x=0.01".to_owned();
+    // The name of a quantity over frequency has an = of its own.
+    let (name, value) = text.rsplit_once('=').ok_or_else(refused)?;
+    match value.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok((name.to_owned(), value)),
+        _ => Err(refused()),
+    }
+}
+
+fn limits(text: &str) -> Result<(String, [f64; 2]), String> {
+    let refused = || {
+        "a name and two numbers are needed, the second larger, such as bias.x=-0.1,0.1".to_owned()
+    };
+    let (name, values) = text.rsplit_once('=').ok_or_else(refused)?;
+    let (low, high) = values.split_once(',').ok_or_else(refused)?;
+    match (low.trim().parse::<f64>(), high.trim().parse::<f64>()) {
+        (Ok(low), Ok(high)) if low < high && low.is_finite() && high.is_finite() => {
+            Ok((name.to_owned(), [low, high]))
+        }
+        _ => Err(refused()),
+    }
+}
+
+impl Add {
+    pub(super) fn run(self, place: &str, today: &str) -> Result<Outcome, Failure> {
+        let mut records = Ledger::open_or_make(place)?;
+        let records = &mut records;
+        let on = |date: Option<String>| date.unwrap_or_else(|| today.to_owned());
+        let mut all = Vec::new();
+        let content = match self.what {
+            What::Result(results) => {
+                for place in &results.results {
+                    let filed = records
+                        .add_result(place, &results.filing, today)
+                        .map_err(|trouble| trouble.detail(place.display().to_string()))?;
+                    filed.findings.iter().for_each(console::finding);
+                    let how = if filed.known {
+                        "is here already as"
+                    } else {
+                        "is"
+                    };
+                    console::print(&format!(
+                        "{} {how} result {}\n",
+                        place.display(),
+                        filed.number
+                    ))?;
+                    all.extend(filed.findings);
+                }
+                return Ok(Outcome::of(self.strict, &all));
+            }
+            What::Device(d) => Content::Device(named(d.device)?),
+            What::Standard(s) => Content::Device(FiledDevice {
+                standard: true,
+                ..named(s.device)?
+            }),
+            What::Certificate(c) => {
+                let standard = records.device(&c.standard)?;
+                if !records.filed_device(standard)?.standard {
+                    return Err(Failure::new(format!(
+                        "{} is a device, not a standard",
+                        c.standard
+                    ))
+                    .hint("add it with `records add standard`"));
+                }
+                let file = match &c.file {
+                    Some(file) => {
+                        let bytes = std::fs::read(file)
+                            .map_err(|e| Failure::new(format!("{}: {e}", file.display())))?;
+                        Some(records.keep_file(&file.display().to_string(), &bytes)?)
+                    }
+                    None => None,
+                };
+                Content::Certificate(FiledCertificate {
+                    standard,
+                    number: c.number,
+                    laboratory: c.laboratory,
+                    valid_from: c.valid_from,
+                    valid_until: c.valid_until,
+                    u_relative: c.expanded_relative.map(|percent| percent / 200.0),
+                    file,
+                })
+            }
+            What::Check(c) => {
+                let device = records.device(&c.device)?;
+                let en = check_measurement(
+                    &c.quantity,
+                    &c.unit,
+                    (c.value, c.u),
+                    (c.reference, c.u_reference),
+                )?;
+                if !en.agrees() {
+                    let name = records.filed_device(device)?.line();
+                    let failed = findings::check_failed(
+                        &name,
+                        &c.quantity,
+                        en.value,
+                        en.difference,
+                        en.expanded,
+                        &c.unit,
+                    );
+                    console::finding(&failed);
+                    all.push(failed);
+                }
+                Content::Check(FiledCheck {
+                    device,
+                    date: on(c.date),
+                    quantity: c.quantity,
+                    unit: c.unit,
+                    value: c.value,
+                    u: c.u,
+                    reference: c.reference,
+                    u_reference: c.u_reference,
+                    en: en.value,
+                })
+            }
+            What::Event(e) => Content::Event(FiledEvent {
+                device: records.device(&e.device)?,
+                date: on(e.date),
+                event: e.event,
+                text: e.text,
+            }),
+            What::Rule(rule) => Content::Rule(rule.filed(records)?),
+            What::Campaign(c) => Content::Campaign(FiledCampaign {
+                title: c.title,
+                description: c.description,
+            }),
+            What::InUse(u) => Content::InUse(FiledUse {
+                device: records.device(&u.device)?,
+                result: u.result,
+                date: on(u.date),
+            }),
+        };
+        let number = records.add(today, None, content)?;
+        console::print(&format!("#{number}\n"))?;
+        Ok(Outcome::of(self.strict, &all))
+    }
+}
+
+/// A device that can be found again.
+fn named(device: FiledDevice) -> Result<FiledDevice, Failure> {
+    match device.serial.is_some() || device.owner_number.is_some() {
+        true => Ok(device),
+        false => Err(Failure::new("a device needs a number by which it is found")
+            .hint("give --serial or --owner-number")),
+    }
+}
+
+impl RuleArguments {
+    fn filed(self, records: &mut Ledger) -> Result<FiledRule, Failure> {
+        let device = self
+            .device
+            .as_deref()
+            .map(|called| records.device(called))
+            .transpose()?;
+        let rule = match self.rule.as_str() {
+            "drift" => RecalibrationRule::Drift {
+                longest: self.months,
+            },
+            "staircase" => RecalibrationRule::Staircase {
+                first: self.months,
+                longest: self.longest,
+            },
+            _ => RecalibrationRule::Fixed {
+                months: self.months,
+            },
+        };
+        if self.rule != "fixed" && self.change.is_empty() {
+            return Err(
+                Failure::new(format!("the rule `{}` needs a tolerance", self.rule))
+                    .hint("say what may change, such as --change S.modulus=0.0001"),
+            );
+        }
+        let mut tolerances: Vec<Tolerance> = Vec::new();
+        for (quantity, change) in self.change {
+            tolerances.push(Tolerance {
+                quantity,
+                change: Some(change),
+                limits: None,
+            });
+        }
+        for (quantity, limits) in self.limits {
+            match tolerances.iter_mut().find(|t| t.quantity == quantity) {
+                Some(known) => known.limits = Some(limits),
+                None => tolerances.push(Tolerance {
+                    quantity,
+                    change: None,
+                    limits: Some(limits),
+                }),
+            }
+        }
+        Ok(FiledRule {
+            device,
+            rule,
+            tolerances,
+        })
+    }
+}

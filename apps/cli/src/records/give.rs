@@ -1,0 +1,75 @@
+//! `proofmass records export` and `backup`: the records as files.
+
+use crate::{Failure, console};
+use proofmass::io::{AtomicFile, OutputFolder};
+use proofmass::records::{Records as Ledger, page};
+use std::path::{Path, PathBuf};
+
+/// Write the records as pages, tables, JSON, or a folder from which they are made again
+#[derive(clap::Args)]
+#[group(id = "export")]
+#[command(group = clap::ArgGroup::new("form").required(true))]
+pub(super) struct Export {
+    /// Folder, or file with --json
+    #[arg(short, long, value_name = "PLACE")]
+    output: PathBuf,
+    /// Pages: list, due, one for each device and standard
+    #[arg(long, group = "form")]
+    html: bool,
+    /// Tables: devices, certificates, results, quantities, checks, events
+    #[arg(long, group = "form")]
+    csv: bool,
+    /// Every entry in one file
+    #[arg(long, group = "form")]
+    json: bool,
+    /// Everything with every kept file: `records import` makes the same records from it
+    #[arg(long, group = "form")]
+    folder: bool,
+    /// Write into a folder that holds other files
+    #[arg(long)]
+    force: bool,
+}
+
+/// Copy the records into a new file while they are in use
+#[derive(clap::Args)]
+pub(super) struct Backup {
+    /// New file; larger files go into the folder FILE.files
+    file: PathBuf,
+}
+
+impl Export {
+    pub(super) fn run(self, records: &mut Ledger, today: &str) -> Result<(), Failure> {
+        if self.json {
+            console::keep(&self.output, self.force)?;
+            return write_file(&self.output, &records.export_json()?);
+        }
+        let out = OutputFolder::create(&self.output, self.force)?;
+        if self.html {
+            page::write(records, &out, today)?;
+        } else if self.csv {
+            records.export_csv(&out)?;
+        } else {
+            records.export_folder(&out)?;
+        }
+        let place = out.commit()?;
+        console::note(format!("written: {}", place.display()));
+        Ok(())
+    }
+}
+
+impl Backup {
+    pub(super) fn run(self, records: &mut Ledger) -> Result<(), Failure> {
+        records.backup(&self.file)?;
+        console::note(format!("written: {}", self.file.display()));
+        Ok(())
+    }
+}
+
+/// Writes one file, whole or not at all.
+pub(super) fn write_file(place: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let mut file = AtomicFile::create(place, &[])?;
+    file.write_all(bytes)?;
+    file.commit()?;
+    console::note(format!("written: {}", place.display()));
+    Ok(())
+}

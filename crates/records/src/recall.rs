@@ -1,0 +1,246 @@
+//! Forward: what rests on a standard.
+
+use crate::day::as_date;
+use crate::day::date_of;
+use crate::engine::{Engine, Value};
+use crate::filing::name_of;
+use crate::ledger::Records;
+use proofmass_jobs::{Result, Trouble};
+use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What rests on a standard within a time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Recall {
+    /// The standard.
+    pub standard: i64,
+    /// Its name.
+    pub name: String,
+    /// First and last day, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::pair")]
+    pub days: [i64; 2],
+    /// Why it begins there.
+    pub since: String,
+    /// Every result, the oldest first.
+    pub results: Vec<Recalled>,
+}
+
+/// A result that rests on the standard.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Recalled {
+    /// The result.
+    pub result: i64,
+    /// Number of its certificate.
+    pub number: Option<String>,
+    /// Its device.
+    pub device: i64,
+    /// Name of the device.
+    pub name: String,
+    /// Day, days from 1970-01-01.
+    #[serde(serialize_with = "as_date::one")]
+    pub day: i64,
+    /// Whether another has taken its place already.
+    pub superseded: bool,
+    /// Results between the standard and this one; none where it was used directly.
+    pub through: Vec<i64>,
+    /// Effect of the error of the standard on each quantity, in its unit with the U that is stated; empty where no error was given or the
+    /// stored budget does not tell it.
+    pub effects: Vec<RecalledEffect>,
+    /// Why no effect can be told, where that is so.
+    pub undetermined: Option<String>,
+}
+
+/// What an error of the standard does to a quantity.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct RecalledEffect {
+    /// The quantity.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: String,
+    /// Size of the change, in the unit.
+    pub effect: f64,
+    /// The expanded uncertainty that was stated.
+    pub expanded: Option<f64>,
+}
+
+impl Records {
+    /// What used a standard since its last good check before `found` (or its certificate, where it was never checked), directly or through
+    /// results that were the reference of others. `error` is the relative error of the standard.
+    ///
+    /// The effect on a quantity is error/u · c, with the relative standard uncertainty u of the certificate that was used and the part c
+    /// of the uncertainty that the stored budget gives to the reference: the sensitivity of the result to the standard. A relative error
+    /// turns no phase.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn recall(
+        &mut self,
+        standard: i64,
+        found: i64,
+        since: Option<i64>,
+        error: Option<f64>,
+    ) -> Result<Recall> {
+        let engine = &mut *self.engine;
+        let (from, why) = match since {
+            Some(day) => (day, "as was asked for".to_owned()),
+            None => last_good(engine, standard, found)?,
+        };
+        let rows = engine.rows(
+            "SELECT result.entry FROM used JOIN result ON result.entry = used.result
+             WHERE used.standard = ?1 AND result.day >= ?2 AND result.day <= ?3 ORDER BY result.day, result.entry",
+            &[standard.into(), from.into(), found.into()],
+        )?;
+        let mut through: BTreeMap<i64, Vec<i64>> = BTreeMap::new();
+        let mut open: Vec<(i64, Vec<i64>)> = rows
+            .iter()
+            .filter_map(|row| Some((row[0].integer()?, Vec::new())))
+            .collect();
+        open.reverse();
+        let mut seen = BTreeSet::new();
+        while let Some((result, path)) = open.pop() {
+            if !seen.insert(result) {
+                continue;
+            }
+            let mut further = path.clone();
+            further.push(result);
+            through.insert(result, path);
+            // Results that have a file of this one among their inputs.
+            let next = engine.rows(
+                "SELECT DISTINCT input.result FROM output JOIN input ON input.digest = output.digest
+                 WHERE output.result = ?1 AND output.name IN ('result.json', 'calibration.json') AND input.result <> ?1",
+                &[result.into()],
+            )?;
+            for row in next {
+                if let Some(next) = row[0].integer().filter(|n| !seen.contains(n)) {
+                    open.insert(0, (next, further.clone()));
+                }
+            }
+        }
+        let mut results = Vec::new();
+        for (result, path) in through {
+            results.push(recalled(engine, standard, result, path, error)?);
+        }
+        results.sort_by_key(|r| (r.day, r.result));
+        Ok(Recall {
+            standard,
+            name: name_of(engine, standard)?,
+            days: [from, found],
+            since: why,
+            results,
+        })
+    }
+}
+
+/// The day of the last good check, or what stands in its place.
+fn last_good(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<(i64, String)> {
+    let rows = engine.rows(
+        "SELECT max(day) FROM checked WHERE device = ?1 AND good = 1 AND day <= ?2",
+        &[standard.into(), found.into()],
+    )?;
+    if let Some(day) = rows.first().and_then(|row| row[0].integer()) {
+        return Ok((day, format!("its last good check, on {}", date_of(day))));
+    }
+    let rows = engine.rows(
+        "SELECT max(valid_from) FROM certificate WHERE standard = ?1 AND valid_from <= ?2",
+        &[standard.into(), found.into()],
+    )?;
+    Ok(match rows.first().and_then(|row| row[0].integer()) {
+        Some(day) => (
+            day,
+            format!(
+                "its certificate, valid from {}: it was never checked since",
+                date_of(day)
+            ),
+        ),
+        None => (
+            i64::MIN / 2,
+            "the beginning: it has neither a good check nor a certificate".to_owned(),
+        ),
+    })
+}
+
+fn recalled(
+    engine: &mut dyn Engine,
+    standard: i64,
+    result: i64,
+    through: Vec<i64>,
+    error: Option<f64>,
+) -> Result<Recalled> {
+    let rows = engine.rows(
+        "SELECT result.device, result.day, result.number, manufacturer, model, serial, owner_number,
+                (SELECT count(*) FROM supersession WHERE old = result.entry)
+         FROM result JOIN device ON device.entry = result.device WHERE result.entry = ?1",
+        &[result.into()],
+    )?;
+    let Some(row) = rows.first() else {
+        return Err(Trouble::data(format!("result {result} is gone"))
+            .with_hint("`proofmass records check` lists what is damaged"));
+    };
+    let mut found = Recalled {
+        result,
+        number: row[2].text().map(str::to_owned),
+        device: row[0].integer().unwrap_or_default(),
+        name: crate::device::line(&row[3..7]),
+        day: row[1].integer().unwrap_or_default(),
+        superseded: row[7].integer() != Some(0),
+        through,
+        effects: Vec::new(),
+        undetermined: None,
+    };
+    let Some(error) = error else {
+        return Ok(found);
+    };
+    if !found.through.is_empty() {
+        found.undetermined = Some("it rests on the standard through other results".to_owned());
+        return Ok(found);
+    }
+    let used = engine.rows(
+        "SELECT certificate.u_relative FROM used JOIN certificate ON certificate.entry = used.certificate
+         WHERE used.result = ?1 AND used.standard = ?2",
+        &[result.into(), standard.into()],
+    )?;
+    let Some(u) = used
+        .first()
+        .and_then(|row| row[0].real())
+        .filter(|u| *u > 0.0)
+    else {
+        found.undetermined =
+            Some("the certificate that it used states no relative uncertainty here".to_owned());
+        return Ok(found);
+    };
+    let several = engine.rows(
+        "SELECT count(*) FROM used WHERE result = ?1",
+        &[result.into()],
+    )?;
+    let quantities = engine.rows(
+        "SELECT name, unit, u_standard, expanded FROM quantity WHERE result = ?1 AND u_standard IS NOT NULL AND unit <> 'rad' ORDER BY place",
+        &[result.into()],
+    )?;
+    if quantities.is_empty() {
+        found.undetermined =
+            Some("its stored budget does not tell the part of the standard".to_owned());
+    } else if several.first().and_then(|row| row[0].integer()) != Some(1) {
+        found.undetermined = Some(
+            "it rests on several standards, whose parts its budget does not tell apart".to_owned(),
+        );
+    }
+    if found.undetermined.is_none() {
+        found.effects = quantities
+            .iter()
+            .map(|row| effect(row, error / u))
+            .collect();
+    }
+    Ok(found)
+}
+
+fn effect(row: &[Value], ratio: f64) -> RecalledEffect {
+    RecalledEffect {
+        quantity: row[0].words(),
+        unit: row[1].words(),
+        effect: (ratio * row[2].real().unwrap_or_default()).abs(),
+        expanded: row[3].real(),
+    }
+}

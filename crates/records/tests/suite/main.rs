@@ -1,0 +1,8 @@
+//! The whole suite, the same on SQLite and PostgreSQL.
+
+mod bad_input;
+mod content;
+mod places;
+mod recorded;
+mod survival;
+mod year;
