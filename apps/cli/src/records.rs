@@ -346,6 +346,13 @@ impl Import {
     fn run(self, place: &str, today: &str) -> Result<Outcome, Failure> {
         let mut records = Ledger::open_or_make(place)?;
         let (mut filed, mut known, mut refused) = (0, 0, 0);
+        if let Some(gone) = self.places.iter().find(|place| !place.exists()) {
+            return Err(Failure::new(format!(
+                "{}: there is no such file or folder",
+                gone.display()
+            ))
+            .hint("name folders of results, a table (.csv), or an exported folder"));
+        }
         for given in &self.places {
             if given.join("entries.jsonl").is_file() {
                 let count = records.import_folder(given)?;

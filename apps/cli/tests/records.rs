@@ -110,3 +110,19 @@ fn law_from_the_standard_to_the_recall() {
     std::fs::write(&copy, &kept[..kept.len() / 2]).unwrap();
     assert_eq!(proofmass(&records(&copy, &["list"])).status.code(), Some(1));
 }
+
+#[test]
+fn refuses_a_device_twice_and_what_is_not_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let lab = folder.path().join("lab.records");
+    let add = ["records", "add", "device", "--records", text(&lab)];
+    let device = [&add[..], &["--serial", "7", "--manufacturer", "M"]].concat();
+    succeed(&device);
+    assert!(refuse(&device).contains("here already as #1"));
+    assert!(
+        refuse(&[&add[..], &["--serial", ""]].concat()).contains("a number by which it is found")
+    );
+    let gone = folder.path().join("gone.csv");
+    let import = ["records", "import", text(&gone), "--records", text(&lab)];
+    assert!(refuse(&import).contains("no such file or folder"));
+}

@@ -63,10 +63,10 @@ macro_rules! jobs {
         /// # Ok::<(), proofmass_jobs::Trouble>(())
         /// ```
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(tag = "job", rename_all = "kebab-case")]
+        #[serde(tag = "job")]
         #[non_exhaustive]
         pub enum AnyJob {
-            $($(#[$doc])* $name(Box<$job>),)*
+            $($(#[$doc])* #[serde(rename = $kind)] $name(Box<$job>),)*
         }
 
         /// The data of a job of any kind.

@@ -1,7 +1,8 @@
-//! Kills a writer at random instants and flips single bits: nothing committed is lost, no lock remains, every flipped bit is found or
-//! harmless.
+//! Kills a writer at random instants, lets two write at once, and flips single bits in the database and in kept files: nothing committed is
+//! lost, no lock remains, every flipped bit is found or harmless.
 //!
-//! `cargo run --release -p proofmass-records --example survival [KILLS] [BITS]`
+//! `cargo run --release -p proofmass-records --example survival [KILLS] [BITS] [OPERATIONS] [URL]`; with the URL of an empty database of
+//! PostgreSQL the kills and the two writers are on that.
 
 use proofmass_records::*;
 use std::io::{BufRead, BufReader, Write};
@@ -32,10 +33,10 @@ fn candidate(name: &str) -> Candidate {
     }
 }
 
-/// Adds results for ever, and says each that is on the disk.
-fn write(place: &str, from: u64) -> Result<(), proofmass_jobs::Trouble> {
+/// Adds results, for ever where no number is given, and says each that is on the disk.
+fn write(place: &str, from: u64, count: Option<u64>) -> Result<(), proofmass_jobs::Trouble> {
     let mut records = Records::open_or_make(place)?;
-    for k in from.. {
+    for k in from..count.map_or(u64::MAX, |n| from + n) {
         records.file_candidate(&candidate(&format!("D{k}")), &Filing::default(), TODAY)?;
         println!("{k}");
         let _ = std::io::stdout().flush();
@@ -46,7 +47,12 @@ fn write(place: &str, from: u64) -> Result<(), proofmass_jobs::Trouble> {
 fn main() -> Result<(), proofmass_jobs::Trouble> {
     let arguments: Vec<String> = std::env::args().collect();
     if arguments.get(1).map(String::as_str) == Some("write") {
-        return write(&arguments[2], arguments[3].parse().unwrap_or_default());
+        let count = arguments.get(4).and_then(|n| n.parse().ok());
+        return write(
+            &arguments[2],
+            arguments[3].parse().unwrap_or_default(),
+            count,
+        );
     }
     let number = |i: usize, usual: u64| {
         arguments
@@ -58,8 +64,9 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
     let folder =
         std::env::temp_dir().join(format!("proofmass-records-survival-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
-    let place = folder.join("lab.records");
-    let place = place.to_str().expect("a path");
+    let file = folder.join("lab.records");
+    let place = arguments.get(4).map_or(file.to_str(), |url| Some(url));
+    let place = place.expect("a path");
     let mut said = 0_u64;
     let (mut chance, mut last) = (1_u64, 0);
     for kill in 0..kills {
@@ -106,6 +113,7 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
         }
     }
     println!("{kills} kills: {said} results, {last} entries, none lost, chain whole, no lock left");
+    two_writers(&arguments[0], place, number(3, 10_000))?;
     // A smaller file for the flipped bits, so that each lies in something.
     let copy = folder.join("bits.records");
     let mut records = Records::open_or_make(copy.to_str().expect("a path"))?;
@@ -146,6 +154,90 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
         "{bits} flipped bits of {} bytes: {found} found, {harmless} harmless (unused places), 0 unseen",
         good.len()
     );
+    in_kept_files(&folder, bits.min(200), &mut chance)?;
     let _ = std::fs::remove_dir_all(&folder);
+    Ok(())
+}
+
+/// Two processes add so many entries in all, half of them each.
+fn two_writers(program: &str, place: &str, operations: u64) -> Result<(), proofmass_jobs::Trouble> {
+    let before = Records::open_or_make(place)?.devices(false)?.len() as u64;
+    // A result of a new device is two entries.
+    let each = operations / 4;
+    let began = Instant::now();
+    let writers: Vec<_> = [1_000_000, 2_000_000]
+        .map(|from: u64| {
+            let arguments = [
+                "write".into(),
+                place.to_owned(),
+                from.to_string(),
+                each.to_string(),
+            ];
+            let mut command = Command::new(program);
+            command.args(arguments).stdout(Stdio::null());
+            command.spawn().expect("a process")
+        })
+        .into();
+    for mut writer in writers {
+        assert!(writer.wait().expect("a process").success());
+    }
+    let seconds = began.elapsed().as_secs_f64();
+    let mut records = Records::open(place)?;
+    let there = records.devices(false)?.len() as u64 - before;
+    assert_eq!(there, 2 * each);
+    let check = records.check()?;
+    assert!(check.is_whole(), "{:?}", check.damage);
+    println!(
+        "two writers: {} entries in {seconds:.0} s, all there, chain of {} whole",
+        4 * each,
+        check.entries
+    );
+    Ok(())
+}
+
+/// Single bits of the files that stand beside the database.
+fn in_kept_files(
+    folder: &std::path::Path,
+    bits: u64,
+    chance: &mut u64,
+) -> Result<(), proofmass_jobs::Trouble> {
+    let place = folder.join("beside.records");
+    let place = place.to_str().expect("a path");
+    let mut records = Records::open_or_make(place)?;
+    for k in 0..5 {
+        records.file_candidate(&candidate(&format!("F{k}")), &Filing::default(), TODAY)?;
+    }
+    let mut kept = Vec::new();
+    let mut folders = vec![folder.join("beside.records.files")];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next).expect("a folder").flatten() {
+            match entry.path().is_dir() {
+                true => folders.push(entry.path()),
+                false => kept.push(entry.path()),
+            }
+        }
+    }
+    assert!(!kept.is_empty() && records.check()?.is_whole());
+    for _ in 0..bits {
+        *chance = chance
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let file = &kept[(*chance >> 40) as usize % kept.len()];
+        let good = std::fs::read(file).expect("a file");
+        let mut bytes = good.clone();
+        let at = (*chance >> 13) as usize % good.len();
+        bytes[at] ^= 1 << (*chance % 8);
+        std::fs::write(file, &bytes).expect("a file");
+        assert!(
+            !records.check()?.is_whole(),
+            "byte {at} of {}",
+            file.display()
+        );
+        std::fs::write(file, &good).expect("a file");
+    }
+    println!(
+        "{bits} flipped bits of {} kept files: all found",
+        kept.len()
+    );
     Ok(())
 }

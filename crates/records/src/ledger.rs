@@ -239,7 +239,40 @@ pub(crate) fn append(engine: &mut dyn Engine, entry: &Entry) -> Result<i64> {
             format!("the entry has no form in JSON: {e}"),
         )
     })?;
+    sound(entry, &body)?;
     append_body(engine, &body, entry)
+}
+
+/// Refuses an entry that could not be read again, and numbers with which nothing can be computed.
+fn sound(entry: &Entry, body: &str) -> Result<()> {
+    let refused = |what: String| {
+        Err(Trouble::data(what)
+            .with_hint("correct the number: what is filed once is never changed"))
+    };
+    // JSON has no place for numbers that are not finite.
+    if serde_json::from_str::<Entry>(body).is_err() {
+        return refused("a number is not finite".to_owned());
+    }
+    let Content::Result(result) = &entry.content else {
+        return Ok(());
+    };
+    for q in &result.quantities {
+        let uncertain = [
+            ("u", q.u),
+            ("U", q.expanded),
+            ("u of the standard", q.u_standard),
+        ];
+        for (name, value) in uncertain {
+            // Its square has to be a number.
+            if let Some(v) = value.filter(|v| *v != 0.0 && !(1e-150..1e150).contains(v)) {
+                return refused(format!("{name} of {} is {v}", q.name));
+            }
+        }
+        if let Some(k) = q.k.filter(|k| !(*k > 0.0)) {
+            return refused(format!("the coverage factor of {} is {k}", q.name));
+        }
+    }
+    Ok(())
 }
 
 /// Files an entry whose text is known.

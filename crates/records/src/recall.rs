@@ -67,15 +67,16 @@ pub struct RecalledEffect {
 }
 
 impl Records {
-    /// What used a standard since its last good check before `found` (or its certificate, where it was never checked), directly or through
-    /// results that were the reference of others. `error` is the relative error of the standard.
+    /// What used a standard while it may have been wrong, as of the day `found`, directly or through results that were the reference of others:
+    /// where a check failed, from the last good one of the same quantity before it to the first good one after it; else since the last good
+    /// check of a sensitivity, or the certificate. `error` is the relative error of the standard.
     ///
     /// The effect on a quantity is error/u · c, with the relative standard uncertainty u of the certificate that was used and the part c
     /// of the uncertainty that the stored budget gives to the reference: the sensitivity of the result to the standard. A relative error
     /// turns no phase.
     ///
     /// # Errors
-    /// The database refuses.
+    /// The database refuses; a first day behind the last, an error that is not finite.
     pub fn recall(
         &mut self,
         standard: i64,
@@ -83,10 +84,18 @@ impl Records {
         since: Option<i64>,
         error: Option<f64>,
     ) -> Result<Recall> {
+        if error.is_some_and(|e| !e.is_finite()) {
+            return Err(Trouble::request("the error of the standard is not finite")
+                .with_hint("give it in percent, such as --error 0.8"));
+        }
         let engine = &mut *self.engine;
-        let (from, why) = match since {
-            Some(day) => (day, "as was asked for".to_owned()),
-            None => last_good(engine, standard, found)?,
+        let ([from, found], why) = match since {
+            Some(day) if day > found => {
+                return Err(Trouble::request("the first day lies behind the last")
+                    .with_hint("give --since before --until"));
+            }
+            Some(day) => ([day, found], "the day that was given".to_owned()),
+            None => in_question(engine, standard, found)?,
         };
         let rows = engine.rows(
             "SELECT result.entry FROM used JOIN result ON result.entry = used.result
@@ -134,14 +143,52 @@ impl Records {
     }
 }
 
-/// The day of the last good check, or what stands in its place.
-fn last_good(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<(i64, String)> {
+/// First and last day in which a standard may have been wrong, and why the first.
+///
+/// After a failed check: from the last good check of the same quantity before it to the first good one after it. Without one: from the last
+/// good check of a sensitivity on.
+fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i64; 2], String)> {
     let rows = engine.rows(
-        "SELECT max(day) FROM checked WHERE device = ?1 AND good = 1 AND day <= ?2",
+        "SELECT day, quantity, good FROM checked WHERE device = ?1 AND day <= ?2 ORDER BY day, entry",
         &[standard.into(), found.into()],
     )?;
-    if let Some(day) = rows.first().and_then(|row| row[0].integer()) {
-        return Ok((day, format!("its last good check, on {}", date_of(day))));
+    let checks: Vec<(i64, String, bool)> = rows
+        .iter()
+        .filter_map(|row| {
+            Some((
+                row[0].integer()?,
+                row[1].words(),
+                row[2].integer() == Some(1),
+            ))
+        })
+        .collect();
+    let failed = checks.iter().rposition(|(_, _, good)| !good);
+    let (before, until, behind) = match failed {
+        Some(at) => {
+            let (day, quantity, _) = &checks[at];
+            let good = |c: &&(i64, String, bool)| c.2 && c.1 == *quantity;
+            // Several that failed in a row are one time.
+            let before = checks[..at].iter().filter(good).next_back();
+            let after = checks[at..].iter().find(good).map_or(found, |c| c.0);
+            (
+                before,
+                after,
+                format!(" before the one that failed on {}", date_of(*day)),
+            )
+        }
+        None => {
+            let of_sensitivity =
+                |c: &&(i64, String, bool)| c.2 && c.1.to_lowercase().starts_with('s');
+            (
+                checks.iter().filter(of_sensitivity).next_back(),
+                found,
+                String::new(),
+            )
+        }
+    };
+    if let Some((day, ..)) = before {
+        let since = format!("its last good check{behind}, on {}", date_of(*day));
+        return Ok(([*day, until], since));
     }
     let rows = engine.rows(
         "SELECT max(valid_from) FROM certificate WHERE standard = ?1 AND valid_from <= ?2",
@@ -149,14 +196,14 @@ fn last_good(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<(i64,
     )?;
     Ok(match rows.first().and_then(|row| row[0].integer()) {
         Some(day) => (
-            day,
+            [day, until],
             format!(
-                "its certificate, valid from {}: it was never checked since",
+                "its certificate, valid from {}: no good check stands between",
                 date_of(day)
             ),
         ),
         None => (
-            i64::MIN / 2,
+            [i64::MIN / 2, until],
             "the beginning: it has neither a good check nor a certificate".to_owned(),
         ),
     })

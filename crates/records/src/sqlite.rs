@@ -101,6 +101,8 @@ impl Sqlite {
         if access != Access::Read {
             connection.pragma_update(None, "journal_mode", "wal")?;
             connection.pragma_update(None, "synchronous", "full")?;
+            // A name that was removed leaves nothing behind.
+            connection.pragma_update(None, "secure_delete", true)?;
         }
         let reads = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()));
         // In a folder that cannot be written no other program writes either: the file stays as it is.
@@ -158,6 +160,16 @@ fn look_at_head(path: &Path, size: u64) -> Result<()> {
     let mut journal = path.as_os_str().to_owned();
     journal.push("-wal");
     let is_open = std::fs::metadata(Path::new(&journal)).is_ok_and(|m| m.len() > 0);
+    // One page alone has no table: it may become a file of records.
+    let application = number(68);
+    let bare = application == 0 && number(60) == 0 && number(28) <= 1;
+    if !is_open && application != APPLICATION as u64 && !bare {
+        return Err(Trouble::data(format!(
+            "{} is a database of another program",
+            path.display()
+        ))
+        .with_hint("name the file of the records"));
+    }
     // The number of pages counts where both change counters agree.
     if !is_open && number(24) == number(92) && size < whole {
         return Err(Trouble::data(format!(

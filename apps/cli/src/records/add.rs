@@ -214,6 +214,20 @@ impl Add {
                         .add_result(place, &results.filing, today)
                         .map_err(|trouble| trouble.detail(place.display().to_string()))?;
                     filed.findings.iter().for_each(console::finding);
+                    let said = &results.filing;
+                    let more =
+                        !said.standard.is_empty() || said.number.is_some() || said.device.is_some();
+                    if filed.known && more {
+                        return Err(Failure::new(format!(
+                            "{} is here already as result {}, and nothing is changed",
+                            place.display(),
+                            filed.number
+                        ))
+                        .hint(format!(
+                            "to file it anew with what you say now: --supersedes {} --reason \"…\"",
+                            filed.number
+                        )));
+                    }
                     let how = if filed.known {
                         "is here already as"
                     } else {
@@ -228,10 +242,10 @@ impl Add {
                 }
                 return Ok(Outcome::of(self.strict, &all));
             }
-            What::Device(d) => Content::Device(named(d.device)?),
+            What::Device(d) => Content::Device(named(records, d.device)?),
             What::Standard(s) => Content::Device(FiledDevice {
                 standard: true,
-                ..named(s.device)?
+                ..named(records, s.device)?
             }),
             What::Certificate(c) => {
                 let standard = records.device(&c.standard)?;
@@ -316,13 +330,31 @@ impl Add {
     }
 }
 
-/// A device that can be found again.
-fn named(device: FiledDevice) -> Result<FiledDevice, Failure> {
-    match device.serial.is_some() || device.owner_number.is_some() {
-        true => Ok(device),
-        false => Err(Failure::new("a device needs a number by which it is found")
-            .hint("give --serial or --owner-number")),
+/// A device that can be found again, and is not here yet.
+fn named(records: &mut Ledger, device: FiledDevice) -> Result<FiledDevice, Failure> {
+    let number = |text: &Option<String>| text.as_ref().is_some_and(|t| !t.trim().is_empty());
+    if !number(&device.serial) && !number(&device.owner_number) {
+        return Err(Failure::new("a device needs a number by which it is found")
+            .hint("give --serial or --owner-number"));
     }
+    for row in records.devices(false)? {
+        let known = records.filed_device(row.number)?;
+        let alike = [
+            (&known.manufacturer, &device.manufacturer),
+            (&known.model, &device.model),
+            (&known.serial, &device.serial),
+            (&known.owner_number, &device.owner_number),
+        ];
+        if alike.iter().all(|(a, b)| a == b) {
+            return Err(Failure::new(format!(
+                "{} is here already as #{}",
+                known.line(),
+                row.number
+            ))
+            .hint("`proofmass records show` has what is known of it"));
+        }
+    }
+    Ok(device)
 }
 
 impl RuleArguments {

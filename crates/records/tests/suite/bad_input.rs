@@ -223,3 +223,56 @@ fn refuses_a_result_that_was_changed() {
     assert!(refused.to_string().contains("changed"), "{refused}");
     assert!(records.entries(1).unwrap().is_empty());
 }
+
+#[test]
+fn refuses_to_write_into_a_database_of_another_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("other.db");
+    {
+        let other = rusqlite::Connection::open(&place).unwrap();
+        other.execute_batch("CREATE TABLE a (b)").unwrap();
+    }
+    let before = std::fs::read(&place).unwrap();
+    let refused = Records::open_or_make(place.to_str().unwrap()).err();
+    assert!(refused.is_some_and(|t| t.to_string().contains("another program")));
+    assert!(
+        std::fs::read(&place).unwrap() == before,
+        "it was written to"
+    );
+}
+
+#[test]
+fn refuses_numbers_that_could_not_be_read_or_reckoned_with() {
+    each(|place, _| {
+        let mut records = make(place);
+        let with = |change: &dyn Fn(&mut FiledQuantity)| {
+            let mut c = candidate("1", "2026-01-01", 1.0, 0.01, 0.005);
+            change(&mut c.quantities[0]);
+            c
+        };
+        for bad in [
+            with(&|q| q.value = f64::INFINITY),
+            with(&|q| q.u = Some(-0.1)),
+            with(&|q| q.u = Some(1e-200)),
+            with(&|q| q.expanded = Some(f64::NAN)),
+            with(&|q| q.k = Some(0.0)),
+        ] {
+            let refused = records.file_candidate(&bad, &Filing::default(), TODAY);
+            assert!(refused.is_err_and(|t| t.hint().is_some()), "{bad:?}");
+        }
+        let check = FiledCheck {
+            device: 1,
+            date: TODAY.into(),
+            quantity: "S".into(),
+            unit: "1".into(),
+            value: 1e308,
+            u: 0.1,
+            reference: -1e308,
+            u_reference: 0.1,
+            en: f64::INFINITY,
+        };
+        assert!(records.add(TODAY, None, Content::Check(check)).is_err());
+        assert!(records.check().unwrap().is_whole());
+        assert_eq!(records.devices(false).unwrap().len(), 0);
+    });
+}

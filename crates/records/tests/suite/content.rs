@@ -308,19 +308,47 @@ fn law_a_recall_goes_through_results_that_were_references() {
             .unwrap();
         assert_eq!(recall.results.len(), 0, "{recall:?}");
         assert_eq!(date_of(recall.days[0]), "2026-02-01");
+        // Put right again, the time in question is that between the two good checks.
+        let wrong = file(
+            &mut records,
+            &candidate("12", "2026-03-01", 1.0, 0.01, 0.005),
+            Some("R"),
+        );
+        records
+            .add(TODAY, None, check("2026-05-10", 1.001))
+            .unwrap();
+        let recall = records
+            .recall(standard, day_of("2026-06-01").unwrap(), None, None)
+            .unwrap();
+        let numbers: Vec<i64> = recall.results.iter().map(|r| r.result).collect();
+        assert_eq!(numbers, [wrong.number]);
+        assert_eq!(recall.days.map(date_of), ["2026-02-01", "2026-05-10"]);
+        assert!(
+            recall.since.contains("failed on 2026-05-01"),
+            "{}",
+            recall.since
+        );
+        records.add(TODAY, None, check("2026-05-12", 1.1)).unwrap();
         let late = file(
             &mut records,
             &candidate("11", "2026-05-20", 1.0, 0.01, 0.005),
             Some("R"),
         );
         assert_eq!(codes(&late), ["standard-in-question"]);
-        assert_eq!(
+        let recall = records
+            .recall(standard, day_of("2026-06-01").unwrap(), None, None)
+            .unwrap();
+        let numbers: Vec<i64> = recall.results.iter().map(|r| r.result).collect();
+        assert_eq!(numbers, [late.number]);
+        assert!(
             records
-                .recall(standard, day_of("2026-06-01").unwrap(), None, None)
-                .unwrap()
-                .results
-                .len(),
-            1
+                .recall(
+                    standard,
+                    day_of("2026-01-01").unwrap(),
+                    day_of("2026-06-01").ok(),
+                    None
+                )
+                .is_err()
         );
     });
 }
