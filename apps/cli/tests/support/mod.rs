@@ -50,6 +50,8 @@ pub fn law_a_message_fits_the_call(arguments: &[&str], said: &str) {
     let commands = match arguments {
         [group @ ("test" | "velocity" | "simulate"), test, ..] => vec![*group, *test],
         ["noise", "compare", ..] => vec!["noise", "compare"],
+        ["records", "add", what, ..] => vec!["records", "add", *what],
+        ["records", what, ..] => vec!["records", *what],
         [command, ..] => vec![*command],
         [] => return,
     };
