@@ -168,7 +168,7 @@ fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i
             let (day, quantity, _) = &checks[at];
             let good = |c: &&(i64, String, bool)| c.2 && c.1 == *quantity;
             // Several that failed in a row are one time.
-            let before = checks[..at].iter().filter(good).next_back();
+            let before = checks[..at].iter().rfind(good);
             let after = checks[at..].iter().find(good).map_or(found, |c| c.0);
             (
                 before,
@@ -179,11 +179,7 @@ fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i
         None => {
             let of_sensitivity =
                 |c: &&(i64, String, bool)| c.2 && c.1.to_lowercase().starts_with('s');
-            (
-                checks.iter().filter(of_sensitivity).next_back(),
-                found,
-                String::new(),
-            )
+            (checks.iter().rfind(of_sensitivity), found, String::new())
         }
     };
     if let Some((day, ..)) = before {
