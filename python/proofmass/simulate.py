@@ -247,8 +247,8 @@ def transducer(
             piezoresistive, strain-gauge, piezoelectric, inductive, hall, thermal, resonant, tunnelling, shutter,
             interferometer.
         motion: What happens to it. One of shock, random, sweep, step.
-        level: Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device
-            measures].
+        level: Greatest acceleration of the motion (RMS of noise), m/s² [default: a fifth of what the device measures,
+            at its resonance where that is swept].
         pulse: Duration of the pulse, s [default: twenty periods of the mass].
         natural_frequency: Natural frequency of the mass, Hz [default: that of the example].
         damping: Damping ratio of the mass [default: that of the example].

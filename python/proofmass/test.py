@@ -102,6 +102,7 @@ def tilt(
     angle: str,
     output_unit: str | None = None,
     temperature: str | int | None = None,
+    uncertainty_column: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -119,6 +120,8 @@ def tilt(
         angle: Column of the angle between the axis and the vertical, in degrees unless its heading says rad.
         output_unit: Unit of the outputs, where the heading does not say it.
         temperature: Column of temperatures in °C.
+        uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
+            ratios count.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -140,6 +143,7 @@ def sensitivity(
     position: str,
     output_unit: str | None = None,
     temperature: str | int | None = None,
+    uncertainty_column: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -159,6 +163,8 @@ def sensitivity(
         position: Column of the position: 1 up, -1 down.
         output_unit: Unit of the outputs, where the heading does not say it.
         temperature: Column of temperatures in °C.
+        uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
+            ratios count.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -249,6 +255,7 @@ def linearity(
     acceleration: str | int,
     output_unit: str | None = None,
     temperature: str | int | None = None,
+    uncertainty_column: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -267,6 +274,8 @@ def linearity(
         acceleration: Column of the accelerations, in m/s² unless its heading says g.
         output_unit: Unit of the outputs, where the heading does not say it.
         temperature: Column of temperatures in °C.
+        uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
+            ratios count.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -287,6 +296,7 @@ def centrifuge(
     radius: float,
     output_unit: str | None = None,
     temperature: str | int | None = None,
+    uncertainty_column: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -310,6 +320,8 @@ def centrifuge(
         radius: Radius of the proof mass at rest, in m.
         output_unit: Unit of the outputs, where the heading does not say it.
         temperature: Column of temperatures in °C.
+        uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
+            ratios count.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
