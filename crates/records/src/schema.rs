@@ -57,6 +57,7 @@ CREATE INDEX due_day ON due (day);
 ";
 
 /// Every table, those that others name first.
+#[cfg(feature = "postgres")]
 pub(crate) const TABLES: &[&str] = &[
     "entry",
     "file",
