@@ -12,6 +12,7 @@ mod standard;
 mod tests;
 
 pub use doubts::{PulseContext, pulse_findings};
+pub(crate) use pulse::{Functional, LEVEL};
 pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};
 pub use sensitivity::{NoCalibration, ShockCalibration, ShockReference, SpectrumLine};
 pub use spectrum::{PulseSpectra, SpectrumDoubt, SpectrumRequest};

@@ -1,6 +1,6 @@
 //! How a recording was read: its columns, their units, its rate, and who said so of each.
 
-use crate::time_unit::{hertz, short};
+use crate::time_unit::{hertz, short, significant};
 use crate::{ClockUnit, Layout, SaidBy, Thermometer, TimeUnit, Unit};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -186,19 +186,6 @@ fn column_by(f: &mut fmt::Formatter<'_>, number: usize, heading: Option<&str>) -
     heading.map_or(Ok(()), |heading| write!(f, " {heading}"))
 }
 
-/// Two digits in plain decimals, without zeros behind the last one that counts.
-fn decimals(u: f64) -> String {
-    if !(u > 1e-8) {
-        return short(u);
-    }
-    let places = (1 - u.log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{u:.places$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
-}
-
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let words = if self.columns.len() == 1 {
@@ -279,7 +266,10 @@ impl fmt::Display for Reading {
             write!(f, "; between {from} s and {to} s")?;
         }
         if let Some(g) = &self.gravity {
-            let u = decimals(g.standard_uncertainty);
+            let u = match g.standard_uncertainty {
+                u if u > 1e-8 => significant(u, 2),
+                u => short(u),
+            };
             write!(f, "; g = {:.5} m/s², u = {u} m/s², {}", g.value, g.by)?;
         }
         Ok(())

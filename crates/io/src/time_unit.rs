@@ -359,7 +359,12 @@ pub(crate) fn short(v: f64) -> String {
     if v == 0.0 || !(1e-4..1e9).contains(&v.abs()) {
         return format!("{v:.3e}");
     }
-    let decimals = (3 - v.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    significant(v, 4)
+}
+
+/// So many significant digits in plain decimals, nine behind the point at most, without zeros behind the last one that counts.
+pub(crate) fn significant(v: f64, digits: i32) -> String {
+    let decimals = (digits - 1 - v.abs().log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{v:.decimals$}");
     match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),

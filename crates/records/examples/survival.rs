@@ -76,9 +76,7 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
             .spawn()
             .expect("a process");
         let lines = BufReader::new(child.stdout.take().expect("its output"));
-        chance = chance
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        advance(&mut chance);
         let wait = Duration::from_micros(2_000 + (chance >> 33) % 60_000);
         let began = Instant::now();
         std::thread::spawn({
@@ -133,9 +131,7 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
     let good = std::fs::read(&single).expect("a file");
     let (mut found, mut harmless) = (0, 0);
     for _ in 0..bits {
-        chance = chance
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        advance(&mut chance);
         let at = (chance >> 20) as usize % good.len();
         let mut bytes = good.clone();
         bytes[at] ^= 1 << (chance % 8);
@@ -157,6 +153,13 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
     in_kept_files(&folder, bits.min(200), &mut chance)?;
     let _ = std::fs::remove_dir_all(&folder);
     Ok(())
+}
+
+/// The next of a row of numbers that are the same every time.
+fn advance(chance: &mut u64) {
+    *chance = chance
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
 }
 
 /// Two processes add so many entries in all, half of them each.
@@ -219,9 +222,7 @@ fn in_kept_files(
     }
     assert!(!kept.is_empty() && records.check()?.is_whole());
     for _ in 0..bits {
-        *chance = chance
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        advance(chance);
         let file = &kept[(*chance >> 40) as usize % kept.len()];
         let good = std::fs::read(file).expect("a file");
         let mut bytes = good.clone();

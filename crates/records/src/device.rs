@@ -70,6 +70,20 @@ impl Records {
         Ok(devices.collect())
     }
 
+    /// The number of a device of the same maker, type and numbers, where it is here already.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn same_device(&mut self, device: &FiledDevice) -> Result<Option<i64>> {
+        let rows = self.engine.rows(
+            "SELECT entry FROM device WHERE coalesce(serial, '') = ?1 AND coalesce(owner_number, '') = ?2
+                AND coalesce(manufacturer, '') = ?3 AND coalesce(model, '') = ?4",
+            &[&device.serial, &device.owner_number, &device.manufacturer, &device.model]
+                .map(|word| word.as_deref().unwrap_or_default().into()),
+        )?;
+        Ok(rows.first().and_then(|row| row[0].integer()))
+    }
+
     /// The device that is called so: its number here, the owner's number, or its serial number, also with the type before it.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Records in PostgreSQL, named by a URL.
 
 use crate::engine::{Engine, Row, Value};
-use crate::schema::VERSION;
+use crate::schema::{DERIVED, FILED, VERSION};
 use crate::sqlite::Access;
 use postgres::types::{IsNull, ToSql, Type, private::BytesMut};
 use postgres::{Client, NoTls};
@@ -190,7 +190,7 @@ impl Engine for Postgresql {
     fn keep_copy(&mut self) -> Result<String> {
         let schema = format!("proofmass_version_{}", self.version()?);
         self.script(&format!("CREATE SCHEMA {schema}"))?;
-        for table in crate::schema::TABLES {
+        for table in FILED.iter().chain(DERIVED) {
             let there = self.rows("SELECT to_regclass(?1::text)::text", &[Value::from(*table)])?;
             if there.first().is_some_and(|row| row[0] != Value::Null) {
                 self.script(&format!("CREATE TABLE {schema}.{table} AS TABLE {table}"))?;

@@ -56,27 +56,11 @@ CREATE TABLE due (device BIGINT PRIMARY KEY REFERENCES device (entry), last BIGI
 CREATE INDEX due_day ON due (day);
 ";
 
-/// Every table, those that others name first.
+/// The tables of what was filed, which the others are made from.
 #[cfg(feature = "postgres")]
-pub(crate) const TABLES: &[&str] = &[
-    "entry",
-    "file",
-    "person",
-    "device",
-    "certificate",
-    "result",
-    "quantity",
-    "used",
-    "input",
-    "output",
-    "checked",
-    "event",
-    "supersession",
-    "rule",
-    "due",
-];
+pub(crate) const FILED: [&str; 3] = ["entry", "file", "person"];
 
-/// The tables of the index, which are made from the entries.
+/// The tables of the index, which are made from the entries; those that others name first.
 pub(crate) const DERIVED: &[&str] = &[
     "device",
     "certificate",

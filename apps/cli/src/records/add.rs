@@ -337,22 +337,11 @@ fn named(records: &mut Ledger, device: FiledDevice) -> Result<FiledDevice, Failu
         return Err(Failure::new("a device needs a number by which it is found")
             .hint("give --serial or --owner-number"));
     }
-    for row in records.devices(false)? {
-        let known = records.filed_device(row.number)?;
-        let alike = [
-            (&known.manufacturer, &device.manufacturer),
-            (&known.model, &device.model),
-            (&known.serial, &device.serial),
-            (&known.owner_number, &device.owner_number),
-        ];
-        if alike.iter().all(|(a, b)| a == b) {
-            return Err(Failure::new(format!(
-                "{} is here already as #{}",
-                known.line(),
-                row.number
-            ))
-            .hint("`proofmass records show` has what is known of it"));
-        }
+    if let Some(known) = records.same_device(&device)? {
+        return Err(
+            Failure::new(format!("{} is here already as #{known}", device.line()))
+                .hint("`proofmass records show` has what is known of it"),
+        );
     }
     Ok(device)
 }

@@ -2,6 +2,7 @@
 
 use super::{Inverse, low_pass};
 use crate::limit;
+use crate::shock::{Functional, LEVEL};
 use num_complex::Complex64;
 use proofmass_signal::{Density, fourier};
 use proofmass_uncertainty::{Covariance, student_quantile};
@@ -27,30 +28,11 @@ impl PulseReading {
     }
 }
 
-/// Share of the peak between whose passages the duration is taken, as `test shock` takes it.
-const LEVEL: f64 = 0.1;
 /// Share of that level within which the standard uncertainty of a sample must lie: the outermost of a thousand samples passes the
 /// level by chance once in ten.
 const CLEAR: f64 = 0.5;
 /// Fewer windows of the quiet stretch than this say nothing of a reading.
 const WINDOWS: usize = 6;
-
-/// A linear reading: weights of the samples from `first` on.
-struct Reading {
-    first: usize,
-    weights: Vec<f64>,
-}
-
-impl Reading {
-    fn of(&self, value: &[f64]) -> f64 {
-        let samples = self.weights.iter().zip(&value[self.first..]);
-        samples.map(|(w, v)| w * v).sum()
-    }
-
-    fn sum(&self) -> f64 {
-        self.weights.iter().sum()
-    }
-}
 
 /// Passages through the level, in samples, and the change per sample there.
 struct Passages {
@@ -103,7 +85,7 @@ impl Passages {
     }
 
     /// Of the duration in samples: what moves a passage is the value there less its share of the peak, over the slope.
-    fn reading(&self, top: usize) -> Reading {
+    fn reading(&self, top: usize) -> Functional {
         let first = self.start.0 as usize;
         let mut weights = vec![0.0; self.end.0 as usize + 2 - first];
         let mut add = |(at, slope): (f64, f64), sign: f64| {
@@ -115,7 +97,7 @@ impl Passages {
         };
         add(self.end, 1.0);
         add(self.start, -1.0);
-        Reading { first, weights }
+        Functional { first, weights }
     }
 }
 
@@ -179,12 +161,12 @@ impl Deconvolution<'_> {
         let reach = self.reach().max((to - from) / 4);
         let from = from.checked_sub(reach)?;
         let to = Some(to + reach).filter(|to| *to <= self.value.len())?;
-        let reading = Reading {
+        let reading = Functional {
             first: from,
             weights: vec![1.0 / self.rate; to - from],
         };
-        let value = reading.of(self.value);
-        Some(self.stated(&reading, value, value - reading.of(&self.coarse())))
+        let value = reading.read(self.value, 0.0);
+        Some(self.stated(&reading, value, value - reading.read(&self.coarse(), 0.0)))
     }
 
     /// With half the corner: of a spectrum that falls as f⁻² that loses as much again.
@@ -192,8 +174,12 @@ impl Deconvolution<'_> {
         self.inverse.at(0.5 * self.corner, &|_| Complex64::ONE)
     }
 
-    fn stated(&self, reading: &Reading, value: f64, removed: f64) -> PulseReading {
-        let parts: Vec<f64> = self.sensitivities.iter().map(|s| reading.of(s)).collect();
+    fn stated(&self, reading: &Functional, value: f64, removed: f64) -> PulseReading {
+        let parts: Vec<f64> = self
+            .sensitivities
+            .iter()
+            .map(|s| reading.read(s, 0.0))
+            .collect();
         let mut model = 0.0;
         for (a, p) in parts.iter().enumerate() {
             for (b, q) in parts.iter().enumerate() {
@@ -216,7 +202,7 @@ impl Deconvolution<'_> {
     /// the quiet samples, where that is more (hum, a drift). The mean of the quiet samples, from which all is counted, is part of both.
     ///
     /// A few quiet samples know the density at no single line: it counts as at least its mean up to the corner.
-    fn noise(&self, reading: &Reading) -> f64 {
+    fn noise(&self, reading: &Functional) -> f64 {
         let density = &self.noise.density;
         let bin = |f: f64| ((f / self.noise.bin_width).round() as usize).min(density.len() - 1);
         let band =

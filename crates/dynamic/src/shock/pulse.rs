@@ -6,6 +6,9 @@ use proofmass_core::{Error, Watch};
 use proofmass_signal::{Extremes, Peaks, PulseShape, ShockSpectrum};
 use serde::{Deserialize, Serialize};
 
+/// Share of the peak between whose passages the duration of a pulse is taken.
+pub(crate) const LEVEL: f64 = 0.1;
+
 /// How a pulse is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -22,7 +25,7 @@ pub struct PulseSearch {
 impl Default for PulseSearch {
     fn default() -> Self {
         Self {
-            level: 0.1,
+            level: LEVEL,
             least_ratio: 8.0,
             another: 0.25,
         }
@@ -213,18 +216,23 @@ pub struct PulseMeasures {
 }
 
 /// A linear reading of samples from `first` on.
-pub(super) struct Functional {
-    pub(super) first: usize,
-    pub(super) weights: Vec<f64>,
+pub(crate) struct Functional {
+    pub(crate) first: usize,
+    pub(crate) weights: Vec<f64>,
 }
 
 impl Functional {
-    pub(super) fn read(&self, record: &[f64], baseline: f64) -> f64 {
+    pub(crate) fn read(&self, record: &[f64], baseline: f64) -> f64 {
         self.weights
             .iter()
             .zip(&record[self.first..])
             .map(|(w, v)| w * (v - baseline))
             .sum()
+    }
+
+    /// What it reads of a level of one.
+    pub(crate) fn sum(&self) -> f64 {
+        self.weights.iter().sum()
     }
 }
 
