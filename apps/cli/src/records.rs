@@ -110,7 +110,10 @@ struct Check {
     json: bool,
 }
 
-/// List every result that used a standard since its last good check, with the effect on each
+/// List every result that used a standard while it may have been wrong, with the effect on each
+///
+/// Where a check failed, that is from the last good check of the same quantity before it to the first good one after it; else since
+/// the last good check of a sensitivity, or the certificate.
 ///
 /// The effect follows from the part of the standard in the budget that each result keeps. Results that used others as their
 /// reference are followed too.
@@ -121,10 +124,10 @@ struct Recall {
     /// Relative error that was found, in percent
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     error: Option<f64>,
-    /// First day [default: the last good check, else the certificate]
+    /// First day [default: the last good check before the failed one, else the certificate]
     #[arg(long, value_name = "DATE")]
     since: Option<String>,
-    /// Last day [default: today]
+    /// Day as of which it is asked, and the last one where --since is given [default: today]
     #[arg(long, value_name = "DATE")]
     until: Option<String>,
     /// Write the page

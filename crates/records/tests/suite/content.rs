@@ -66,24 +66,10 @@ fn law_a_certificate_is_found_by_the_digest_of_its_file() {
         records
             .add(TODAY, None, Content::Certificate(filed))
             .unwrap();
-        let filed = records.add_result(
-            &campaign,
-            &Filing {
-                largest: 1.0,
-                ..Default::default()
-            },
-            TODAY,
-        );
+        let filed = records.add_result(&campaign, &filing(), TODAY);
         assert!(filed.is_err(), "a campaign is no result");
         let filed = records
-            .add_result(
-                &campaign.join("result"),
-                &Filing {
-                    largest: 1.0,
-                    ..Default::default()
-                },
-                TODAY,
-            )
+            .add_result(&campaign.join("result"), &filing(), TODAY)
             .unwrap();
         assert_eq!(codes(&filed), ["certificate-not-valid"]);
         let recall = records

@@ -38,14 +38,7 @@ fn law_one_flipped_bit_is_found_or_harmless() {
     let mut records = make(place.to_str().unwrap());
     let campaign = campaign(folder.path());
     records
-        .add_result(
-            &campaign.join("result"),
-            &Filing {
-                largest: 1.0,
-                ..Default::default()
-            },
-            TODAY,
-        )
+        .add_result(&campaign.join("result"), &filing(), TODAY)
         .unwrap();
     for k in 0..10 {
         file(

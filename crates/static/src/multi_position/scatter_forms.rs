@@ -1,6 +1,6 @@
 //! Forms that the scatter between standstills may have, each with the weight that the residuals give it.
 
-use super::solved::{Solved, gain};
+use super::solved::{Solved, factored_normal, gain};
 use super::{MultiPosition, Problem};
 use crate::Triple;
 use crate::added_terms::AddedTerms;
@@ -375,20 +375,11 @@ fn least_squares(
     weights: &[f64],
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let p = jacobian.len() / residuals.len().max(1);
-    let mut normal = vec![0.0; p * p];
+    let normal = factored_normal(jacobian, weights, p)?;
     let mut step = vec![0.0; p];
     for ((row, r), w) in jacobian.chunks_exact(p).zip(residuals).zip(weights) {
-        for a in 0..p {
-            step[a] -= w * row[a] * r;
-            for b in 0..=a {
-                normal[a * p + b] += w * row[a] * row[b];
-            }
-        }
+        step.iter_mut().zip(row).for_each(|(s, j)| *s -= w * j * r);
     }
-    cholesky(&mut normal, p).ok_or(Error::Singular {
-        name: "equations of the fit",
-        condition: f64::INFINITY,
-    })?;
     solve(&normal, &mut step);
     let left = jacobian.chunks_exact(p).zip(residuals);
     let left = left.map(|(row, r)| r + dot(row, &step)).collect();

@@ -184,9 +184,12 @@ fn sum_of_squares(solution: &Solution) -> f64 {
     solution.equations.residual.iter().map(|r| r * r).sum()
 }
 
-/// (JᵀWJ)⁻¹JᵀW by rows.
-pub(super) fn gain(jacobian: &[f64], weights: &[f64], p: usize) -> Result<Vec<f64>, Error> {
-    let n = weights.len();
+/// The factor of JᵀWJ.
+pub(super) fn factored_normal(
+    jacobian: &[f64],
+    weights: &[f64],
+    p: usize,
+) -> Result<Vec<f64>, Error> {
     let mut normal = vec![0.0; p * p];
     for (row, w) in jacobian.chunks_exact(p).zip(weights) {
         for a in 0..p {
@@ -199,6 +202,13 @@ pub(super) fn gain(jacobian: &[f64], weights: &[f64], p: usize) -> Result<Vec<f6
         name: "equations of the fit",
         condition: f64::INFINITY,
     })?;
+    Ok(normal)
+}
+
+/// (JᵀWJ)⁻¹JᵀW by rows.
+pub(super) fn gain(jacobian: &[f64], weights: &[f64], p: usize) -> Result<Vec<f64>, Error> {
+    let n = weights.len();
+    let normal = factored_normal(jacobian, weights, p)?;
     let mut gain = vec![0.0; p * n];
     let mut column = vec![0.0; p];
     for (i, (row, w)) in jacobian.chunks_exact(p).zip(weights).enumerate() {
