@@ -251,11 +251,12 @@ impl Records {
                     new: s.by_result,
                     reason: s.reason,
                 };
-                Ledger::open_to_add(&place)?.add(
+                let filed = Ledger::open_to_add(&place)?.file_content(
                     &today,
                     None,
                     Content::Supersession(superseded),
                 )?;
+                filed.findings.iter().for_each(console::finding);
                 console::note(format!("result {} no longer counts", s.result));
             }
             Command::Export(export) => export.run(&mut Ledger::open(&place)?, &today)?,
@@ -316,9 +317,11 @@ impl Check {
             }
         }
         if let Some(first) = check.damage.first() {
-            return Err(Failure::new("the records are not what was filed").detail(first.clone()).hint(
-                "take the last backup; `proofmass records export --folder` of what is whole tells how far it can be read",
-            ));
+            return Err(Failure::new("the records are not what was filed")
+                .detail(first.clone())
+                .hint(
+                    "take the last backup; `records check --json` lists everything that is damaged",
+                ));
         }
         if !differs.is_empty() {
             return Err(Failure::new(format!("computed again, these results have other bytes: {}", differs.join(", ")))

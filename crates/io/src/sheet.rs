@@ -20,7 +20,7 @@ pub const ANGLE: Endings = &[("deg", DEGREE), ("rad", 1.0)];
 /// Voltages.
 pub const VOLTAGE: Endings = &[("V", 1.0), ("mV", 1e-3), ("uV", 1e-6)];
 /// Accelerations.
-pub const ACCELERATION: Endings = &[("m/s2", 1.0), ("g", G)];
+pub const ACCELERATION: Endings = &[("m/s2", 1.0), ("g", G), ("mg", 1e-3 * G)];
 /// Counts of a converter.
 pub const COUNT: Endings = &[("count", 1.0), ("counts", 1.0), ("LSB", 1.0)];
 /// Velocities.
@@ -53,6 +53,31 @@ pub const COUNT_SENSITIVITY: Endings = &[
 pub const RATIO: Endings = &[("", 1.0), ("%", 0.01)];
 /// A pure number whose heading must say whether it is in percent.
 pub const PERCENT: Endings = &[("%", 0.01), ("1", 1.0)];
+
+/// Units as results state them, each with what is turned into it.
+const COHERENT: [(&str, Endings); 8] = [
+    ("V/(m/s²)", SENSITIVITY),
+    ("count/(m/s²)", COUNT_SENSITIVITY),
+    ("m/s²", ACCELERATION),
+    ("V", VOLTAGE),
+    ("m/s", VELOCITY),
+    ("Hz", FREQUENCY),
+    ("rad", ANGLE),
+    ("1", PERCENT),
+];
+
+/// The unit in which results state what has this one, and what a number is multiplied with; `None` for a unit that is not known.
+pub fn coherent(unit: &str) -> Option<(&'static str, f64)> {
+    let plain = unit
+        .trim()
+        .replace('²', "2")
+        .replace("^2", "2")
+        .replace(['µ', 'μ'], "u");
+    COHERENT.iter().find_map(|(coherent, endings)| {
+        let (_, factor) = endings.iter().find(|(ending, _)| *ending == plain)?;
+        Some((*coherent, *factor))
+    })
+}
 
 /// Headings that are for people and never read.
 const FREE: &[&str] = &["note", "comment", "operator", "date", "time"];

@@ -26,11 +26,9 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
         let certificate = FiledCertificate {
             standard: number,
             number: format!("C{k}"),
-            laboratory: None,
             valid_from: "2010-01-01".into(),
-            valid_until: None,
             u_relative: Some(0.0025),
-            file: None,
+            ..FiledCertificate::default()
         };
         records.add(today, None, Content::Certificate(certificate))?;
     }

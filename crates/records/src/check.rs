@@ -1,8 +1,8 @@
 //! Whether the records are what was filed: chain, index, files, signatures; and a result computed again.
 
-use crate::engine::Value;
+use crate::candidate::quantities;
+use crate::engine::{Engine, Value};
 use crate::entry::{Content, FiledQuantity, FiledResult, link, sha256};
-use crate::filing::quantities;
 use crate::ledger::{Records, append_body, parse};
 use crate::schema::DERIVED;
 use crate::{files, history};
@@ -35,6 +35,29 @@ impl Check {
     pub fn is_whole(&self) -> bool {
         self.damage.is_empty()
     }
+}
+
+/// Refuses to go on with entries from a number on whose chain is broken.
+pub(crate) fn need_chain(engine: &mut dyn Engine, from: i64) -> Result<()> {
+    let rows = engine.rows(
+        "SELECT number, body, previous, digest FROM entry WHERE number >= ?1 ORDER BY number",
+        &[from.into()],
+    )?;
+    let mut before: Option<(i64, String)> = (from <= 1).then(|| (0, String::new()));
+    for row in &rows {
+        let (number, previous) = (row[0].integer().unwrap_or_default(), row[2].words());
+        let follows = before
+            .as_ref()
+            .is_none_or(|(n, digest)| number == n + 1 && previous == *digest);
+        if !follows || link(number, &row[1].words(), &previous) != row[3].words() {
+            return Err(Trouble::data(format!(
+                "the records are damaged: entry {number} is not what was filed, or the one before it is gone"
+            ))
+            .with_hint("`proofmass records check` lists what is damaged; take the last backup"));
+        }
+        before = Some((number, row[3].words()));
+    }
+    Ok(())
 }
 
 impl Records {

@@ -36,6 +36,52 @@ pub fn date_of(day: i64) -> String {
     time.split('T').next().unwrap_or_default().to_owned()
 }
 
+/// Days for an axis from one to another, with their dates: first days of years, of months, or what there is; at most eight.
+pub(crate) fn round_days(first: i64, last: i64) -> Vec<(f64, String)> {
+    const MOST: usize = 8;
+    // Some more on both sides, since a plot has margins.
+    let around = (last - first).max(2) / 8 + 1;
+    let (first, last) = (first - around, last + around);
+    let year = |day: i64| {
+        date_of(day)
+            .split('-')
+            .next()
+            .and_then(|y| y.parse::<i64>().ok())
+    };
+    let (Some(from), Some(to)) = (year(first), year(last)) else {
+        return Vec::new();
+    };
+    let marks = |step: usize| -> Vec<(f64, String)> {
+        let months = (12 * from..=12 * to + 11).step_by(step);
+        let days = months.map(|m| calendar::days(m.div_euclid(12), m.rem_euclid(12) + 1, 1));
+        let inside = days.filter(|day| (first..=last).contains(day));
+        inside
+            .map(|day| {
+                let date = date_of(day);
+                let label = if step % 12 == 0 {
+                    &date[..4]
+                } else {
+                    &date[..7]
+                };
+                (day as f64, label.to_owned())
+            })
+            .collect()
+    };
+    let steps = [1, 2, 3, 6, 12, 24, 60, 120, 240];
+    let found = steps
+        .map(marks)
+        .into_iter()
+        .find(|m| m.len() <= MOST)
+        .unwrap_or_default();
+    match found.len() {
+        0 | 1 => [first + around, last - around]
+            .into_iter()
+            .map(|day| (day as f64, date_of(day)))
+            .collect(),
+        _ => found,
+    }
+}
+
 /// Days as dates in JSON.
 pub(crate) mod as_date {
     use super::date_of;
@@ -58,6 +104,29 @@ pub(crate) mod as_date {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_marks_of_an_axis_are_few_and_round() {
+        let labels = |first: &str, last: &str| -> Vec<String> {
+            let marks = round_days(day_of(first).unwrap(), day_of(last).unwrap());
+            marks.into_iter().map(|(_, label)| label).collect()
+        };
+        assert_eq!(
+            labels("2015-03-01", "2020-03-01"),
+            ["2015", "2016", "2017", "2018", "2019", "2020"]
+        );
+        assert_eq!(
+            labels("2026-01-10", "2026-05-20"),
+            [
+                "2026-01", "2026-02", "2026-03", "2026-04", "2026-05", "2026-06"
+            ]
+        );
+        assert_eq!(
+            labels("2026-01-10", "2026-01-12"),
+            ["2026-01-10", "2026-01-12"]
+        );
+        assert_eq!(labels("1950-01-01", "2026-01-01").len(), 8);
+    }
 
     #[test]
     fn known_days_come_back() {

@@ -21,7 +21,7 @@ pub struct DeviceRow {
     pub standard: bool,
     /// Calibrations that count.
     pub results: i64,
-    /// Day of the last one, days from 1970-01-01.
+    /// Day of the last one, or from which its last certificate is valid; days from 1970-01-01.
     #[serde(serialize_with = "as_date::option")]
     pub last: Option<i64>,
     /// Day on which it is due, days from 1970-01-01.
@@ -49,13 +49,15 @@ impl Records {
     /// The database refuses.
     pub fn devices(&mut self, standards_alone: bool) -> Result<Vec<DeviceRow>> {
         let rows = self.engine.rows(
-            "SELECT device.entry, manufacturer, model, serial, owner_number, standard, calibrated.number, calibrated.last, due.day
+            "SELECT device.entry, manufacturer, model, serial, owner_number, device.standard, calibrated.number, calibrated.last, due.day, certified.last
              FROM device
              LEFT JOIN (SELECT device, count(*) AS number, max(day) AS last FROM result
                         WHERE entry NOT IN (SELECT old FROM supersession) GROUP BY device) AS calibrated
                ON calibrated.device = device.entry
+             LEFT JOIN (SELECT standard, max(valid_from) AS last FROM certificate GROUP BY standard) AS certified
+               ON certified.standard = device.entry
              LEFT JOIN due ON due.device = device.entry
-             WHERE standard >= ?1 ORDER BY device.entry",
+             WHERE device.standard >= ?1 ORDER BY device.entry",
             &[i64::from(standards_alone).into()],
         )?;
         let devices = rows.iter().map(|row| DeviceRow {
@@ -64,7 +66,7 @@ impl Records {
             owner_number: row[4].text().map(str::to_owned),
             standard: row[5].integer() == Some(1),
             results: row[6].integer().unwrap_or_default(),
-            last: row[7].integer(),
+            last: row[7].integer().max(row[9].integer()),
             due: row[8].integer(),
         });
         Ok(devices.collect())

@@ -36,7 +36,7 @@ impl Due {
 }
 
 impl Records {
-    /// What is due up to a day, the first one first; devices out of use and devices without a rule are left out.
+    /// What is due up to a day, the first one first; devices out of use, and those with neither a rule nor a certificate that ends, are left out.
     ///
     /// # Errors
     /// The database refuses.
@@ -56,7 +56,7 @@ impl Records {
         Ok(due.collect())
     }
 
-    /// When a device is due; `None` without a rule or a calibration.
+    /// When a device is due; `None` without a calibration, or with neither a rule nor a certificate that ends.
     ///
     /// # Errors
     /// The database refuses.
@@ -70,6 +70,14 @@ impl Records {
     /// The database refuses, or the entry is damaged.
     pub fn rule_of(&mut self, device: i64) -> Result<Option<FiledRule>> {
         rule(&mut *self.engine, device)
+    }
+
+    /// The rule of this device alone, or that of all for `None`.
+    ///
+    /// # Errors
+    /// The database refuses, or the entry is damaged.
+    pub fn own_rule(&mut self, device: Option<i64>) -> Result<Option<FiledRule>> {
+        stated(&mut *self.engine, device)
     }
 }
 
@@ -90,18 +98,24 @@ fn of(engine: &mut dyn Engine, device: i64) -> Result<Option<Due>> {
 
 /// The rule that holds for a device.
 pub(crate) fn rule(engine: &mut dyn Engine, device: i64) -> Result<Option<FiledRule>> {
-    for (condition, values) in [
-        ("device = ?1", vec![Value::from(device)]),
-        ("device IS NULL", vec![]),
-    ] {
-        let question =
-            format!("SELECT entry FROM rule WHERE {condition} ORDER BY entry DESC LIMIT 1");
-        let rows = engine.rows(&question, &values)?;
-        if let Some(number) = rows.first().and_then(|row| row[0].integer())
-            && let Content::Rule(rule) = read_entry(engine, number)?.content
-        {
-            return Ok(Some(rule));
-        }
+    match stated(engine, Some(device))? {
+        Some(own) => Ok(Some(own)),
+        None => stated(engine, None),
+    }
+}
+
+/// The last rule that was stated for a device, or for all.
+fn stated(engine: &mut dyn Engine, device: Option<i64>) -> Result<Option<FiledRule>> {
+    let (condition, values) = match device {
+        Some(device) => ("device = ?1", vec![Value::from(device)]),
+        None => ("device IS NULL", vec![]),
+    };
+    let question = format!("SELECT entry FROM rule WHERE {condition} ORDER BY entry DESC LIMIT 1");
+    let rows = engine.rows(&question, &values)?;
+    if let Some(number) = rows.first().and_then(|row| row[0].integer())
+        && let Content::Rule(rule) = read_entry(engine, number)?.content
+    {
+        return Ok(Some(rule));
     }
     Ok(None)
 }
@@ -119,33 +133,55 @@ pub(crate) fn update(engine: &mut dyn Engine, device: i64) -> Result<()> {
     {
         return Ok(());
     }
-    let Some(rule) = rule(engine, device)? else {
-        return Ok(());
-    };
-    let last = engine.rows(
+    let results = engine.rows(
         "SELECT max(day) FROM result WHERE device = ?1 AND entry NOT IN (SELECT old FROM supersession)",
         &[device.into()],
     )?;
-    let Some(last) = last.first().and_then(|row| row[0].integer()) else {
+    // What another laboratory certified counts as a calibration, too.
+    let certificates = engine.rows(
+        "SELECT number, valid_from, valid_until FROM certificate WHERE standard = ?1 ORDER BY valid_from DESC, entry DESC LIMIT 1",
+        &[device.into()],
+    )?;
+    let certificate = certificates.first();
+    let of_results = results.first().and_then(|row| row[0].integer());
+    let of_certificate = certificate.and_then(|row| row[1].integer());
+    let Some(last) = of_results.max(of_certificate) else {
         return Ok(());
     };
-    // A fixed interval asks for no history.
-    let series = match rule.rule {
-        proofmass_static::static_test::RecalibrationRule::Fixed { .. } => Vec::new(),
-        _ => history::series(engine, device, true)?,
+    let mut found: Option<(i64, String)> = None;
+    if let Some(rule) = rule(engine, device)? {
+        // A fixed interval asks for no history.
+        let series = match rule.rule {
+            proofmass_static::static_test::RecalibrationRule::Fixed { .. } => Vec::new(),
+            _ => history::series(engine, device, true)?,
+        };
+        let (days, evidence) = rule
+            .rule
+            .days(&changes(&series, &rule), drift_days(&series, &rule));
+        let day = last + days.floor() as i64;
+        found = Some((
+            day,
+            format!("{evidence}; last calibrated on {}", date_of(last)),
+        ));
+    }
+    // The end of a certificate counts, unless a calibration came after it began.
+    if let Some(row) = certificate.filter(|_| of_results < of_certificate)
+        && let Some(until) = row[2].integer()
+        && found.as_ref().is_none_or(|(day, _)| until < *day)
+    {
+        let evidence = format!(
+            "certificate {} is valid until {}",
+            row[0].words(),
+            date_of(until)
+        );
+        found = Some((until, evidence));
+    }
+    let Some((day, evidence)) = found else {
+        return Ok(());
     };
-    let (days, evidence) = rule
-        .rule
-        .days(&changes(&series, &rule), drift_days(&series, &rule));
-    let day = last + days.floor() as i64;
     engine.run(
         "INSERT INTO due (device, last, day, evidence) VALUES (?1, ?2, ?3, ?4)",
-        &[
-            device.into(),
-            last.into(),
-            day.into(),
-            (&format!("{evidence}; last calibrated on {}", date_of(last))).into(),
-        ],
+        &[device.into(), last.into(), day.into(), (&evidence).into()],
     )?;
     Ok(())
 }

@@ -1,5 +1,8 @@
 //! What is filed: one entry after another, each with the digest of the one before. No entry is ever changed.
 
+use crate::check::check_measurement;
+use proofmass_io::sheet::coherent;
+use proofmass_jobs::Result;
 use proofmass_static::static_test::RecalibrationRule;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -78,7 +81,7 @@ pub struct FiledDevice {
 }
 
 /// A certificate of a standard.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FiledCertificate {
     /// The standard.
     pub standard: i64,
@@ -95,6 +98,9 @@ pub struct FiledCertificate {
     /// Relative standard uncertainty of the sensitivity of the standard.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub u_relative: Option<f64>,
+    /// Frequency in Hz and relative standard uncertainty there, as its table has them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub u_at: Vec<[f64; 2]>,
     /// Its file: the table that campaigns read, or a page.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<FiledFile>,
@@ -252,6 +258,39 @@ impl EventKind {
             Self::Return => "return",
             Self::Other => "other",
         }
+    }
+}
+
+impl FiledCheck {
+    /// A measurement with its standard uncertainty, and the known value with its own; units that are known become those of SI.
+    ///
+    /// # Errors
+    /// Uncertainties that are not positive, a difference that is no number.
+    pub fn measured(
+        device: i64,
+        date: String,
+        (quantity, unit): (String, String),
+        [value, u]: [f64; 2],
+        [reference, u_reference]: [f64; 2],
+    ) -> Result<Self> {
+        let (unit, factor) = match coherent(&unit) {
+            Some((coherent, factor)) => (coherent.to_owned(), factor),
+            None => (unit, 1.0),
+        };
+        let [value, u, reference, u_reference] =
+            [value, u, reference, u_reference].map(|number| factor * number);
+        let en = check_measurement(&quantity, &unit, (value, u), (reference, u_reference))?.value;
+        Ok(Self {
+            device,
+            date,
+            quantity,
+            unit,
+            value,
+            u,
+            reference,
+            u_reference,
+            en,
+        })
     }
 }
 

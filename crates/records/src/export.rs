@@ -201,7 +201,7 @@ impl Records {
                 if name.len() != 64 {
                     continue;
                 }
-                let bytes = crate::filing::bytes_of(&found.path())?;
+                let bytes = crate::candidate::bytes_of(&found.path())?;
                 if crate::entry::sha256(&[&bytes]) != name {
                     return Err(changed(&name));
                 }

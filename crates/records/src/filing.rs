@@ -1,18 +1,14 @@
-//! A result is filed: what is taken from its folder, what it rests on, and what is to be doubted at that moment.
+//! A result is filed: its device, what it rests on, and what is to be doubted at that moment.
 
-use crate::contribution::from_standards;
+use crate::candidate::Candidate;
 use crate::day::{date_of, day_of};
 use crate::engine::Engine;
-use crate::entry::{
-    Content, FiledDevice, FiledFile, FiledQuantity, FiledResult, FiledSupersession, UsedStandard,
-    sha256, spelling,
-};
+use crate::entry::{Content, FiledDevice, FiledFile, FiledResult, FiledSupersession, spelling};
 use crate::ledger::{Records, append, entry, keep, person};
-use proofmass_io::{
-    Device, Fate, LARGEST_DOCUMENT, MANIFEST, Manifest, Source, StatedQuantity, Verification,
-};
+use crate::used;
+use proofmass_io::Device;
+use proofmass_jobs::Result;
 use proofmass_jobs::findings::filing as findings;
-use proofmass_jobs::{RESULT, Result, StoredResult, Trouble};
 use proofmass_uncertainty::Finding;
 use std::path::Path;
 
@@ -32,6 +28,9 @@ pub struct Filing {
     /// Number of its certificate
     #[cfg_attr(feature = "clap", arg(long, value_name = "NUMBER"))]
     pub number: Option<String>,
+    /// Day of the measurement [default: that of the evaluation]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DATE"))]
+    pub date: Option<String>,
     /// Campaign that it belongs to, by its number here
     #[cfg_attr(feature = "clap", arg(long, value_name = "NUMBER"))]
     pub campaign: Option<i64>,
@@ -73,145 +72,16 @@ pub struct Filed {
     pub findings: Vec<Finding>,
 }
 
-/// A result in memory, ready to be filed.
-#[derive(Clone, Debug, Default)]
-pub struct Candidate {
-    /// The device as the result names it.
-    pub device: Device,
-    /// Kind, as in result.json.
-    pub kind: String,
-    /// Title.
-    pub title: Option<String>,
-    /// Day of the evaluation, ISO 8601.
-    pub date: String,
-    /// SHA-256 of what it is told by.
-    pub sha256: String,
-    /// What wrote it.
-    pub source: String,
-    /// The quantities.
-    pub quantities: Vec<FiledQuantity>,
-    /// Name and bytes of its files.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Path and digest of its inputs, and their bytes where they are kept.
-    pub inputs: Vec<(String, String, Option<Vec<u8>>)>,
-    /// Who signed its list of files.
-    pub signer: Option<String>,
-}
-
-impl Candidate {
-    /// A result from its folder or its result.json. Files that were changed since are refused.
-    ///
-    /// # Errors
-    /// No result, a changed file, a signature that does not hold, a result without a date.
-    pub fn read(place: &Path, filing: &Filing, today: &str) -> Result<Self> {
-        let path = match place.is_dir() {
-            true => place.join(RESULT),
-            false => place.to_path_buf(),
-        };
-        let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
-        if let Some(doubt) = &input.doubt {
-            return Err(Trouble::data(doubt.clone())
-                .with_hint("file the result as it was computed: fetch its folder from there, or evaluate it again"));
-        }
-        let result =
-            StoredResult::from_json(&bytes).map_err(|t| t.detail(path.display().to_string()))?;
-        let folder = path.parent().unwrap_or_else(|| Path::new("."));
-        let manifest = Manifest::read(folder)?;
-        let listed = manifest
-            .as_ref()
-            .is_some_and(|m| m.files.iter().any(|f| f.name == RESULT));
-        // A folder is judged as a whole.
-        let whole = listed && path.ends_with(RESULT);
-        let mut files = vec![(RESULT.to_owned(), bytes.clone())];
-        let mut signer = None;
-        if let (true, Some(manifest)) = (whole, &manifest) {
-            for file in manifest.files.iter().filter(|f| f.name != RESULT) {
-                files.push((file.name.clone(), bytes_of(&folder.join(&file.name))?));
-            }
-            files.push((MANIFEST.to_owned(), bytes_of(&folder.join(MANIFEST))?));
-            signer = manifest.signature.as_ref().map(|s| s.key.clone());
-        }
-        let chain = Verification::of(if whole { folder } else { &path }, filing.data.as_deref())?;
-        let list = folder.join(MANIFEST);
-        let changed = chain
-            .links
-            .iter()
-            .find(|l| whole && l.fate == Fate::Changed && l.named_by == list);
-        if let Some(changed) = changed {
-            return Err(Trouble::data(format!(
-                "{} was changed since it was written: {} lists another",
-                folder.join(&changed.name).display(),
-                list.display()
-            ))
-            .with_hint("file the result as it was computed: fetch its folder from there, or evaluate it again"));
-        }
-        if let Some(why) = chain.distrust(&[]) {
-            return Err(Trouble::data(why).with_hint("ask whoever made the result"));
-        }
-        let record = result.record();
-        let mut inputs = Vec::new();
-        for file in record.inputs.iter().flat_map(proofmass_io::Input::files) {
-            // The chain says where an unchanged one lies.
-            let link = chain
-                .links
-                .iter()
-                .find(|l| l.sha256 == file.sha256 && l.fate == Fate::Unchanged);
-            let found = link.and_then(|l| l.found.as_deref());
-            let kept = match found.and_then(|p| Some((p, std::fs::metadata(p).ok()?.len()))) {
-                Some((place, size)) if size as f64 <= 1e6 * filing.largest => {
-                    Some(bytes_of(place)?)
-                }
-                _ => None,
-            };
-            let kept = kept.filter(|bytes| sha256(&[bytes]) == file.sha256);
-            inputs.push((file.path.clone(), file.sha256.clone(), kept));
-        }
-        let date = record.date.clone().unwrap_or_else(|| today.to_owned());
-        day_of(&date)?;
-        Ok(Self {
-            device: record.device.clone(),
-            kind: result.kind().to_owned(),
-            title: record.title.clone(),
-            date,
-            sha256: sha256(&[&bytes]),
-            source: record.software.to_string(),
-            quantities: quantities(&result)?,
-            files,
-            inputs,
-            signer,
-        })
-    }
-}
-
-/// Bytes of a file.
-pub(crate) fn bytes_of(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|e| Trouble::data(format!("{}: {e}", path.display())))
-}
-
-/// The quantities of a result as they are filed, with what the standard behind it has to do with each.
-pub(crate) fn quantities(result: &StoredResult) -> Result<Vec<FiledQuantity>> {
-    let shares = from_standards(result)?;
-    let filed = |q: &StatedQuantity| FiledQuantity {
-        name: q.name.clone(),
-        unit: q.unit.clone(),
-        value: q.value,
-        u: q.u,
-        expanded: Some(q.expanded),
-        k: q.k,
-        nu: q.nu_eff.filter(|nu| !nu.is_infinite()).map(|nu| nu.get()),
-        probability: Some(q.probability),
-        u_standard: shares.get(&q.name).copied(),
-    };
-    Ok(result.quantities().iter().map(filed).collect())
-}
-
 impl Records {
     /// Files a result from its folder or its result.json; the same result twice is one.
     ///
     /// # Errors
     /// As [`Candidate::read`] and [`Records::file_candidate`].
     pub fn add_result(&mut self, place: &Path, filing: &Filing, today: &str) -> Result<Filed> {
-        let candidate = Candidate::read(place, filing, today)?;
+        let mut candidate = Candidate::read(place, filing, today)?;
+        if let Some(date) = &filing.date {
+            candidate.date.clone_from(date);
+        }
         self.file_candidate(&candidate, filing, today)
     }
 
@@ -251,10 +121,11 @@ impl Records {
                 }
             };
             let day = day_of(&c.date)?;
-            let uses = uses(engine, c, &standards, day)?;
+            let uses = used::of(engine, c, &standards, day)?;
             for used in &uses {
-                doubts.extend(doubts_of(engine, used, day)?);
+                doubts.extend(used::doubts(engine, used, day)?);
             }
+            doubts.extend(used::superseded(engine, c)?);
             if uses.is_empty() {
                 doubts.push(findings::standard_not_named(&c.kind));
             }
@@ -364,101 +235,6 @@ fn new_device(device: &Device) -> FiledDevice {
         description: device.description.clone(),
         ..Default::default()
     }
-}
-
-/// Standards behind a result: those that are named, and those of whose certificates or results an input is the file.
-fn uses(
-    engine: &mut dyn Engine,
-    c: &Candidate,
-    named: &[i64],
-    day: i64,
-) -> Result<Vec<UsedStandard>> {
-    let mut uses: Vec<UsedStandard> = Vec::new();
-    let mut add = |used: UsedStandard| {
-        if !uses.iter().any(|u| u.standard == used.standard) {
-            uses.push(used);
-        }
-    };
-    for (_, digest, _) in &c.inputs {
-        let rows = engine.rows(
-            "SELECT standard, entry FROM certificate WHERE digest = ?1 ORDER BY valid_from DESC LIMIT 1",
-            &[digest.into()],
-        )?;
-        for row in rows {
-            add(UsedStandard {
-                standard: row[0].integer().unwrap_or_default(),
-                certificate: row[1].integer(),
-            });
-        }
-        // A result that was calibrated here and is the reference of this one.
-        let rows = engine.rows(
-            "SELECT result.device FROM output JOIN result ON result.entry = output.result
-             JOIN device ON device.entry = result.device WHERE output.digest = ?1 AND device.standard = 1 LIMIT 1",
-            &[digest.into()],
-        )?;
-        if let Some(standard) = rows.first().and_then(|row| row[0].integer()) {
-            let certificate = certificate_on(engine, standard, day)?;
-            add(UsedStandard {
-                standard,
-                certificate,
-            });
-        }
-    }
-    for standard in named {
-        let certificate = certificate_on(engine, *standard, day)?;
-        add(UsedStandard {
-            standard: *standard,
-            certificate,
-        });
-    }
-    Ok(uses)
-}
-
-/// The certificate of a standard on a day: the last one that was valid from then or before.
-fn certificate_on(engine: &mut dyn Engine, standard: i64, day: i64) -> Result<Option<i64>> {
-    let rows = engine.rows(
-        "SELECT entry FROM certificate WHERE standard = ?1 AND valid_from <= ?2 ORDER BY valid_from DESC, entry DESC LIMIT 1",
-        &[standard.into(), day.into()],
-    )?;
-    Ok(rows.first().and_then(|row| row[0].integer()))
-}
-
-/// What is to be doubted about a standard on the day of its use.
-fn doubts_of(engine: &mut dyn Engine, used: &UsedStandard, day: i64) -> Result<Vec<Finding>> {
-    let mut doubts = Vec::new();
-    let name = name_of(engine, used.standard)?;
-    if let Some(certificate) = used.certificate {
-        let rows = engine.rows(
-            "SELECT number, valid_from, valid_until FROM certificate WHERE entry = ?1",
-            &[certificate.into()],
-        )?;
-        if let Some(row) = rows.first() {
-            let from = row[1].integer().unwrap_or(i64::MIN);
-            let until = row[2].integer();
-            if day < from || until.is_some_and(|until| day > until) {
-                doubts.push(findings::certificate_not_valid(
-                    &name,
-                    &row[0].words(),
-                    &date_of(from),
-                    &until.map_or_else(|| "no stated end".to_owned(), date_of),
-                    &date_of(day),
-                ));
-            }
-        }
-    }
-    let rows = engine.rows(
-        "SELECT day, en, good FROM checked WHERE device = ?1 AND day <= ?2 ORDER BY day DESC, entry DESC LIMIT 1",
-        &[used.standard.into(), day.into()],
-    )?;
-    if let Some(row) = rows.first().filter(|row| row[2].integer() == Some(0)) {
-        let checked = date_of(row[0].integer().unwrap_or_default());
-        doubts.push(findings::standard_in_question(
-            &name,
-            &checked,
-            row[1].real().unwrap_or_default(),
-        ));
-    }
-    Ok(doubts)
 }
 
 /// The day on which a device was due, where that is before this day.

@@ -6,6 +6,7 @@ use crate::engine::{Engine, Value};
 use crate::entry::{Content, Entry, FiledResult, spelling};
 use crate::ledger::parse;
 use crate::schema::DERIVED;
+use crate::used;
 use proofmass_jobs::{Result, Trouble};
 
 /// Adds the rows of an entry.
@@ -45,6 +46,8 @@ pub(crate) fn add(engine: &mut dyn Engine, number: i64, entry: &Entry) -> Result
                     c.u_relative.into(),
                 ],
             )?;
+            used::link(engine, number, c)?;
+            due::update(engine, c.standard)?;
         }
         Content::Result(r) => result(engine, number, r)?,
         Content::Check(c) => {
@@ -120,7 +123,10 @@ pub(crate) fn add(engine: &mut dyn Engine, number: i64, entry: &Entry) -> Result
             match r.device {
                 Some(device) => due::update(engine, device)?,
                 None => {
-                    let devices = engine.rows("SELECT DISTINCT device FROM result", &[])?;
+                    let devices = engine.rows(
+                        "SELECT device FROM result UNION SELECT standard FROM certificate",
+                        &[],
+                    )?;
                     for device in devices.iter().filter_map(|row| row[0].integer()) {
                         due::update(engine, device)?;
                     }

@@ -1,10 +1,12 @@
 //! The records themselves: opened, read, and added to; never changed.
 
+use crate::check::need_chain;
 use crate::engine::{Engine, Value};
 use crate::entry::{Content, Entry, FiledFile, link, sha256};
+use crate::filing::Filed;
 use crate::schema::{self, VERSION};
 use crate::sqlite::{Access, Sqlite};
-use crate::{files, index};
+use crate::{doubts, files, index, sound};
 use proofmass_jobs::{Result, Trouble, TroubleKind};
 use std::path::{Path, PathBuf};
 
@@ -44,11 +46,12 @@ impl Records {
     /// Opens records to add to them.
     ///
     /// # Errors
-    /// As [`Records::open`]; a place that cannot be written, or on a network share; an older version, which
+    /// As [`Records::open`]; a damaged end of the chain; a place that cannot be written, or on a network share; an older version, which
     /// [`Records::upgrade`] brings up to this one.
     pub fn open_to_add(place: &str) -> Result<Self> {
         let mut records = Self::at(place, Access::Write)?;
         schema::need_current(&mut *records.engine)?;
+        need_end(&mut *records.engine)?;
         Ok(records)
     }
 
@@ -62,6 +65,7 @@ impl Records {
             schema::make(&mut *records.engine, VERSION)?;
         }
         schema::need_current(&mut *records.engine)?;
+        need_end(&mut *records.engine)?;
         Ok(records)
     }
 
@@ -137,9 +141,28 @@ impl Records {
     /// # Errors
     /// It names an entry that is not there, or the database refuses; the records are then as they were.
     pub fn add(&mut self, filed: &str, by: Option<&str>, content: Content) -> Result<i64> {
+        Ok(self.file_content(filed, by, content)?.number)
+    }
+
+    /// Files an entry, and says what is to be doubted about it and about what it concerns.
+    ///
+    /// # Errors
+    /// As [`Records::add`].
+    pub fn file_content(
+        &mut self,
+        filed: &str,
+        by: Option<&str>,
+        content: Content,
+    ) -> Result<Filed> {
         self.writing(|engine, _| {
             let by = by.map(|name| person(engine, name)).transpose()?;
-            append(engine, &entry(filed, by, content))
+            let entry = entry(filed, by, content);
+            let number = append(engine, &entry)?;
+            Ok(Filed {
+                number,
+                known: false,
+                findings: doubts::of(engine, number, &entry.content)?,
+            })
         })
     }
 
@@ -176,8 +199,22 @@ impl Records {
     /// Copies the whole records into a new file and folder, while others add to them.
     ///
     /// # Errors
-    /// The place is taken or cannot be written; records on a server.
+    /// The records are damaged; and as [`Records::copy_as_it_is`].
     pub fn backup(&mut self, place: &Path) -> Result<()> {
+        if let Some(damage) = self.engine.damage()?.into_iter().next() {
+            return Err(Trouble::data(format!("the records are damaged: {damage}")).with_hint(
+                "`proofmass records check` lists what is damaged; take the last backup, and keep it",
+            ));
+        }
+        need_chain(&mut *self.engine, 1)?;
+        self.copy_as_it_is(place)
+    }
+
+    /// Copies the whole records as they are, be they damaged.
+    ///
+    /// # Errors
+    /// The place is taken or cannot be written; records on a server.
+    pub fn copy_as_it_is(&mut self, place: &Path) -> Result<()> {
         // The database first: whatever it names was on the disk before, and is copied after it.
         let mut to = place.as_os_str().to_owned();
         to.push(".files");
@@ -217,6 +254,13 @@ impl Records {
     }
 }
 
+/// Nothing is filed behind an entry that is not what was filed.
+fn need_end(engine: &mut dyn Engine) -> Result<()> {
+    let rows = engine.rows("SELECT max(number) FROM entry", &[])?;
+    let last = rows.first().and_then(|row| row[0].integer());
+    need_chain(engine, last.unwrap_or(1) - 1)
+}
+
 /// Whether a place is a database on a server.
 pub(crate) fn is_url(place: &str) -> bool {
     place.starts_with("postgres://") || place.starts_with("postgresql://")
@@ -239,40 +283,8 @@ pub(crate) fn append(engine: &mut dyn Engine, entry: &Entry) -> Result<i64> {
             format!("the entry has no form in JSON: {e}"),
         )
     })?;
-    sound(entry, &body)?;
+    sound::check(engine, entry, &body)?;
     append_body(engine, &body, entry)
-}
-
-/// Refuses an entry that could not be read again, and numbers with which nothing can be computed.
-fn sound(entry: &Entry, body: &str) -> Result<()> {
-    let refused = |what: String| {
-        Err(Trouble::data(what)
-            .with_hint("correct the number: what is filed once is never changed"))
-    };
-    // JSON has no place for numbers that are not finite.
-    if serde_json::from_str::<Entry>(body).is_err() {
-        return refused("a number is not finite".to_owned());
-    }
-    let Content::Result(result) = &entry.content else {
-        return Ok(());
-    };
-    for q in &result.quantities {
-        let uncertain = [
-            ("u", q.u),
-            ("U", q.expanded),
-            ("u of the standard", q.u_standard),
-        ];
-        for (name, value) in uncertain {
-            // Its square has to be a number.
-            if let Some(v) = value.filter(|v| *v != 0.0 && !(1e-150..1e150).contains(v)) {
-                return refused(format!("{name} of {} is {v}", q.name));
-            }
-        }
-        if let Some(k) = q.k.filter(|k| !(*k > 0.0)) {
-            return refused(format!("the coverage factor of {} is {k}", q.name));
-        }
-    }
-    Ok(())
 }
 
 /// Files an entry whose text is known.

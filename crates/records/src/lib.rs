@@ -6,10 +6,13 @@
 //!
 //! Records stand in a file (SQLite) or, with the feature `postgres`, in PostgreSQL; statements and tests are the same.
 
+mod candidate;
+mod certificate;
 mod check;
 mod contribution;
 mod day;
 mod device;
+mod doubts;
 mod due;
 mod engine;
 mod entry;
@@ -25,10 +28,13 @@ mod postgresql;
 mod recall;
 mod rests;
 mod schema;
+mod sound;
 mod spreadsheet;
 mod sqlite;
 mod tolerance;
+mod used;
 
+pub use candidate::Candidate;
 pub use check::{Check, Difference, Recomputed, check_measurement};
 pub use day::{date_of, day_of};
 pub use device::DeviceRow;
@@ -38,7 +44,7 @@ pub use entry::{
     FiledEvent, FiledFile, FiledQuantity, FiledResult, FiledRule, FiledSupersession, FiledUse,
     Tolerance, UsedStandard,
 };
-pub use filing::{Candidate, Filed, Filing};
+pub use filing::{Filed, Filing};
 pub use history::{History, Point, Series};
 pub use ledger::Records;
 pub use recall::{Recall, Recalled, RecalledEffect};

@@ -17,7 +17,7 @@ pub use result::result;
 
 use crate::ledger::Records;
 use proofmass_jobs::{Result, Sink};
-use proofmass_report::{Report, Section, html};
+use proofmass_report::{Cell, Column, Report, Section, Table, html};
 
 /// Writes the pages: index.html with the devices, due.html, and one for each device or standard.
 ///
@@ -28,12 +28,17 @@ pub fn write(records: &mut Records, sink: &dyn Sink, today: &str) -> Result<()> 
         sink.write(&name, html::render(&page)?.into_bytes())?;
         Ok(())
     };
-    let mut index = list(records, false, today)?;
-    index = index.section(Section::new("Pages").paragraph(
-        "due.html has what is due; device-N.html has the device or standard with the number N.",
-    ));
+    let leads = |text: &str, page: &str| {
+        let table = Table::new("", [Column::text("")]).row([Cell::linked(text, page)]);
+        Section::new("Other pages").table(table)
+    };
+    let index = list(records, false, today)?.section(leads("What is due", "due.html"));
     put("index.html".to_owned(), index)?;
-    put("due.html".to_owned(), due(records, today, 366)?)?;
+    let back = || leads("Devices and standards", "index.html");
+    put(
+        "due.html".to_owned(),
+        due(records, today, 366)?.section(back()),
+    )?;
     for row in records.devices(false)? {
         let mut page = device(records, row.number, today)?;
         if row.results > 0 {
@@ -41,7 +46,7 @@ pub fn write(records: &mut Records, sink: &dyn Sink, today: &str) -> Result<()> 
             page = page.findings(history_findings(records, row.number)?);
             page.sections.extend(history.sections);
         }
-        put(format!("device-{}.html", row.number), page)?;
+        put(format!("device-{}.html", row.number), page.section(back()))?;
     }
     Ok(())
 }

@@ -2,9 +2,10 @@
 
 use crate::day::as_date;
 use crate::day::date_of;
-use crate::engine::{Engine, Value};
+use crate::engine::Engine;
+use crate::entry::Content;
 use crate::filing::name_of;
-use crate::ledger::Records;
+use crate::ledger::{Records, read_entry};
 use proofmass_jobs::{Result, Trouble};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,6 +23,8 @@ pub struct Recall {
     pub days: [i64; 2],
     /// Why it begins there.
     pub since: String,
+    /// Relative error of the standard, where one was given.
+    pub error: Option<f64>,
     /// Every result, the oldest first.
     pub results: Vec<Recalled>,
 }
@@ -62,8 +65,15 @@ pub struct RecalledEffect {
     pub unit: String,
     /// Size of the change, in the unit.
     pub effect: f64,
+    /// The same as a share of the value.
+    pub relative: Option<f64>,
+    /// Whether the effect may be smaller: the budget does not tell several standards apart.
+    pub at_most: bool,
     /// The expanded uncertainty that was stated.
     pub expanded: Option<f64>,
+    /// Effect over the standard uncertainty that was stated.
+    #[serde(skip)]
+    ratio: Option<f64>,
 }
 
 impl Records {
@@ -73,7 +83,7 @@ impl Records {
     ///
     /// The effect on a quantity is error/u · c, with the relative standard uncertainty u of the certificate that was used and the part c
     /// of the uncertainty that the stored budget gives to the reference: the sensitivity of the result to the standard. A relative error
-    /// turns no phase.
+    /// turns no phase. Where the result was the reference of another, its own effect over its u takes the place of error/u there.
     ///
     /// # Errors
     /// The database refuses; a first day behind the last, an error that is not finite.
@@ -128,9 +138,24 @@ impl Records {
                 }
             }
         }
-        let mut results = Vec::new();
-        for (result, path) in through {
-            results.push(recalled(engine, standard, result, path, error)?);
+        let mut results: Vec<Recalled> = Vec::new();
+        let mut paths: Vec<(i64, Vec<i64>)> = through.into_iter().collect();
+        // What was a reference is judged before what rests on it.
+        paths.sort_by_key(|(_, path)| path.len());
+        for (result, path) in paths {
+            let reference = path.last();
+            let reference = results
+                .iter()
+                .find(|r| Some(&r.result) == reference)
+                .cloned();
+            results.push(recalled(
+                engine,
+                standard,
+                result,
+                path,
+                error,
+                reference.as_ref(),
+            )?);
         }
         results.sort_by_key(|r| (r.day, r.result));
         Ok(Recall {
@@ -138,6 +163,7 @@ impl Records {
             name: name_of(engine, standard)?,
             days: [from, found],
             since: why,
+            error,
             results,
         })
     }
@@ -211,6 +237,7 @@ fn recalled(
     result: i64,
     through: Vec<i64>,
     error: Option<f64>,
+    reference: Option<&Recalled>,
 ) -> Result<Recalled> {
     let rows = engine.rows(
         "SELECT result.device, result.day, result.number, manufacturer, model, serial, owner_number,
@@ -236,54 +263,100 @@ fn recalled(
     let Some(error) = error else {
         return Ok(found);
     };
-    if !found.through.is_empty() {
-        found.undetermined = Some("it rests on the standard through other results".to_owned());
-        return Ok(found);
-    }
-    let used = engine.rows(
-        "SELECT certificate.u_relative FROM used JOIN certificate ON certificate.entry = used.certificate
-         WHERE used.result = ?1 AND used.standard = ?2",
-        &[result.into(), standard.into()],
-    )?;
-    let Some(u) = used
-        .first()
-        .and_then(|row| row[0].real())
-        .filter(|u| *u > 0.0)
-    else {
-        found.undetermined =
-            Some("the certificate that it used states no relative uncertainty here".to_owned());
-        return Ok(found);
-    };
-    let several = engine.rows(
-        "SELECT count(*) FROM used WHERE result = ?1",
-        &[result.into()],
-    )?;
-    let quantities = engine.rows(
-        "SELECT name, unit, u_standard, expanded FROM quantity WHERE result = ?1 AND u_standard IS NOT NULL AND unit <> 'rad' ORDER BY place",
-        &[result.into()],
-    )?;
-    if quantities.is_empty() {
-        found.undetermined =
-            Some("its stored budget does not tell the part of the standard".to_owned());
-    } else if several.first().and_then(|row| row[0].integer()) != Some(1) {
-        found.undetermined = Some(
-            "it rests on several standards, whose parts its budget does not tell apart".to_owned(),
-        );
-    }
-    if found.undetermined.is_none() {
-        found.effects = quantities
-            .iter()
-            .map(|row| effect(row, error / u))
-            .collect();
+    match effects(engine, standard, result, error, reference)? {
+        Ok(effects) => found.effects = effects,
+        Err(why) => found.undetermined = Some(why),
     }
     Ok(found)
 }
 
-fn effect(row: &[Value], ratio: f64) -> RecalledEffect {
-    RecalledEffect {
-        quantity: row[0].words(),
-        unit: row[1].words(),
-        effect: (ratio * row[2].real().unwrap_or_default()).abs(),
-        expanded: row[3].real(),
+/// The effect on each quantity, or why none can be told.
+fn effects(
+    engine: &mut dyn Engine,
+    standard: i64,
+    result: i64,
+    error: f64,
+    reference: Option<&Recalled>,
+) -> Result<std::result::Result<Vec<RecalledEffect>, String>> {
+    let used = engine.rows(
+        "SELECT standard, certificate FROM used WHERE result = ?1",
+        &[result.into()],
+    )?;
+    let certificate = used
+        .iter()
+        .find(|row| row[0].integer() == Some(standard))
+        .and_then(|row| row[1].integer());
+    let certificate = match certificate {
+        Some(number) => match read_entry(engine, number)?.content {
+            Content::Certificate(certificate) => Some(certificate),
+            _ => None,
+        },
+        None => None,
+    };
+    let quantities = engine.rows(
+        "SELECT name, unit, u_standard, expanded, u, value FROM quantity
+         WHERE result = ?1 AND u_standard IS NOT NULL AND unit <> 'rad' ORDER BY place",
+        &[result.into()],
+    )?;
+    if quantities.is_empty() {
+        return Ok(Err(
+            "its stored budget does not tell the part of the standard".to_owned(),
+        ));
     }
+    let mut found = Vec::new();
+    for row in &quantities {
+        let frequency = frequency(&row[0].words());
+        let ratio = match reference {
+            Some(reference) => ratio_of(reference, frequency),
+            None => certificate
+                .as_ref()
+                .and_then(|c| c.u(frequency))
+                .map(|u| error / u),
+        };
+        let Some(ratio) = ratio else {
+            return Ok(Err(match reference {
+                Some(reference) => format!(
+                    "what the error does to its reference, result {}, is not determinable",
+                    reference.result
+                ),
+                None => {
+                    "the certificate that it used states no relative uncertainty here".to_owned()
+                }
+            }));
+        };
+        let effect = (ratio * row[2].real().unwrap_or_default()).abs();
+        let share = |whole: Option<f64>| whole.filter(|w| *w != 0.0).map(|w| effect / w.abs());
+        found.push(RecalledEffect {
+            quantity: row[0].words(),
+            unit: row[1].words(),
+            effect,
+            relative: share(row[5].real()),
+            at_most: used.len() > 1,
+            expanded: row[3].real(),
+            ratio: share(row[4].real()),
+        });
+    }
+    Ok(Ok(found))
+}
+
+/// Effect over u of what a reference states at a frequency; where it states none there, the largest of all, which lie within a twentieth.
+fn ratio_of(reference: &Recalled, at: Option<f64>) -> Option<f64> {
+    let of = |e: &RecalledEffect| e.ratio;
+    let same = reference
+        .effects
+        .iter()
+        .find(|e| at.is_some() && frequency(&e.quantity) == at);
+    if let Some(same) = same {
+        return of(same);
+    }
+    let all: Vec<f64> = reference.effects.iter().filter_map(of).collect();
+    let most = all.iter().copied().reduce(f64::max)?;
+    let least = all.iter().copied().reduce(f64::min)?;
+    (least >= 0.95 * most).then_some(most)
+}
+
+/// Frequency in the name of a quantity, such as `S.modulus[frequency=160]`.
+fn frequency(name: &str) -> Option<f64> {
+    let (_, at) = name.split_once("[frequency=")?;
+    at.strip_suffix(']')?.parse().ok()
 }

@@ -1,11 +1,13 @@
 //! Old calibrations from a spreadsheet: one row for each quantity, columns by their names.
 
+use crate::candidate::Candidate;
 use crate::day::day_of;
 use crate::entry::{FiledQuantity, sha256};
-use crate::filing::{Candidate, Filed, Filing};
+use crate::filing::{Filed, Filing};
 use crate::ledger::Records;
 use proofmass_io::sheet::{
     ACCELERATION_RATIO, COUNT_SENSITIVITY, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow,
+    coherent,
 };
 use proofmass_io::{Device, Source};
 use proofmass_jobs::{Result, Trouble};
@@ -169,12 +171,17 @@ fn quantity(columns: &Columns, k: Option<Place>, row: &SheetRow<'_>) -> Result<F
                 .with_hint("write 1 for a pure number"),
         );
     }
+    let (unit, factor) = match coherent(&unit) {
+        Some((coherent, factor)) => (coherent.to_owned(), factor),
+        None => (unit, 1.0),
+    };
+    let si = |number: f64| factor * number;
     Ok(with_k(FiledQuantity {
         name,
         unit,
-        value: row.number(column("value")?)?,
-        u: row.optional(columns.texts["u"])?,
-        expanded: row.optional(columns.texts["U"])?,
+        value: si(row.number(column("value")?)?),
+        u: row.optional(columns.texts["u"])?.map(si),
+        expanded: row.optional(columns.texts["U"])?.map(si),
         k,
         ..FiledQuantity::default()
     }))

@@ -196,6 +196,7 @@ impl Table {
                     cell => {
                         record.push(match cell {
                             Cell::Worded { file, .. } => (**file).clone(),
+                            Cell::Linked { text, .. } => Cell::Text(text.clone()),
                             cell => cell.clone(),
                         });
                         if !self.columns[i].uncertainty.is_empty() {

@@ -228,6 +228,13 @@ pub enum Cell {
         /// What the page prints.
         text: String,
     },
+    /// Text that leads to another page of the same folder.
+    Linked {
+        /// The text.
+        text: String,
+        /// File name of the page.
+        page: String,
+    },
     /// Nothing known; shown as an empty place.
     #[default]
     Empty,
@@ -733,11 +740,28 @@ impl Cell {
         }
     }
 
+    /// Text that leads to another page of the same folder, such as `device-12.html`.
+    pub fn linked(text: impl Into<String>, page: impl Into<String>) -> Self {
+        Self::Linked {
+            text: text.into(),
+            page: page.into(),
+        }
+    }
+
+    /// The page that it leads to: a file name and nothing else.
+    pub(crate) fn page(&self) -> Option<&str> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
+        match self {
+            Self::Linked { page, .. } => Some(page.as_str()).filter(|p| p.chars().all(plain)),
+            _ => None,
+        }
+    }
+
     /// Whether it is text, which does not stand on a decimal point.
     pub(crate) fn is_text(&self) -> bool {
         match self {
             Self::Worded { file, .. } => file.is_text(),
-            cell => matches!(cell, Self::Text(_)),
+            cell => matches!(cell, Self::Text(_) | Self::Linked { .. }),
         }
     }
 }

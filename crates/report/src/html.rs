@@ -317,11 +317,14 @@ impl Page {
                 escape(rest)
             );
         } else {
+            let text = match cell.page() {
+                Some(page) => format!("<a href=\"{page}\">{}</a>", marked(&text)),
+                None => marked(&text),
+            };
             let _ = write!(
                 self.out,
-                "<td class=\"{}\">{}</td>",
-                class(column.alignment),
-                marked(&text)
+                "<td class=\"{}\">{text}</td>",
+                class(column.alignment)
             );
         }
         Ok(())

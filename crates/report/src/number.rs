@@ -141,7 +141,7 @@ pub(crate) fn cell_text(cell: &Cell, column: &Column, row: usize) -> Result<Stri
                 finite(*u, column, row)? * scale.abs(),
             )
         }
-        Cell::Text(text) => text.clone(),
+        Cell::Text(text) | Cell::Linked { text, .. } => text.clone(),
         Cell::Worded { file, text } if file.is_text() => text.clone(),
         Cell::Number { text } | Cell::Worded { text, .. } => minus(text),
         Cell::Quantity(quantity) => quantity_text(quantity, column, row)?,

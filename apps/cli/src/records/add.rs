@@ -1,10 +1,9 @@
 //! `proofmass records add`: what is filed.
 
 use crate::{Failure, Outcome, console};
-use proofmass::jobs::findings::filing as findings;
 use proofmass::records::{
     Content, EventKind, FiledCampaign, FiledCertificate, FiledCheck, FiledDevice, FiledEvent,
-    FiledRule, FiledUse, Filing, Records as Ledger, Tolerance, check_measurement,
+    FiledRule, FiledUse, Filing, Records as Ledger, Tolerance,
 };
 use proofmass::statics::static_test::RecalibrationRule;
 use std::path::PathBuf;
@@ -131,6 +130,8 @@ struct EventArguments {
 
 /// Add the rule by which a device, or all, are due; and what is tolerated
 ///
+/// What is not said stays as it was: the interval where neither --rule nor --months is given, and every tolerance that is not named.
+///
 /// `fixed`: always after --months. `drift`: until the drift with its uncertainty may have used up a tolerance, at most --months.
 /// `staircase`: after ILAC-G24, --months at first, a quarter longer after each change within 80 % of the tolerance, half after one
 /// beyond it, at most --longest.
@@ -138,15 +139,18 @@ struct EventArguments {
 struct RuleArguments {
     /// The device: serial number, owner's number, or number here (#12) [default: all without a rule of their own]
     device: Option<String>,
-    /// How the time to the next calibration is found
-    #[arg(long, value_name = "RULE", default_value = "fixed", value_parser = ["fixed", "drift", "staircase"])]
-    rule: String,
-    /// Months
-    #[arg(long, value_name = "MONTHS", default_value_t = 12.0, value_parser = crate::number_arguments::positive)]
-    months: f64,
+    /// How the time to the next calibration is found [default: as before, or fixed]
+    #[arg(long, value_name = "RULE", value_parser = ["fixed", "drift", "staircase"])]
+    rule: Option<String>,
+    /// Months [default: as before, or 12]
+    #[arg(long, value_name = "MONTHS", value_parser = crate::number_arguments::positive)]
+    months: Option<f64>,
     /// Longest interval of the staircase, in months
     #[arg(long, value_name = "MONTHS", default_value_t = 36.0, value_parser = crate::number_arguments::positive)]
     longest: f64,
+    /// Quantity that is not tolerated by this rule any more; may be repeated
+    #[arg(long, value_name = "NAME")]
+    without: Vec<String>,
     /// Largest tolerated change of a quantity in its unit, such as bias.x=0.01; may be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = change)]
     change: Vec<(String, f64)>,
@@ -256,57 +260,34 @@ impl Add {
                     ))
                     .hint("add it with `records add standard`"));
                 }
-                let file = match &c.file {
-                    Some(file) => {
-                        let bytes = std::fs::read(file)
-                            .map_err(|e| Failure::new(format!("{}: {e}", file.display())))?;
-                        Some(records.keep_file(&file.display().to_string(), &bytes)?)
-                    }
-                    None => None,
-                };
-                Content::Certificate(FiledCertificate {
+                let filed = FiledCertificate {
                     standard,
                     number: c.number,
                     laboratory: c.laboratory,
                     valid_from: c.valid_from,
                     valid_until: c.valid_until,
                     u_relative: c.expanded_relative.map(|percent| percent / 200.0),
-                    file,
+                    ..FiledCertificate::default()
+                };
+                Content::Certificate(match &c.file {
+                    Some(file) => {
+                        let name = file.display().to_string();
+                        let bytes = std::fs::read(file)
+                            .map_err(|e| Failure::new(format!("{name}: {e}")))?;
+                        let mut filed = filed.reading(&name, &bytes)?;
+                        filed.file = Some(records.keep_file(&name, &bytes)?);
+                        filed
+                    }
+                    None => filed,
                 })
             }
-            What::Check(c) => {
-                let device = records.device(&c.device)?;
-                let en = check_measurement(
-                    &c.quantity,
-                    &c.unit,
-                    (c.value, c.u),
-                    (c.reference, c.u_reference),
-                )?;
-                if !en.agrees() {
-                    let name = records.filed_device(device)?.line();
-                    let failed = findings::check_failed(
-                        &name,
-                        &c.quantity,
-                        en.value,
-                        en.difference,
-                        en.expanded,
-                        &c.unit,
-                    );
-                    console::finding(&failed);
-                    all.push(failed);
-                }
-                Content::Check(FiledCheck {
-                    device,
-                    date: on(c.date),
-                    quantity: c.quantity,
-                    unit: c.unit,
-                    value: c.value,
-                    u: c.u,
-                    reference: c.reference,
-                    u_reference: c.u_reference,
-                    en: en.value,
-                })
-            }
+            What::Check(c) => Content::Check(FiledCheck::measured(
+                records.device(&c.device)?,
+                on(c.date),
+                (c.quantity, c.unit),
+                [c.value, c.u],
+                [c.reference, c.u_reference],
+            )?),
             What::Event(e) => Content::Event(FiledEvent {
                 device: records.device(&e.device)?,
                 date: on(e.date),
@@ -324,9 +305,13 @@ impl Add {
                 date: on(u.date),
             }),
         };
-        let number = records.add(today, None, content)?;
-        console::print(&format!("#{number}\n"))?;
-        Ok(Outcome::of(self.strict, &all))
+        if let Content::Rule(rule) = &content {
+            console::note(said(rule));
+        }
+        let filed = records.file_content(today, None, content)?;
+        filed.findings.iter().for_each(console::finding);
+        console::print(&format!("#{}\n", filed.number))?;
+        Ok(Outcome::of(self.strict, &filed.findings))
     }
 }
 
@@ -353,41 +338,40 @@ impl RuleArguments {
             .as_deref()
             .map(|called| records.device(called))
             .transpose()?;
-        let rule = match self.rule.as_str() {
-            "drift" => RecalibrationRule::Drift {
-                longest: self.months,
-            },
+        let before = records.own_rule(device)?;
+        let (kind, months) = match before.as_ref().map(|b| b.rule) {
+            Some(RecalibrationRule::Drift { longest }) => ("drift", longest),
+            Some(RecalibrationRule::Staircase { first, .. }) => ("staircase", first),
+            Some(RecalibrationRule::Fixed { months }) => ("fixed", months),
+            _ => ("fixed", 12.0),
+        };
+        let kind = self.rule.as_deref().unwrap_or(kind);
+        let months = self.months.unwrap_or(months);
+        let rule = match kind {
+            "drift" => RecalibrationRule::Drift { longest: months },
             "staircase" => RecalibrationRule::Staircase {
-                first: self.months,
+                first: months,
                 longest: self.longest,
             },
-            _ => RecalibrationRule::Fixed {
-                months: self.months,
-            },
+            _ => RecalibrationRule::Fixed { months },
         };
-        if self.rule != "fixed" && self.change.is_empty() {
-            return Err(
-                Failure::new(format!("the rule `{}` needs a tolerance", self.rule))
-                    .hint("say what may change, such as --change S.modulus=0.0001"),
-            );
+        let mut tolerances = before.map(|b| b.tolerances).unwrap_or_default();
+        for name in &self.without {
+            let Some(at) = tolerances.iter().position(|t| t.quantity == *name) else {
+                return Err(Failure::new(format!("the rule tolerates no {name:?}"))
+                    .hint("`proofmass records show DEVICE` has the rule"));
+            };
+            tolerances.remove(at);
         }
-        let mut tolerances: Vec<Tolerance> = Vec::new();
         for (quantity, change) in self.change {
-            tolerances.push(Tolerance {
-                quantity,
-                change: Some(change),
-                limits: None,
-            });
+            of(&mut tolerances, quantity).change = Some(change);
         }
         for (quantity, limits) in self.limits {
-            match tolerances.iter_mut().find(|t| t.quantity == quantity) {
-                Some(known) => known.limits = Some(limits),
-                None => tolerances.push(Tolerance {
-                    quantity,
-                    change: None,
-                    limits: Some(limits),
-                }),
-            }
+            of(&mut tolerances, quantity).limits = Some(limits);
+        }
+        if kind != "fixed" && tolerances.iter().all(|t| t.change.is_none()) {
+            return Err(Failure::new(format!("the rule `{kind}` needs a tolerance"))
+                .hint("say what may change, such as --change S.modulus=0.0001"));
         }
         Ok(FiledRule {
             device,
@@ -395,4 +379,39 @@ impl RuleArguments {
             tolerances,
         })
     }
+}
+
+/// The tolerance of a quantity, a new one where there is none.
+fn of(tolerances: &mut Vec<Tolerance>, quantity: String) -> &mut Tolerance {
+    let at = tolerances.iter().position(|t| t.quantity == quantity);
+    let at = at.unwrap_or_else(|| {
+        tolerances.push(Tolerance {
+            quantity,
+            change: None,
+            limits: None,
+        });
+        tolerances.len() - 1
+    });
+    &mut tolerances[at]
+}
+
+/// A rule in words.
+fn said(rule: &FiledRule) -> String {
+    let interval = match rule.rule {
+        RecalibrationRule::Fixed { months } => format!("due after {months} months"),
+        RecalibrationRule::Drift { longest } => {
+            format!("due by the drift, at most after {longest} months")
+        }
+        RecalibrationRule::Staircase { first, longest } => {
+            format!("due by the staircase from {first} months, at most after {longest}")
+        }
+        _ => "due by a rule".to_owned(),
+    };
+    let tolerated = rule.tolerances.iter().map(|t| {
+        let change = t.change.map(|c| format!(" may change by {c}"));
+        let limits = t.limits.map(|[low, high]| format!(" from {low} to {high}"));
+        let words: Vec<String> = change.into_iter().chain(limits).collect();
+        format!("; {}{}", t.quantity, words.join(","))
+    });
+    interval + &tolerated.collect::<String>()
 }

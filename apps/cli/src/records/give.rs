@@ -35,6 +35,9 @@ pub(super) struct Export {
 pub(super) struct Backup {
     /// New file; larger files go into the folder FILE.files
     file: PathBuf,
+    /// Copy records that are damaged, as they are
+    #[arg(long)]
+    damaged: bool,
 }
 
 impl Export {
@@ -59,7 +62,10 @@ impl Export {
 
 impl Backup {
     pub(super) fn run(self, records: &mut Ledger) -> Result<(), Failure> {
-        records.backup(&self.file)?;
+        match self.damaged {
+            true => records.copy_as_it_is(&self.file)?,
+            false => records.backup(&self.file)?,
+        }
         console::note(format!("written: {}", self.file.display()));
         Ok(())
     }

@@ -29,6 +29,22 @@ findings! {
         evidence "device {device} has the serial number {known}",
         advice "if they are one device, file the result again with --device, --supersedes and --reason; if not, nothing is to be done (--new-device says so at once)";
 
+    /// A result reads a file of a result that no longer counts.
+    input_superseded(path: &str, result: &str, reason: &str) =
+        "input-superseded", [Decision],
+        what "{path} is a file of the result {result}, which no longer counts",
+        evidence "superseded because: {reason}",
+        advice "evaluate it again with the result that took its place",
+        false_alarms "none: digests are compared";
+
+    /// Results rest on one that was just superseded.
+    rests_on_superseded(result: &str, others: &str) =
+        "rests-on-superseded", [Decision],
+        what "other results rest on the result {result}, which no longer counts",
+        evidence "results {others}",
+        advice "evaluate them again, or supersede them with the reason",
+        false_alarms "none: digests are compared";
+
     /// The reference of a result is no standard of these records.
     standard_not_named(result: &str) =
         "standard-not-named", [Note],

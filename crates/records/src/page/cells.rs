@@ -39,13 +39,7 @@ pub(super) fn pair(row: &[crate::engine::Value], i: usize) -> Cell {
     }
 }
 
-/// A cell, or an empty place.
-pub(super) trait IntoCell {
-    fn into_cell(self) -> Cell;
-}
-
-impl IntoCell for Option<Cell> {
-    fn into_cell(self) -> Cell {
-        self.unwrap_or(Cell::Empty)
-    }
+/// The name of a device, which leads to its page.
+pub(super) fn device(number: i64, name: &str) -> Cell {
+    Cell::linked(name, format!("device-{number}.html"))
 }

@@ -3,11 +3,20 @@
 use crate::check::{Check, Difference, Recomputed};
 use proofmass_report::{Field, Report, Rounding, Section, Table};
 
+/// What is damaged is listed up to this number.
+const SHOWN: usize = 12;
+
 /// What a check found.
 pub fn check(check: &Check) -> Report {
     let mut section = Section::new("Damage");
-    for line in &check.damage {
+    for line in check.damage.iter().take(SHOWN) {
         section = section.paragraph(line.clone());
+    }
+    if check.damage.len() > SHOWN {
+        section = section.paragraph(format!(
+            "And {} more, which JSON has.",
+            check.damage.len() - SHOWN
+        ));
     }
     let page = Report::new("Check of the records")
         .question(match check.damage.len() {

@@ -1,6 +1,6 @@
 //! One device or standard with all it rests on.
 
-use super::cells::{IntoCell, date, integer, number, pair, real, short, text};
+use super::cells::{date, integer, number, pair, real, short, text};
 use super::result::rests_table;
 use crate::day::{date_of, day_of};
 use crate::entry::{Content, FiledQuantity};
@@ -141,8 +141,13 @@ fn results_section(records: &mut Records, device: i64) -> Result<Section> {
         Field::shown("day", "", |r: &Vec<_>| date(integer(r, 1))),
         Field::shown("kind", "", |r: &Vec<_>| text(r, 2)),
         Field::shown("certificate", "", |r: &Vec<_>| text(r, 3)),
-        Field::shown("superseded by", "", |r: &Vec<_>| {
-            integer(r, 4).map(number).into_cell()
+        Field::shown("superseded by", "", |r: &Vec<crate::engine::Value>| match (
+            integer(r, 4),
+            r[5].text(),
+        ) {
+            (Some(new), _) => number(new),
+            (None, Some(_)) => "none".into(),
+            (None, None) => "".into(),
         }),
         Field::shown("because", "", |r: &Vec<_>| text(r, 5)),
     ];

@@ -1,7 +1,7 @@
 //! Every quantity of a device over time.
 
 use super::cells::{date, number};
-use crate::day::date_of;
+use crate::day::{date_of, round_days};
 use crate::history::{History, Point};
 use crate::ledger::Records;
 use proofmass_jobs::{Result, Trouble};
@@ -105,8 +105,12 @@ fn points(found: &[History]) -> Table {
 }
 
 fn chart(h: &History) -> XyPlot {
-    let last = h.series.points.last().map_or(0, |p| p.day);
-    let day = |p: &Point| (p.day - last) as f64;
+    let day = |p: &Point| p.day as f64;
+    let bounds = |of: fn(i64, i64) -> i64| h.series.points.iter().map(|p| p.day).reduce(of);
+    let marks = match (bounds(i64::min), bounds(i64::max)) {
+        (Some(first), Some(last)) => round_days(first, last),
+        _ => Vec::new(),
+    };
     let days: Vec<f64> = h.series.points.iter().map(day).collect();
     let values: Vec<f64> = h.series.points.iter().map(|p| p.value).collect();
     let half = |p: &Point| p.expanded.or(p.u.map(|u| 2.0 * u)).unwrap_or(0.0);
@@ -118,11 +122,11 @@ fn chart(h: &History) -> XyPlot {
             .collect::<Vec<f64>>()
     });
     let mut plot = XyPlot::new(
-        Axis::linear("days before the last calibration", "d"),
+        Axis::linear("date", "").marked(marks),
         Axis::linear(&h.series.name, &h.series.unit),
     );
     if let Some(d) = &h.drift {
-        let at: Vec<f64> = d.limits.iter().map(|l| l[0] - last as f64).collect();
+        let at: Vec<f64> = d.limits.iter().map(|l| l[0]).collect();
         let line: Vec<f64> = d
             .limits
             .iter()

@@ -1,6 +1,6 @@
 //! Devices and standards, and what is due.
 
-use super::cells::{date, number};
+use super::cells::{date, device, number};
 use crate::day::day_of;
 use crate::device::DeviceRow;
 use crate::due::Due;
@@ -40,7 +40,7 @@ pub fn list(records: &mut Records, standards_alone: bool, today: &str) -> Result
 fn device_table(devices: &[DeviceRow], today: i64) -> Table {
     let fields = [
         Field::new("number", |d: &DeviceRow| number(d.number)).page("no.", ""),
-        Field::new("device", |d: &DeviceRow| d.name.as_str().into()).page("device", ""),
+        Field::new("device", |d: &DeviceRow| device(d.number, &d.name)).page("device", ""),
         Field::new("owner_number", |d: &DeviceRow| {
             d.owner_number.clone().into()
         })
@@ -72,7 +72,7 @@ pub fn due(records: &mut Records, today: &str, within: i64) -> Result<Report> {
     let due = records.due(day + within)?;
     let over = due.iter().filter(|d| d.is_over(day)).count();
     let fields = [
-        Field::new("device", |d: &Due| d.name.as_str().into()).page("device", ""),
+        Field::new("device", |d: &Due| device(d.device, &d.name)).page("device", ""),
         Field::new("number", |d: &Due| number(d.device)).page("no.", ""),
         Field::new("due", |d: &Due| date(Some(d.day))).page("due", ""),
         Field::new("days", move |d: &Due| number(d.day - day)).page("in", "d"),

@@ -27,7 +27,16 @@ pub fn recall(recall: &Recall) -> Report {
         Field::shown("effect", "", |r: &Recalled| {
             match (&r.undetermined, worst(r)) {
                 (Some(why), _) => format!("not determinable: {why}"),
-                (None, Some(e)) => format!("{:.2e} {} in {}", e.effect, e.unit, e.quantity),
+                (None, Some(e)) => {
+                    let most = if e.at_most { "at most " } else { "" };
+                    let percent = e
+                        .relative
+                        .map_or(String::new(), |r| format!(" ({:.2} %)", 1e2 * r));
+                    format!(
+                        "{most}{:.2e} {}{percent} in {}",
+                        e.effect, e.unit, e.quantity
+                    )
+                }
                 (None, None) => String::new(),
             }
             .into()
@@ -51,6 +60,11 @@ pub fn recall(recall: &Recall) -> Report {
         Field::new("effect", |r: &Row| r.1.effect.into())
             .page("effect", "")
             .rounded(Rounding::Power(2)),
+        Field::new("effect_percent", |r: &Row| {
+            r.1.relative.map(|e| 1e2 * e).into()
+        })
+        .page("of the value", "%")
+        .rounded(Rounding::TwoDigits),
         Field::new("U", |r: &Row| r.1.expanded.into())
             .page("U", "")
             .rounded(Rounding::Power(2)),
@@ -63,6 +77,13 @@ pub fn recall(recall: &Recall) -> Report {
             date_of(day)
         }
     });
+    let mut table = Table::of("", fields, &recall.results).file("recall.csv");
+    if let Some(error) = recall.error {
+        table = table.note(format!(
+            "For an error of the standard of {:+.3} %. Sizes: a sensitivity is too large where that of the standard is.",
+            1e2 * error
+        ));
+    }
     let mut page = Report::new(format!("What rests on {}", recall.name))
         .subtitle(format!("from {from} to {to}, since {}", recall.since))
         .question(format!(
@@ -70,11 +91,7 @@ pub fn recall(recall: &Recall) -> Report {
             recall.results.len(),
             devices.len()
         ))
-        .section(
-            Section::new("Results")
-                .table(Table::of("", fields, &recall.results).file("recall.csv"))
-                .summarised(),
-        );
+        .section(Section::new("Results").table(table).summarised());
     if !each.is_empty() {
         page = page.section(
             Section::new("Effects").table(Table::of("", effects, each).file("effects.csv")),

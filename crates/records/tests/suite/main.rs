@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod content;
+mod late;
 mod places;
 mod recorded;
 mod survival;

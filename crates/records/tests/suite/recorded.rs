@@ -40,7 +40,7 @@ pub fn certificate(
         valid_from: from.into(),
         valid_until: Some(until.into()),
         u_relative: Some(u),
-        file: None,
+        ..Default::default()
     };
     records
         .add(TODAY, None, Content::Certificate(certificate))

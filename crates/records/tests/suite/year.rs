@@ -93,19 +93,8 @@ fn law_a_year_of_a_small_laboratory_ends_in_a_complete_recall() {
 
 fn check(records: &mut Records, device: i64, day: i64, good: bool) {
     let value = if good { 1.0 } else { 1.02 };
-    let en = check_measurement("S.modulus", "1", (value, 0.002), (1.0, 0.002))
-        .unwrap()
-        .value;
-    let check = FiledCheck {
-        device,
-        date: date_of(day),
-        quantity: "S.modulus".into(),
-        unit: "1".into(),
-        value,
-        u: 0.002,
-        reference: 1.0,
-        u_reference: 0.002,
-        en,
-    };
+    let what = ("S.modulus".into(), "1".into());
+    let check =
+        FiledCheck::measured(device, date_of(day), what, [value, 0.002], [1.0, 0.002]).unwrap();
     records.add(TODAY, None, Content::Check(check)).unwrap();
 }

@@ -31,6 +31,9 @@ pub struct Axis {
     /// Range shown; `None` for that of the data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) range: Option<(f64, f64)>,
+    /// Positions with their labels, such as dates; those of the division where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) marks: Vec<(f64, String)>,
 }
 
 impl Axis {
@@ -55,6 +58,13 @@ impl Axis {
     #[must_use]
     pub fn range(mut self, low: f64, high: f64) -> Self {
         self.range = Some((low, high));
+        self
+    }
+
+    /// Labels these positions instead of round numbers.
+    #[must_use]
+    pub fn marked(mut self, marks: impl IntoIterator<Item = (f64, String)>) -> Self {
+        self.marks = marks.into_iter().collect();
         self
     }
 
@@ -111,6 +121,13 @@ impl Axis {
     }
 
     pub(super) fn ticks(&self, (low, high): (f64, f64), most: usize) -> Ticks {
+        if !self.marks.is_empty() {
+            let inside = self
+                .marks
+                .iter()
+                .filter(|(at, _)| (low..=high).contains(at));
+            return Ticks::at(inside.cloned().collect());
+        }
         match self.scale {
             Scale::Linear => ticks::linear(low, high, most),
             Scale::Log => ticks::logarithmic(low, high, most),

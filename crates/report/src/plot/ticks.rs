@@ -16,6 +16,18 @@ pub(super) struct Ticks {
     pub(super) offset: Option<String>,
 }
 
+impl Ticks {
+    /// Ticks at these positions.
+    pub(super) fn at(major: Vec<(f64, String)>) -> Self {
+        Self {
+            major,
+            minor: Vec::new(),
+            exponent: 0,
+            offset: None,
+        }
+    }
+}
+
 /// The smallest of 1, 2, 5 × 10ⁿ that is at least `raw`, as (mantissa, exponent).
 fn round_step(raw: f64) -> (f64, i32) {
     let exponent = raw.log10().floor() as i32;

@@ -1,0 +1,309 @@
+//! What is filed late, wrong, or against what is here.
+
+use crate::places::{each, make};
+use crate::recorded::*;
+use proofmass_records::*;
+use proofmass_static::static_test::RecalibrationRule;
+
+fn codes_of(filed: &Filed) -> Vec<&str> {
+    filed.findings.iter().map(|f| f.code()).collect()
+}
+
+fn certified(records: &mut Records, standard: i64, from: &str, file: &FiledFile) -> Filed {
+    let certificate = FiledCertificate {
+        standard,
+        number: format!("C {from}"),
+        valid_from: from.into(),
+        valid_until: Some("2026-12-31".into()),
+        u_relative: Some(0.0025),
+        file: Some(file.clone()),
+        ..Default::default()
+    };
+    records
+        .file_content(TODAY, None, Content::Certificate(certificate))
+        .unwrap()
+}
+
+#[test]
+fn law_a_certificate_that_is_filed_late_is_found_behind_its_results() {
+    each(|place, folder| {
+        let campaign = campaign(folder);
+        let mut records = make(place);
+        let r = standard(&mut records, "R-7");
+        let result = records
+            .add_result(&campaign.join("result"), &filing(), TODAY)
+            .unwrap();
+        let named = file(
+            &mut records,
+            &candidate("1", "2026-04-01", 1.0, 0.01, 0.005),
+            Some("R-7"),
+        );
+        let before = day_of(TODAY).unwrap();
+        let recall = |records: &mut Records| -> Vec<i64> {
+            let since = day_of("2026-01-01").ok();
+            let recall = records.recall(r, before, since, Some(0.01)).unwrap();
+            assert!(
+                recall.results.iter().all(|r| r.undetermined.is_none()),
+                "{recall:?}"
+            );
+            recall.results.iter().map(|r| r.result).collect()
+        };
+        let bytes = std::fs::read(campaign.join("reference.csv")).unwrap();
+        let table = records.keep_file("reference.csv", &bytes).unwrap();
+        let filed = certified(&mut records, r, "2026-01-01", &table);
+        assert!(filed.findings.is_empty());
+        assert_eq!(recall(&mut records), [named.number, result.number]);
+        // One that was not valid yet is told.
+        let s = standard(&mut records, "R-8");
+        let again = certified(&mut records, r, "2026-05-20", &table);
+        assert_eq!(codes_of(&again), ["certificate-not-valid"]);
+        let stolen = FiledCertificate {
+            standard: s,
+            number: "C 2".into(),
+            valid_from: "2026-01-01".into(),
+            file: Some(table),
+            ..Default::default()
+        };
+        let refused = records.add(TODAY, None, Content::Certificate(stolen));
+        assert!(
+            refused
+                .unwrap_err()
+                .to_string()
+                .contains("another standard")
+        );
+        assert!(records.check().unwrap().is_whole());
+    });
+}
+
+#[test]
+fn law_a_table_of_a_certificate_says_its_uncertainty() {
+    let table =
+        "frequency_Hz,sensitivity_mV/(m/s2),U_relative_%\n80,10,0.5\n160,10,0.5\n320,10,0.8\n";
+    let read = |u: Option<f64>| {
+        let certificate = FiledCertificate {
+            u_relative: u,
+            ..Default::default()
+        };
+        certificate.reading("reference.csv", table.as_bytes())
+    };
+    let certificate = read(None).unwrap();
+    assert_eq!(certificate.u_relative, None, "it depends on the frequency");
+    assert_eq!(
+        certificate.u_at,
+        [[80.0, 0.0025], [160.0, 0.0025], [320.0, 0.004]]
+    );
+    assert_eq!(read(Some(0.003)).unwrap().u_relative, Some(0.003));
+    let refused = read(Some(0.01)).unwrap_err().to_string();
+    assert!(refused.contains("0.500 to 0.800 %"), "{refused}");
+    let page = FiledCertificate::default()
+        .reading("certificate.pdf", b"%PDF")
+        .unwrap();
+    assert!(page.u_at.is_empty());
+    assert!(
+        FiledCertificate::default()
+            .reading("other.csv", b"a,b\n1,2\n")
+            .is_err()
+    );
+}
+
+#[test]
+fn law_what_rests_on_a_superseded_result_is_told() {
+    each(|place, _| {
+        let mut records = make(place);
+        let mut working = candidate("W", "2026-01-05", 1.0, 0.01, 0.005);
+        working.files = vec![("calibration.json".into(), b"the calibration of W".to_vec())];
+        let first = file(&mut records, &working, None);
+        let Content::Result(filed) = records.entry(first.number).unwrap().content else {
+            panic!()
+        };
+        let mut further = candidate("9", "2026-02-05", 1.0, 0.01, 0.005);
+        further.inputs = vec![("w.json".into(), filed.files[0].sha256.clone(), None)];
+        let second = file(&mut records, &further, None);
+        assert!(!codes(&second).contains(&"input-superseded".to_owned()));
+        let superseded = Content::Supersession(FiledSupersession {
+            old: first.number,
+            new: None,
+            reason: "loose cable".into(),
+        });
+        let told = records.file_content(TODAY, None, superseded).unwrap();
+        assert_eq!(codes_of(&told), ["rests-on-superseded"]);
+        further.sha256 = "evaluated again".into();
+        further.date = "2026-03-05".into();
+        let late = file(&mut records, &further, None);
+        assert_eq!(codes(&late), ["input-superseded", "standard-not-named"]);
+    });
+}
+
+#[test]
+fn refuses_what_contradicts_what_is_here() {
+    each(|place, _| {
+        let mut records = make(place);
+        let one = file(
+            &mut records,
+            &candidate("1", "2026-01-01", 1.0, 0.01, 0.005),
+            None,
+        );
+        let two = file(
+            &mut records,
+            &candidate("2", "2026-01-01", 1.0, 0.01, 0.005),
+            None,
+        );
+        let (device, other) = (records.device("1").unwrap(), records.device("2").unwrap());
+        let r = standard(&mut records, "R");
+        let before = records.entries(1).unwrap().len();
+        let check = |unit: &str, date: &str| {
+            let what = ("S.modulus".into(), unit.into());
+            Content::Check(
+                FiledCheck::measured(device, date.into(), what, [1.0, 0.1], [1.0, 0.1]).unwrap(),
+            )
+        };
+        let event = FiledEvent {
+            device,
+            date: "2026-06-02".into(),
+            event: EventKind::Drop,
+            text: String::new(),
+        };
+        let rule = FiledRule {
+            device: Some(device),
+            rule: RecalibrationRule::default(),
+            tolerances: vec![Tolerance {
+                quantity: "S.modulos".into(),
+                change: Some(0.1),
+                limits: None,
+            }],
+        };
+        let supersession = |old, new, reason: &str| {
+            Content::Supersession(FiledSupersession {
+                old,
+                new,
+                reason: reason.into(),
+            })
+        };
+        let backwards = FiledCertificate {
+            standard: r,
+            number: "C".into(),
+            valid_from: "2026-01-01".into(),
+            valid_until: Some("2025-12-31".into()),
+            ..Default::default()
+        };
+        let in_use = FiledUse {
+            device: other,
+            result: one.number,
+            date: "2026-02-01".into(),
+        };
+        for (content, why) in [
+            (check("count/(m/s²)", "2026-02-01"), "is known in V/(m/s²)"),
+            (check("V/(m/s²)", "2026-06-02"), "lies ahead"),
+            (Content::Event(event), "lies ahead"),
+            (Content::Rule(rule), "S.modulos"),
+            (supersession(one.number, None, " "), "for a reason"),
+            (Content::Certificate(backwards), "before it begins"),
+            (Content::InUse(in_use), "of another device"),
+        ] {
+            let refused = records.add(TODAY, None, content).unwrap_err();
+            assert!(refused.to_string().contains(why), "{refused}");
+            assert!(refused.hint().is_some());
+        }
+        let campaign = Filing {
+            campaign: Some(one.number),
+            ..Default::default()
+        };
+        let refused = records.file_candidate(
+            &candidate("3", "2026-01-01", 1.0, 0.1, 0.0),
+            &campaign,
+            TODAY,
+        );
+        assert!(refused.unwrap_err().to_string().contains("is no campaign"));
+        assert_eq!(records.entries(1).unwrap().len(), before);
+        records
+            .add(TODAY, None, supersession(two.number, None, "wrong cable"))
+            .unwrap();
+        let refused = records.add(TODAY, None, supersession(one.number, Some(two.number), "x"));
+        assert!(
+            refused
+                .unwrap_err()
+                .to_string()
+                .contains("superseded itself")
+        );
+    });
+}
+
+#[test]
+fn law_limits_that_are_stated_late_judge_the_last_result() {
+    each(|place, _| {
+        let mut records = make(place);
+        file(
+            &mut records,
+            &candidate("1", "2026-01-01", 1.04, 0.01, 0.005),
+            None,
+        );
+        file(
+            &mut records,
+            &candidate("2", "2026-01-01", 1.00, 0.01, 0.005),
+            None,
+        );
+        let rule = FiledRule {
+            device: None,
+            rule: RecalibrationRule::default(),
+            tolerances: vec![Tolerance {
+                quantity: "S.modulus".into(),
+                change: None,
+                limits: Some([0.95, 1.05]),
+            }],
+        };
+        let told = records
+            .file_content(TODAY, None, Content::Rule(rule))
+            .unwrap();
+        assert_eq!(codes_of(&told), ["tolerance-not-kept"]);
+        assert!(told.findings[0].to_string().contains("A1 1"));
+    });
+}
+
+#[test]
+fn law_a_value_in_another_unit_is_the_same_quantity() {
+    let mut records = Records::in_memory().unwrap();
+    let text = "serial,date,quantity,value,unit,u\n7,2020-01-01,S.modulus,10,mV/(m/s²),0.1\n\
+                7,2021-01-01,S.modulus,0.0101,V/(m/s2),0.0001\n7,2022-01-01,S.modulus,98.0665,mV/g,1\n";
+    let source = proofmass_io::Source::from_bytes("old.csv", text.as_bytes()).unwrap();
+    records.add_spreadsheet(source, None, TODAY).unwrap();
+    let device = records.device("7").unwrap();
+    let history = records.history(device).unwrap();
+    assert_eq!(history.len(), 1, "one quantity");
+    let points = &history[0].series.points;
+    assert_eq!(history[0].series.unit, "V/(m/s²)");
+    for (point, value) in points.iter().zip([0.01, 0.0101, 0.01]) {
+        assert!((point.value / value - 1.0).abs() < 1e-12, "{point:?}");
+    }
+}
+
+#[test]
+fn refuses_to_go_on_behind_a_damaged_end_and_to_back_up_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("lab.records");
+    let mut records = make(place.to_str().unwrap());
+    for k in 0..3 {
+        records
+            .add(TODAY, None, Content::Device(device(&k.to_string())))
+            .unwrap();
+    }
+    drop(records);
+    let change = |number: i64| {
+        let database = rusqlite::Connection::open(&place).unwrap();
+        let changed = "UPDATE entry SET body = replace(body, 'A1', 'A2') WHERE number = ?1";
+        assert_eq!(database.execute(changed, [number]).unwrap(), 1);
+    };
+    change(1);
+    let mut records = Records::open_to_add(place.to_str().unwrap()).unwrap();
+    let refused = records.backup(&folder.path().join("copy")).unwrap_err();
+    assert!(refused.to_string().contains("entry 1"), "{refused}");
+    records.copy_as_it_is(&folder.path().join("copy")).unwrap();
+    drop(records);
+    change(3);
+    let refused = Records::open_to_add(place.to_str().unwrap()).err().unwrap();
+    assert!(refused.to_string().contains("entry 3"), "{refused}");
+    let check = Records::open(place.to_str().unwrap())
+        .unwrap()
+        .check()
+        .unwrap();
+    assert_eq!(check.damage.len(), 2, "{:?}", check.damage);
+}
