@@ -382,9 +382,10 @@ pub(crate) fn as_filed(table: &proofmass_report::Table) -> Result<Vec<u8>> {
         for row in rows {
             file.push(row.into_iter().map(|cell| match cell {
                 Shown::Value(value) | Shown::Estimate(value, _) => Cell::Number(value),
-                Shown::Text(text) | Shown::Number { text } | Shown::Worded { text, .. } => {
-                    Cell::Text(text)
-                }
+                Shown::Text(text)
+                | Shown::Linked { text, .. }
+                | Shown::Number { text }
+                | Shown::Worded { text, .. } => Cell::Text(text),
                 Shown::Quantity(q) => Cell::Number(q.value),
                 Shown::Empty => Cell::Missing,
             }))?;
