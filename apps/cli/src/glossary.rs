@@ -65,6 +65,13 @@ pub(crate) fn explain(word: &str) -> Vec<Entry> {
 /// Where a word leads that was typed as a command and is none, as far as the glossary or the name of a deeper command
 /// tells it.
 pub(crate) fn no_command(word: &str, root: &clap::Command) -> Option<Failure> {
+    if word == "records" {
+        // With the feature it is a command.
+        return Some(
+            Failure::new("this program was built without `records`")
+                .hint("install it with them: cargo install --path apps/cli --features records"),
+        );
+    }
     let mut deeper = Vec::new();
     for command in root.get_subcommands() {
         let of = command.get_subcommands().filter(|c| c.get_name() == word);

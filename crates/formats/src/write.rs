@@ -6,15 +6,19 @@ mod no_parquet;
 mod npy;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(feature = "parquet")]
+mod parquet_table;
 mod uff;
 mod wav;
 
-pub use column::{ParquetColumn, ParquetKind};
+pub use column::{ParquetColumn, ParquetKind, TableCells, TableColumn};
 #[cfg(not(feature = "parquet"))]
-pub use no_parquet::{PARQUET, ParquetWriter};
+pub use no_parquet::{PARQUET, ParquetWriter, parquet_table};
 pub use npy::npy_head;
 #[cfg(feature = "parquet")]
 pub use parquet::{PARQUET, ParquetWriter};
+#[cfg(feature = "parquet")]
+pub use parquet_table::parquet_table;
 pub use uff::{UFF_END, UffSignal, uff_head, uff_name, uff_stored};
 pub use wav::{WavForm, wav_head};
 

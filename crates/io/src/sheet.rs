@@ -388,7 +388,10 @@ impl<'a> SheetRow<'a> {
                     place,
                     format!("\"{}\" is not a finite number", shown(field.as_bytes())),
                 )
-                .with_hint("measure the run again or take its row out; nothing is filled in")
+                .with_hint(match self.sheet.decimal {
+                    DecimalMark::Comma => "the numbers of this table have a decimal comma: write it as 9,81; or take the row out",
+                    _ => "write it as 9.81 or 9.81e-3, or take the row out; nothing is filled in",
+                })
             })
     }
 

@@ -42,11 +42,15 @@ impl FiledCertificate {
         if let Some(u) = self.u_relative
             && !((1.0 - ROUNDING) * least..=(1.0 + ROUNDING) * most).contains(&u)
         {
+            let percent = |u: f64| format!("{:.3}", 200.0 * u);
+            let [low, high] = [percent(least), percent(most)];
+            let stated = match low == high {
+                true => low,
+                false => format!("{low} to {high}"),
+            };
             return Err(Trouble::request(format!(
-                "{name} states U of {:.3} to {:.3} % with k = 2, not {:.3} %",
-                200.0 * least,
-                200.0 * most,
-                200.0 * u
+                "{name} states U of {stated} % with k = 2, not {} %",
+                percent(u)
             ))
             .with_hint("leave the uncertainty out: the table says it; or correct one of the two"));
         }

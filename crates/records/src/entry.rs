@@ -378,7 +378,10 @@ pub(crate) fn spelling(serial: &str) -> String {
         .filter(|c| c.is_alphanumeric())
         .flat_map(char::to_lowercase)
         .collect();
-    plain.trim_start_matches('0').to_owned()
+    match plain.trim_start_matches('0') {
+        "" if !plain.is_empty() => "0".to_owned(),
+        short => short.to_owned(),
+    }
 }
 
 impl FiledDevice {

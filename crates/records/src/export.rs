@@ -5,6 +5,7 @@ use crate::engine::Value;
 use crate::entry::link;
 use crate::files;
 use crate::ledger::{Records, append_body, parse};
+use proofmass_io::formats::write::{TableCells, TableColumn, parquet_table};
 use proofmass_io::{Cell, Table};
 use proofmass_jobs::{Result, Sink, Trouble, TroubleKind};
 use serde::{Deserialize, Serialize};
@@ -31,42 +32,97 @@ struct Person {
     name: String,
 }
 
-/// A table of an export: the name of its file, its columns with the unit of days as a date, and the question behind it.
+/// Kind of a column of an export.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    /// Text.
+    Text,
+    /// A whole number, or the number of an entry.
+    Integer,
+    /// A number.
+    Number,
+    /// A day.
+    Date,
+}
+
+/// Kind of each column by its heading; what is not here is text.
+const KINDS: [(&[&str], Kind); 3] = [
+    (
+        &[
+            "device",
+            "standard",
+            "certificate",
+            "result",
+            "check",
+            "event",
+            "superseded_by",
+            "good",
+        ],
+        Kind::Integer,
+    ),
+    (
+        &[
+            "u_relative",
+            "value",
+            "u",
+            "U",
+            "k",
+            "nu",
+            "probability",
+            "u_standard",
+            "reference",
+            "u_reference",
+            "en",
+        ],
+        Kind::Number,
+    ),
+    (
+        &["date", "due_date", "valid_from_date", "valid_until_date"],
+        Kind::Date,
+    ),
+];
+
+fn kind(heading: &str) -> Kind {
+    let found = KINDS.iter().find(|(names, _)| names.contains(&heading));
+    found.map_or(Kind::Text, |(_, kind)| *kind)
+}
+
+/// A table of an export: its name, its columns, and the question behind it.
 const TABLES: [(&str, &[&str], &str); 7] = [
     (
-        "devices.csv",
+        "devices",
         &["device", "manufacturer", "model", "serial", "owner_number", "axes", "standard", "due_date", "evidence"],
         "SELECT device.entry, manufacturer, model, serial, owner_number, axes, standard, due.day, due.evidence
          FROM device LEFT JOIN due ON due.device = device.entry ORDER BY device.entry",
     ),
     (
-        "certificates.csv",
+        "certificates",
         &["certificate", "standard", "number", "valid_from_date", "valid_until_date", "u_relative", "sha256"],
         "SELECT entry, standard, number, valid_from, valid_until, u_relative, digest FROM certificate ORDER BY entry",
     ),
     (
-        "results.csv",
+        "results",
         &["result", "device", "kind", "date", "number", "sha256", "superseded_by", "reason"],
         "SELECT result.entry, result.device, kind, day, number, digest, new, reason
          FROM result LEFT JOIN supersession ON supersession.old = result.entry ORDER BY result.entry",
     ),
     (
-        "quantities.csv",
+        "quantities",
         &["result", "quantity", "unit", "value", "u", "U", "k", "nu", "probability", "u_standard"],
         "SELECT result, name, unit, value, u, expanded, k, nu, probability, u_standard FROM quantity ORDER BY result, place",
     ),
     (
-        "used.csv",
+        "used",
         &["result", "standard", "certificate"],
         "SELECT result, standard, certificate FROM used ORDER BY result, standard",
     ),
     (
-        "checks.csv",
+        "checks",
         &["check", "device", "date", "quantity", "unit", "value", "u", "reference", "u_reference", "en", "good"],
         "SELECT entry, device, day, quantity, unit, value, u, reference, u_reference, en, good FROM checked ORDER BY entry",
     ),
     (
-        "events.csv",
+        "events",
         &["event", "device", "date", "kind", "text"],
         "SELECT entry, device, day, kind, text FROM event ORDER BY entry",
     ),
@@ -78,19 +134,61 @@ impl Records {
     /// # Errors
     /// The database or the place refuses.
     pub fn export_csv(&mut self, sink: &dyn Sink) -> Result<()> {
-        for (file, names, question) in TABLES {
-            let mut table = Table::new(names.iter().copied());
+        for (name, headings, question) in TABLES {
+            let mut table = Table::new(headings.iter().copied());
             for row in self.engine.rows(question, &[])? {
-                let cells = row.iter().zip(names).map(|(value, name)| match value {
-                    Value::Integer(day) if name.ends_with("date") => Cell::Text(date_of(*day)),
-                    Value::Integer(value) => Cell::Text(value.to_string()),
-                    Value::Real(value) => Cell::Number(*value),
-                    Value::Text(text) => Cell::Text(text.clone()),
-                    _ => Cell::Missing,
-                });
+                let cells = row
+                    .iter()
+                    .zip(headings)
+                    .map(|(value, heading)| match value {
+                        Value::Integer(day) if kind(heading) == Kind::Date => {
+                            Cell::Text(date_of(*day))
+                        }
+                        Value::Integer(value) => Cell::Text(value.to_string()),
+                        Value::Real(value) => Cell::Number(*value),
+                        Value::Text(text) => Cell::Text(text.clone()),
+                        _ => Cell::Missing,
+                    });
                 table.push(cells)?;
             }
-            sink.write(file, table.to_csv()?)?;
+            sink.write(&format!("{name}.csv"), table.to_csv()?)?;
+        }
+        Ok(())
+    }
+
+    /// Writes every table as Parquet: texts, whole numbers, numbers and dates as what they are.
+    ///
+    /// # Errors
+    /// The database or the place refuses; this build does not write Parquet.
+    pub fn export_parquet(&mut self, sink: &dyn Sink) -> Result<()> {
+        for (name, headings, question) in TABLES {
+            let rows = self.engine.rows(question, &[])?;
+            let columns = headings.iter().enumerate().map(|(i, heading)| {
+                let column = rows.iter().map(|row| &row[i]);
+                TableColumn {
+                    name: (*heading).to_owned(),
+                    cells: match kind(heading) {
+                        Kind::Text => {
+                            TableCells::Text(column.map(|v| v.text().map(str::to_owned)).collect())
+                        }
+                        Kind::Integer => TableCells::Integer(column.map(Value::integer).collect()),
+                        Kind::Number => TableCells::Number(column.map(Value::real).collect()),
+                        Kind::Date => {
+                            let day = |v: &Value| v.integer().and_then(|d| i32::try_from(d).ok());
+                            TableCells::Date(column.map(day).collect())
+                        }
+                    },
+                }
+            });
+            let columns: Vec<TableColumn> = columns.collect();
+            let bytes = parquet_table(&columns).map_err(|e| {
+                let refused = Trouble::new(TroubleKind::Output, e.to_string());
+                match e.hint() {
+                    Some(hint) => refused.with_hint(hint),
+                    None => refused,
+                }
+            })?;
+            sink.write(&format!("{name}.parquet"), bytes)?;
         }
         Ok(())
     }

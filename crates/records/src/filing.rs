@@ -7,8 +7,8 @@ use crate::entry::{Content, FiledDevice, FiledFile, FiledResult, FiledSupersessi
 use crate::ledger::{Records, append, entry, keep, person};
 use crate::used;
 use proofmass_io::Device;
-use proofmass_jobs::Result;
 use proofmass_jobs::findings::filing as findings;
+use proofmass_jobs::{Result, Trouble};
 use proofmass_uncertainty::Finding;
 use std::path::Path;
 
@@ -198,13 +198,11 @@ fn device_of(
     device: &Device,
     new: bool,
 ) -> Result<(Option<i64>, Option<Finding>)> {
-    let Some(serial) = device.serial.as_deref().filter(|s| !spelling(s).is_empty()) else {
-        // Without a serial number the same words are the same device.
-        let rows = engine.rows(
-            "SELECT entry FROM device WHERE serial IS NULL AND COALESCE(manufacturer, '') = ?1 AND COALESCE(model, '') = ?2 ORDER BY entry LIMIT 1",
-            &[device.manufacturer.as_deref().unwrap_or_default().into(), device.model.as_deref().unwrap_or_default().into()],
-        )?;
-        return Ok((rows.first().and_then(|row| row[0].integer()), None));
+    let serial = device.serial.as_deref();
+    // Without letters and figures it is the blank of an example.
+    let Some(serial) = serial.filter(|s| !spelling(s).is_empty()) else {
+        return Err(Trouble::request("the result does not say which device it is of")
+            .with_hint("name the device with --device, or evaluate with its serial number; `records add device` adds one"));
     };
     let rows = engine.rows(
         "SELECT entry, model, serial, manufacturer FROM device WHERE spelling = ?1 ORDER BY entry",

@@ -19,6 +19,9 @@ pub(super) struct Export {
     /// Tables: devices, certificates, results, quantities, checks, events
     #[arg(long, group = "form")]
     csv: bool,
+    /// The same tables as Parquet
+    #[arg(long, group = "form")]
+    parquet: bool,
     /// Every entry in one file
     #[arg(long, group = "form")]
     json: bool,
@@ -51,6 +54,8 @@ impl Export {
             page::write(records, &out, today)?;
         } else if self.csv {
             records.export_csv(&out)?;
+        } else if self.parquet {
+            records.export_parquet(&out)?;
         } else {
             records.export_folder(&out)?;
         }

@@ -1,6 +1,6 @@
 //! In place of the writer of Parquet, where it was not built.
 
-use super::ParquetColumn;
+use super::{ParquetColumn, TableColumn};
 use crate::{Error, Result};
 use std::convert::Infallible;
 
@@ -16,8 +16,7 @@ impl ParquetWriter {
     /// # Errors
     /// Always.
     pub fn new(_columns: Vec<ParquetColumn>) -> Result<Self> {
-        Err(Error::new("this build does not write Parquet")
-            .with_hint("install with `cargo install --path apps/cli --features parquet`"))
+        Err(refusal())
     }
 
     /// Never comes to this.
@@ -35,4 +34,17 @@ impl ParquetWriter {
     pub fn end(self, _recordings: &[(String, usize)]) -> Result<Vec<u8>> {
         match self.0 {}
     }
+}
+
+/// Refuses.
+///
+/// # Errors
+/// Always.
+pub fn parquet_table(_columns: &[TableColumn]) -> Result<Vec<u8>> {
+    Err(refusal())
+}
+
+fn refusal() -> Error {
+    Error::new("this build does not write Parquet")
+        .with_hint("install with `cargo install --path apps/cli --features parquet`")
 }

@@ -19,6 +19,9 @@ use std::{io, mem};
 /// Whether Parquet can be written.
 pub const PARQUET: bool = true;
 
+/// What wrote a file.
+pub(super) const CREATED_BY: &str = concat!("proofmass ", env!("CARGO_PKG_VERSION"));
+
 /// A Parquet file in the making: bytes come out as row groups are put in.
 pub struct ParquetWriter {
     writer: SerializedFileWriter<Bytes>,
@@ -61,7 +64,7 @@ impl ParquetWriter {
         });
         let mut properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
-            .set_created_by(concat!("proofmass ", env!("CARGO_PKG_VERSION")).to_owned())
+            .set_created_by(CREATED_BY.to_owned())
             .set_statistics_enabled(EnabledStatistics::Chunk)
             .set_dictionary_enabled(false)
             .set_key_value_metadata(Some(units.collect()));
@@ -176,7 +179,7 @@ fn field(column: &ParquetColumn) -> Result<TypePtr, ParquetError> {
     Ok(Arc::new(field.build()?))
 }
 
-fn refusal(error: ParquetError) -> Error {
+pub(super) fn refusal(error: ParquetError) -> Error {
     Error::new(format!(
         "the Parquet file cannot be written: {}",
         crate::parquet::words(error)

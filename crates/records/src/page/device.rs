@@ -43,7 +43,9 @@ pub fn device(records: &mut Records, device: i64, today: &str) -> Result<Report>
             page = page.meta(label, text.clone());
         }
     }
-    page = page.section(results_section(records, device)?);
+    if let Some(section) = results_section(records, device)? {
+        page = page.section(section);
+    }
     let certificates = records.engine.rows(
         "SELECT entry, number, valid_from, valid_until, u_relative, digest FROM certificate WHERE standard = ?1 ORDER BY valid_from",
         &[device.into()],
@@ -127,13 +129,16 @@ pub fn device(records: &mut Records, device: i64, today: &str) -> Result<Report>
     Ok(page)
 }
 
-fn results_section(records: &mut Records, device: i64) -> Result<Section> {
+fn results_section(records: &mut Records, device: i64) -> Result<Option<Section>> {
     let rows = records.engine.rows(
         "SELECT result.entry, result.day, kind, number, (SELECT new FROM supersession WHERE old = result.entry),
                 (SELECT reason FROM supersession WHERE old = result.entry)
          FROM result WHERE device = ?1 ORDER BY day, result.entry",
         &[device.into()],
     )?;
+    if rows.is_empty() {
+        return Ok(None);
+    }
     let fields = [
         Field::shown("no.", "", |r: &Vec<_>| {
             number(integer(r, 0).unwrap_or_default())
@@ -151,9 +156,11 @@ fn results_section(records: &mut Records, device: i64) -> Result<Section> {
         }),
         Field::shown("because", "", |r: &Vec<_>| text(r, 5)),
     ];
-    Ok(Section::new("Results")
-        .table(Table::of("", fields, rows))
-        .summarised())
+    Ok(Some(
+        Section::new("Results")
+            .table(Table::of("", fields, rows))
+            .summarised(),
+    ))
 }
 
 /// A quantity, its limits, and what they say: whether it is accepted, and the probability of conformity.

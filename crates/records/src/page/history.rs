@@ -65,6 +65,9 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
     }
     let page = Report::new(format!("History of {name}"))
         .question(match drifting {
+            0 if found.iter().all(|h| h.drift.is_none()) => {
+                "Fewer than three calibrations with U: no drift can be told.".to_owned()
+            }
             0 => "No drift is larger than its U.".to_owned(),
             1 => "The drift of one quantity is larger than its U.".to_owned(),
             n => format!("The drifts of {n} quantities are larger than their U."),

@@ -106,7 +106,9 @@ pub fn campaign(folder: &Path) -> PathBuf {
     for name in ["campaign.toml", "runs.csv", "reference.csv"] {
         let source = proofmass_jobs::Store::open(&memory, name).unwrap();
         let (bytes, _) = source.into_bytes(1 << 20).unwrap();
-        std::fs::write(place.join(name), bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let text = text.replace("serial = \"…\"", "serial = \"0042\"");
+        std::fs::write(place.join(name), text).unwrap();
     }
     evaluate(&place);
     place
