@@ -12,7 +12,7 @@ Every command of the command line is a function with its options as keywords; fi
 import sys
 import warnings
 
-from . import simulate, test, velocity
+from . import records, simulate, test, velocity
 from ._batch import Batch, calibrate_batch
 from ._calibration import Calibration
 from ._campaign import calibrate_campaign, run
@@ -88,6 +88,7 @@ __all__ = [
     "noise_compare",
     "plan",
     "read",
+    "records",
     "render",
     "run",
     "simulate",

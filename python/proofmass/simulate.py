@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ._command import command
-from ._result import Result
 from ._types import Data, Place, Watch
 
 if TYPE_CHECKING:

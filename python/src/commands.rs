@@ -25,7 +25,9 @@ pub(crate) fn result_kinds() -> Vec<&'static str> {
 fn gather(command: &Command, words: &[&str], found: &mut Vec<Value>) {
     for inner in command.get_subcommands().filter(|c| c.get_name() != "help") {
         let words = [words, &[inner.get_name()]].concat();
-        let takes = inner.get_arguments().any(|a| !is_help(a));
+        // One that only leads to others is no function, whatever it hands down to them.
+        let takes =
+            !inner.is_subcommand_required_set() && inner.get_arguments().any(|a| !is_help(a));
         if takes || !inner.has_subcommands() {
             let arguments = inner
                 .get_arguments()

@@ -107,7 +107,8 @@ def test_every_command_has_a_function():
 
     for words in descriptions():
         first, *others = words.split()
-        group = {"velocity": proofmass.velocity, "simulate": proofmass.simulate, "test": proofmass.test}
+        groups = ("records", "simulate", "test", "velocity")
+        group = {name: getattr(proofmass, name) for name in groups}
         where = group[first] if first in group and others else proofmass
         name = "_".join(others if first in group and others else [first, *others]).replace("-", "_")
         assert callable(getattr(where, {"import": "import_"}.get(name, name))), words

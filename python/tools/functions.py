@@ -40,11 +40,13 @@ ANSWERS = {
     "keygen": "str",
     "calibrate": "Result | Any",
     **dict.fromkeys((words for words in descriptions() if words.startswith("simulate ")), "Path"),
+    **dict.fromkeys((words for words in descriptions() if words.startswith("records ")), "Any"),
 }
 GROUPS = {
     "velocity": "Velocity of an axis from encoder and accelerometer.",
     "simulate": "Recordings whose truth is known.",
     "test": "Tests of accelerometers: static, thermal, dynamic.",
+    "records": "Devices, standards and results over time.",
 }
 #: Names that Python keeps for itself.
 RENAMED = {"import": "import_"}
@@ -56,8 +58,7 @@ Written by tools/functions.py from the options of the commands: change those, no
 from __future__ import annotations
 
 {imports}from ._command import command
-from ._result import Result
-from ._types import Data, Place, Watch
+{result}from ._types import Data, Place, Watch
 
 {late}__all__ = {names}
 
@@ -214,7 +215,8 @@ def module(title: str, functions: dict[str, str]) -> str:
         )
         needed = needed.replace("from typing import Any", typing)
         needed = needed if "TYPE_CHECKING" in needed else f"{needed.strip()}\n{typing}\n\n".lstrip()
-    return HEAD.format(title=title, names=names, imports=needed, late=late) + code
+    result = "from ._result import Result\n" if re.search(r"-> .*\bResult\b", code) else ""
+    return HEAD.format(title=title, names=names, imports=needed, late=late, result=result) + code
 
 
 def modules() -> dict[str, str]:
@@ -224,7 +226,8 @@ def modules() -> dict[str, str]:
     for words in descriptions():
         first, *others = words.split()
         if first in GROUPS and others:
-            grouped[first]["_".join(others).replace("-", "_")] = words
+            name = "_".join(others).replace("-", "_")
+            grouped[first][RENAMED.get(name, name)] = words
         else:
             name = "_".join([first, *others]).replace("-", "_")
             plain[RENAMED.get(name, name)] = words

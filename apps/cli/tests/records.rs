@@ -22,6 +22,20 @@ fn law_from_the_standard_to_the_recall() {
     let at = |name: &str| text(&folder.path().join(name)).to_owned();
     let (place, campaign) = (at("lab.records"), at("single"));
     succeed(&["init", "--kind", "shaker-single", "-o", &campaign]);
+    let written = folder.path().join("single/campaign.toml");
+    let example = std::fs::read_to_string(&written).unwrap();
+    // The device of the example has no name, and a result without one is asked for it.
+    succeed(&["calibrate", &campaign]);
+    let unnamed = proofmass(&records(&place, &["add", "result", &at("single/result")]));
+    assert!(
+        stderr(&unnamed).contains("which device it is of"),
+        "{unnamed:?}"
+    );
+    std::fs::write(
+        &written,
+        example.replace("serial = \"…\"", "serial = \"0042\""),
+    )
+    .unwrap();
     succeed(&["calibrate", &campaign]);
     let (reference, result) = (at("single/reference.csv"), at("single/result"));
     assert_eq!(
@@ -52,7 +66,13 @@ fn law_from_the_standard_to_the_recall() {
         &["due", "--within", "400", "--json"],
     )))
     .unwrap();
-    assert_eq!(due.as_array().unwrap().len(), 1);
+    let due: Vec<_> = due
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|d| d["name"].clone())
+        .collect();
+    assert_eq!(due, ["R-7", "… … 0042"]);
     let recall: serde_json::Value = serde_json::from_str(&printed(&records(
         &place,
         &["recall", "R-7", "--error", "1", "--json"],

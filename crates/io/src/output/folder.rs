@@ -1,6 +1,6 @@
 //! A folder of results in the making.
 
-use super::manifest::{Listed, MANIFEST, Manifest, digest, is_plain};
+use super::manifest::{Listed, MANIFEST, Manifest, SIMULATION, digest, is_plain};
 use super::place::{Place, exchange, move_file, remove_flat, sync, wait_for_lock};
 use super::unfinished::{Unfinished, in_place, sweep};
 use crate::result_document::RESULT_SCHEMA;
@@ -11,8 +11,6 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Kind of a folder without result.json.
-const SIMULATION: &str = "simulation";
 /// Name under which complete files wait inside a folder until they are put in place.
 const COMPLETE: &str = ".proofmass-complete";
 /// In that folder: which old files go.

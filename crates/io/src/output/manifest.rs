@@ -22,6 +22,9 @@ pub struct Listed {
     pub(crate) sha256: String,
 }
 
+/// Kind of a folder without result.json.
+pub(crate) const SIMULATION: &str = "simulation";
+
 /// The files of a folder that belong to one result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {

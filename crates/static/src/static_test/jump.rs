@@ -125,4 +125,28 @@ mod tests {
         let finding = jump.finding("S", "V", "between 2020 and 2021");
         assert_eq!(finding.code(), "calibration-jump");
     }
+
+    /// Chance that the best test of 1 % finds a jump of 4 u in the middle of `n` yearly values of known u beside an unknown drift, were
+    /// its place known: what `docs/records.md` holds the found shares against.
+    #[test]
+    fn known_bound_for_jumps_beside_a_drift() {
+        let bound = |n: usize| -> f64 {
+            let x = |i: usize| i as f64 - (n as f64 - 1.0) / 2.0;
+            let across: f64 = (0..n).map(|i| x(i).abs() / 2.0).sum();
+            let along: f64 = (0..n).map(|i| x(i).powi(2)).sum();
+            // What a line leaves of a step of 4 u, in u.
+            let left = 16.0 * (n as f64 / 4.0 - across.powi(2) / along);
+            // Φ of a distance, by the chi-squared distribution with one degree of freedom.
+            let distance = left.sqrt() - 2.5758;
+            let tail = 0.5 * proofmass_uncertainty::chi_squared_chance(distance.powi(2), 1.0);
+            if distance > 0.0 { 1.0 - tail } else { tail }
+        };
+        for (n, percent) in [(8, 57.3), (12, 80.4), (20, 96.9)] {
+            assert!(
+                (100.0 * bound(n) - percent).abs() < 0.1,
+                "{n}: {}",
+                bound(n)
+            );
+        }
+    }
 }
