@@ -33,6 +33,7 @@ const COMMANDS: &[Group] = &[
     ("Noise", &["noise", "bias", "filter"]),
     ("Velocity", &["velocity"]),
     ("Uncertainty", &["uncertainty"]),
+    ("Certificates", &["certificate"]),
     #[cfg(feature = "records")]
     ("Records", &["records"]),
     (

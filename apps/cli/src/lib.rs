@@ -4,6 +4,7 @@ mod apply;
 mod argument_file;
 mod bias;
 mod calibrate;
+mod certificate;
 mod clock;
 mod compare;
 mod console;
@@ -71,6 +72,7 @@ enum Command {
     Import(import::Import),
     Validate(validate::Validate),
     Compare(compare::Compare),
+    Certificate(certificate::Certificate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
     Bias(Box<bias::Bias>),
@@ -138,6 +140,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Import(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Compare(command) => command.run(),
+        Command::Certificate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
         Command::Bias(command) => command.run(),

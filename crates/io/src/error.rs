@@ -20,6 +20,8 @@ pub enum ErrorKind {
     Field,
     /// A column is missing, named twice or of the wrong unit.
     Column,
+    /// An element of a document holds what cannot be.
+    Element,
     /// The time column does not run forward, or there is no time base.
     Time,
     /// A configuration key is unknown, missing or has a value outside its range.
@@ -179,6 +181,7 @@ impl Error {
                     let word = match self.0.kind {
                         ErrorKind::Configuration => "key",
                         ErrorKind::Output => "value",
+                        ErrorKind::Element => "element",
                         _ => "column",
                     };
                     write!(f, "{word} \"{}\": ", Visible(column))?;

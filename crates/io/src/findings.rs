@@ -119,4 +119,12 @@ findings! {
         what "the last row has no line end: the file may have been cut inside its last number",
         evidence "line {line} ends with \"{field}\"{more}",
         advice "one sample is doubtful: compare the end of the file with its source, or remove that row";
+
+    /// A certificate holds an XML signature, which this program does not check.
+    signature_not_checked(certificate: &str, count: usize, line: u64) =
+        "signature-not-checked", [Warning],
+        what "the signature in {certificate} was not checked: a value may have been changed after it was signed",
+        evidence "XML signatures: {count}, the first in line {line}",
+        advice "check it with the program of the laboratory that signed; as a standard the certificate is taken only where the campaign accepts it by its number (`accept_unchecked_signature`)",
+        false_alarms "none: a signature is there or not";
 }

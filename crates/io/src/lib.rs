@@ -34,6 +34,7 @@ mod clock;
 mod clock_findings;
 mod column_head;
 mod conversion;
+mod dcc;
 mod device;
 mod error;
 mod export;
@@ -75,6 +76,7 @@ mod vtu;
 mod waiting_rows;
 mod waveform;
 mod written;
+mod xml;
 
 pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
@@ -83,6 +85,10 @@ pub use clock::{Clock, Gap};
 pub use conversion::{
     Conversion, ConversionPlan, Filling, RowClock, Survey, Surveyed, TargetForm, TimedLayout,
     TimedRows,
+};
+pub use dcc::{
+    DccQuantity, DccSensitivity, DccUncertainty, DigitalCertificate, DsiUnit, SensitivityRow,
+    dsi_text,
 };
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 /// Unit endings of the headings of one quantity, and what a number is multiplied with to be in SI.
 pub type Endings = &'static [(&'static str, f64)];
 
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
+/// One degree in rad.
+pub(crate) const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const G: f64 = proofmass_core::STANDARD_GRAVITY;
 
 /// Frequencies.

@@ -1,7 +1,7 @@
 //! Frequency responses between the mathematics and their files.
 
 use crate::findings;
-use crate::laboratory_table::LaboratoryTable;
+use crate::laboratory_table::{LaboratoryTable, is_table};
 use crate::record::Record;
 use crate::stored_result::{RESULT, StoredResult};
 use crate::trouble::{Result, Trouble};
@@ -53,7 +53,7 @@ pub fn read_document(source: Source, coverage: Option<f64>) -> Result<ResponseDo
     };
     let AnyCalibration::FrequencyResponse(file) = calibration else {
         return Err(Trouble::data(format!("{place} is no frequency response")).with_hint(
-            "give a calibration.json of kind frequency-response, its result.json, or a certificate (.csv)",
+            "give a calibration.json of kind frequency-response, its result.json, or a certificate (.csv, .xml)",
         ));
     };
     Ok(ResponseDocument {
@@ -84,7 +84,8 @@ pub fn to_file(
     file
 }
 
-/// A calibration of any kind: a calibration.json, or the table of a laboratory (`.csv`) as one over frequency.
+/// A calibration of any kind: a calibration.json, or the table of a laboratory (`.csv`, or a digital calibration certificate, `.xml`) as
+/// one over frequency.
 ///
 /// `coverage` is the factor k of expanded uncertainties in such a table, where it has no column of it.
 ///
@@ -95,15 +96,11 @@ pub fn read_calibration(
     source: Source,
     coverage: Option<f64>,
 ) -> Result<(AnyCalibration, Input, Vec<Finding>)> {
-    let table = source
-        .name()
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if !table {
+    if !is_table(source.name()) {
         let (calibration, input) = AnyCalibration::from_source(source)?;
         return Ok((calibration, input, Vec::new()));
     }
-    let table = LaboratoryTable::from_source(source, coverage)?;
+    let table = LaboratoryTable::from_source(source, coverage, None)?;
     let record = Record {
         inputs: vec![table.input.clone()],
         ..Record::default()

@@ -8,8 +8,10 @@ use proofmass_io::sheet::{
     ACCELERATION_RATIO, ANGLE, COUNT_SENSITIVITY, Endings, FREQUENCY, PERCENT, Place, SENSITIVITY,
     Sheet, SheetRow,
 };
-use proofmass_io::{Error, ErrorKind, Input, Result, Source};
+use proofmass_io::{DigitalCertificate, Error, ErrorKind, Input, Result, SensitivityRow, Source};
 use proofmass_uncertainty::Finding;
+use std::ffi::OsStr;
+use std::path::Path;
 
 /// Headings of the sensitivity, in the order of `OUTPUTS`.
 const KINDS: [Endings; 3] = [SENSITIVITY, ACCELERATION_RATIO, COUNT_SENSITIVITY];
@@ -21,6 +23,16 @@ const OUTPUTS: [DeviceOutput; 3] = [
     DeviceOutput::Count,
 ];
 
+/// Whether a file is the table of a laboratory by its name: rows (`.csv`) or a digital calibration certificate (`.xml`).
+pub(crate) fn is_table(name: &Path) -> bool {
+    let ending = |e: &OsStr| {
+        ["csv", "xml"]
+            .iter()
+            .any(|known| e.eq_ignore_ascii_case(known))
+    };
+    name.extension().is_some_and(ending)
+}
+
 /// A table that was read.
 pub(crate) struct LaboratoryTable {
     pub(crate) input: Input,
@@ -29,9 +41,75 @@ pub(crate) struct LaboratoryTable {
     pub(crate) table: ReferenceTable,
     pub(crate) phase_stated: bool,
     pub(crate) findings: Vec<Finding>,
+    /// Who it is of, and which certificate, where the table says it.
+    pub(crate) description: Option<String>,
+    /// Number of a certificate with a signature that nobody checked.
+    pub(crate) signed: Option<String>,
 }
 
 impl LaboratoryTable {
+    /// A digital calibration certificate by its name, else rows.
+    ///
+    /// # Errors
+    /// As [`LaboratoryTable::of_rows`] and [`DigitalCertificate::sensitivity`].
+    pub(crate) fn from_source(
+        source: Source,
+        coverage: Option<f64>,
+        result: Option<&str>,
+    ) -> Result<Self> {
+        let is_xml = |e: &OsStr| e.eq_ignore_ascii_case("xml");
+        if !source.name().extension().is_some_and(is_xml) {
+            return Self::of_rows(source, coverage);
+        }
+        let path = source.name().to_path_buf();
+        if coverage.is_some() {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "a coverage factor is stated for a digital calibration certificate, which states its own",
+            )
+            .at(&path)
+            .with_hint("leave it out"));
+        }
+        Self::of_certificate(&DigitalCertificate::from_source(source)?, result)
+            .map_err(|e| e.at(&path))
+    }
+
+    fn of_certificate(certificate: &DigitalCertificate, result: Option<&str>) -> Result<Self> {
+        let stated = certificate.sensitivity(result)?;
+        let point = |row: &SensitivityRow| {
+            let [phase, phase_uncertainty] = row.phase.unwrap_or_default();
+            ReferencePoint {
+                frequency: row.frequency,
+                sensitivity: row.sensitivity,
+                phase,
+                modulus_uncertainty: row.sensitivity_uncertainty / row.sensitivity,
+                phase_uncertainty,
+            }
+        };
+        let table = ReferenceTable::new(stated.rows.iter().map(point).collect())
+            .map_err(|e| Error::new(ErrorKind::Format, e.to_string()))?;
+        let number = certificate
+            .identifier
+            .as_deref()
+            .unwrap_or("without a number");
+        let who = [
+            certificate.item.line(),
+            format!("certificate {number}"),
+            certificate.laboratory.clone().unwrap_or_default(),
+        ];
+        let who: Vec<String> = who.into_iter().filter(|w| !w.is_empty()).collect();
+        let output = OUTPUTS.into_iter().find(|o| o.of_device() == stated.output);
+        Ok(Self {
+            input: certificate.input.clone(),
+            output: output.unwrap_or_default(),
+            table,
+            phase_stated: stated.rows.iter().all(|r| r.phase.is_some()),
+            findings: certificate.findings(),
+            description: Some(who.join(", ")),
+            signed: (!certificate.signatures.is_empty()).then(|| number.to_owned()),
+        })
+    }
+
     /// `frequency_Hz`, `sensitivity_V/(m/s2)` (or another unit), `phase_deg` where it is known, and standard (`u_relative_%` or
     /// `u_sensitivity_…`, `u_phase_deg`) or expanded uncertainties (`U_…`, with `k` or a column of it).
     ///
@@ -40,7 +118,7 @@ impl LaboratoryTable {
     ///
     /// # Errors
     /// A missing column, an expanded uncertainty without its coverage factor, a row that cannot be.
-    pub(crate) fn from_source(source: Source, coverage: Option<f64>) -> Result<Self> {
+    fn of_rows(source: Source, coverage: Option<f64>) -> Result<Self> {
         let path = source.name().to_path_buf();
         let mut sheet = Sheet::from_source(source, "table of the laboratory")?;
         let frequency = sheet.quantity("frequency", FREQUENCY)?;
@@ -129,6 +207,8 @@ impl LaboratoryTable {
             table,
             phase_stated: phase.is_some(),
             findings,
+            description: None,
+            signed: None,
         })
     }
 

@@ -14,6 +14,7 @@ mod bench_runs;
 pub mod bias;
 mod block_clock;
 pub mod campaign;
+pub mod certificate;
 mod channels;
 pub mod comparison;
 pub mod convert;

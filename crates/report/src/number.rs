@@ -37,6 +37,55 @@ pub fn rounded(value: f64, expanded: f64) -> (String, String) {
     (format!("{value:.places$}"), format!("{expanded:.places$}"))
 }
 
+/// A value and its expanded uncertainty as a certificate states them: U rounded up to two significant digits, the value to the same place.
+///
+/// ```
+/// use proofmass_report::number::rounded_up;
+/// assert_eq!(rounded_up(9.876_54, 0.0521), ("9.877".into(), "0.053".into()));
+/// assert_eq!(rounded_up(9.876_54, 0.0995), ("9.88".into(), "0.10".into()));
+/// assert_eq!(rounded_up(-33_120.18, 1_234.0), ("-33100".into(), "1300".into()));
+/// // What is two digits already stays.
+/// assert_eq!(rounded_up(1.0, 0.3 - 0.1), ("1.00".into(), "0.20".into()));
+/// ```
+///
+/// **Source** `[EA4/02]` 6.3.
+pub fn rounded_up(value: f64, expanded: f64) -> (String, String) {
+    if !(expanded > 0.0 && expanded.is_finite() && value.is_finite()) {
+        return (value.to_string(), "0".to_owned());
+    }
+    let text = format!("{expanded:e}");
+    let exponent = text.split_once('e').and_then(|(_, e)| e.parse().ok());
+    let mut place: i32 = exponent.unwrap_or(0) - 1;
+    // Doubles that are two digits but for their last bits are these digits.
+    let digits = expanded / 10f64.powi(place);
+    let mut digits = (digits * (1.0 - 1e-9)).ceil();
+    if digits >= 100.0 {
+        (digits, place) = (10.0, place + 1);
+    }
+    if place < 0 {
+        let decimals = place.unsigned_abs() as usize;
+        let up = digits * 10f64.powi(place);
+        return (
+            unsigned_zero(format!("{value:.decimals$}")),
+            format!("{up:.decimals$}"),
+        );
+    }
+    let step = 10f64.powi(place);
+    let whole = (value / step).round() * step;
+    (
+        unsigned_zero(format!("{whole:.0}")),
+        format!("{:.0}", digits * step),
+    )
+}
+
+/// A number of which only zeros are printed has no sign.
+fn unsigned_zero(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(size) if size.chars().all(|c| matches!(c, '0' | '.')) => size.to_owned(),
+        _ => text,
+    }
+}
+
 /// A number as tables and plans give it, three decimals at most and no needless zeros: `31.5`, `160`.
 pub fn plain(value: f64) -> String {
     let text = format!("{value:.3}");
@@ -218,6 +267,27 @@ mod tests {
         ] {
             assert_eq!(minus_signs(text), printed);
         }
+    }
+
+    #[test]
+    fn law_u_is_rounded_up_and_never_down() {
+        let mut x = 1.0_f64;
+        for i in 0..4000 {
+            x = (x * 1.037).rem_euclid(9.7) + 0.13;
+            let u = x * 10f64.powi(i % 15 - 9);
+            let (value, up) = rounded_up(123.456 * u, u);
+            let printed: f64 = up.parse().unwrap();
+            assert!(
+                printed >= u * (1.0 - 2e-9) && printed < u * 1.11,
+                "{u} {up}"
+            );
+            let digits = up.trim_start_matches(['0', '.']).replace('.', "");
+            assert!(digits.trim_end_matches('0').len() <= 2, "{up}");
+            let decimals = |t: &str| t.split_once('.').map_or(0, |(_, d)| d.len());
+            assert_eq!(decimals(&value), decimals(&up), "{value} {up}");
+            assert!((value.parse::<f64>().unwrap() - 123.456 * u).abs() <= 0.0501 * printed);
+        }
+        assert_eq!(rounded_up(-0.001, 1.0), ("0.0".into(), "1.0".into()));
     }
 
     #[test]

@@ -48,7 +48,11 @@ pub fn refuse(arguments: &[&str]) -> String {
 /// campaign was named or is spoken of.
 pub fn law_a_message_fits_the_call(arguments: &[&str], said: &str) {
     let commands = match arguments {
-        [group @ ("test" | "velocity" | "simulate"), test, ..] => vec![*group, *test],
+        [
+            group @ ("test" | "velocity" | "simulate" | "certificate"),
+            test,
+            ..,
+        ] => vec![*group, *test],
         ["noise", "compare", ..] => vec!["noise", "compare"],
         ["records", "add", what, ..] => vec!["records", "add", *what],
         ["records", what, ..] => vec!["records", *what],

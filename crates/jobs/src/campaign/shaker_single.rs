@@ -91,6 +91,8 @@ pub struct CheckStandardTable {
     pub(crate) k: Option<f64>,
     /// Axis of a calibration of several.
     pub(crate) axis: Option<String>,
+    /// Number of a certificate that is taken although nobody checked its signature.
+    pub(crate) accept_unchecked_signature: Option<String>,
 }
 
 fn check() -> String {
@@ -311,6 +313,7 @@ impl ShakerSingleCampaign {
             description: None,
             axis: check.axis.clone(),
             model: None,
+            accept_unchecked_signature: check.accept_unchecked_signature.clone(),
         };
         Certificate::read_as(&self.source, "check_standard", &table, output).map(Some)
     }

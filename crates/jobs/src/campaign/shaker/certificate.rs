@@ -4,7 +4,7 @@ use crate::campaign::CampaignFile;
 use crate::device_output::DeviceOutput;
 use crate::findings;
 use crate::frequency_response::{ResponseDocument, read_document};
-use crate::laboratory_table::LaboratoryTable;
+use crate::laboratory_table::{LaboratoryTable, is_table};
 use crate::trouble::{Result as JobResult, Trouble};
 use proofmass_dynamic::model::{FitProblem, ModelStructure, ResponsePoints};
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -16,7 +16,9 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CertificateTable {
-    /// The table of a laboratory (`.csv`), a calibration.json or a result.json, relative to the campaign.
+    /// The table of a laboratory (`.csv`), a digital calibration certificate (`.xml`), a calibration.json or a result.json, relative to the
+    /// campaign.
+    #[serde(alias = "certificate")]
     pub(crate) file: String,
     /// Coverage factor of the columns `U_…`.
     pub(crate) k: Option<f64>,
@@ -26,6 +28,8 @@ pub struct CertificateTable {
     pub(crate) axis: Option<String>,
     /// Elements of a model that stands for the points, such as `1mode+delay`.
     pub(crate) model: Option<String>,
+    /// Number of a certificate that is taken although nobody checked its signature.
+    pub(crate) accept_unchecked_signature: Option<String>,
 }
 
 /// How a calibration over frequency is read as that of a reference standard.
@@ -42,6 +46,8 @@ pub struct CertificateOptions {
     pub description: Option<String>,
     /// What the device gives: a reference of a campaign is a channel in volts.
     pub output: DeviceOutput,
+    /// Number of a certificate that is taken although nobody checked its signature.
+    pub accept_unchecked_signature: Option<String>,
 }
 
 /// The certificate of the reference standard.
@@ -99,6 +105,7 @@ impl Certificate {
             model,
             description: table.description.clone(),
             output,
+            accept_unchecked_signature: table.accept_unchecked_signature.clone(),
         };
         Self::from_document(source.source(&table.file)?, &options).map_err(|trouble| {
             let mut what = trouble.to_string();
@@ -120,15 +127,16 @@ impl Certificate {
     /// As [`Certificate::from_source`] and [`read_document`]; an axis that is not there or not named, a response in another unit
     /// than that output per m/s², a model that the points do not determine.
     pub fn from_document(source: Source, options: &CertificateOptions) -> JobResult<Self> {
-        let table = source
-            .name()
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-        if table && options.model.is_none() {
+        if is_table(source.name()) && options.model.is_none() {
             return Ok(Self::from_source(source, options)?);
         }
         let name = source.name().display().to_string();
         let document = read_document(source, options.coverage)?;
+        if let Some(unchecked) = document.findings.iter().find(|f| f.code() == UNCHECKED) {
+            return Err(Trouble::data(unchecked.what().to_owned()).with_hint(
+                "take its points as they are, without `model`, and accept the certificate by its number",
+            ));
+        }
         let scale = scale(document.response.unit(), options.output).ok_or_else(|| {
             Trouble::data(format!(
                 "{name} is a calibration in {}, not in {}",
@@ -175,10 +183,11 @@ impl Certificate {
     }
 
     /// Reads the table of a laboratory: `frequency_Hz`, `sensitivity_V/(m/s2)`, `phase_deg` where it is known, and
-    /// standard (`u_relative_%`, `u_phase_deg`) or expanded uncertainties (`U_…`, with `k` or a column of it).
+    /// standard (`u_relative_%`, `u_phase_deg`) or expanded uncertainties (`U_…`, with `k` or a column of it); or a digital
+    /// calibration certificate (`.xml`).
     ///
     /// # Errors
-    /// A missing column, an expanded uncertainty without its coverage factor, a row that cannot be.
+    /// A signature that nobody checked, unless its certificate is accepted by its number; a missing column, an expanded uncertainty without its coverage factor, a row that cannot be.
     pub fn from_source(source: Source, options: &CertificateOptions) -> Result<Self> {
         let path = source.name().to_path_buf();
         let LaboratoryTable {
@@ -187,7 +196,21 @@ impl Certificate {
             table,
             phase_stated,
             findings: mut list,
-        } = LaboratoryTable::from_source(source, options.coverage)?;
+            description,
+            signed,
+        } = LaboratoryTable::from_source(source, options.coverage, options.axis.as_deref())?;
+        if let Some(number) =
+            signed.filter(|n| options.accept_unchecked_signature.as_ref() != Some(n))
+        {
+            return Err(Error::new(
+                ErrorKind::Format,
+                "the certificate has a signature that this program does not check: a value may have been changed after it was signed",
+            )
+            .at(&path)
+            .with_hint(format!(
+                "check it with the program of the laboratory, then accept it by its number: accept_unchecked_signature = {number:?} beside the name of the file"
+            )));
+        }
         if output != options.output {
             return Err(Error::new(
                 ErrorKind::Format,
@@ -207,12 +230,15 @@ impl Certificate {
         }
         Ok(Self {
             input,
-            description: options.description.clone(),
+            description: options.description.clone().or(description),
             table,
             findings: list,
         })
     }
 }
+
+/// Finding on a signature that nobody checked.
+const UNCHECKED: &str = "signature-not-checked";
 
 fn hint(output: DeviceOutput) -> &'static str {
     match output {

@@ -1,0 +1,320 @@
+//! The sensitivity of an accelerometer over frequency that a certificate states.
+
+use super::head::DigitalCertificate;
+use super::quantity::DccQuantity;
+use crate::{Error, ErrorKind, Result, Unit};
+
+/// Labels, as in the examples of the PTB for accelerometers.
+const FREQUENCY: &str = "frequency";
+const MAGNITUDE: &str = "sensitivity magnitude";
+const PHASE: &str = "sensitivity phase";
+
+/// One frequency, in SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SensitivityRow {
+    /// Line of the certificate.
+    pub line: u64,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Modulus, in the unit of the output per m/s².
+    pub sensitivity: f64,
+    /// Its standard uncertainty.
+    pub sensitivity_uncertainty: f64,
+    /// Phase and its standard uncertainty, rad.
+    pub phase: Option<[f64; 2]>,
+}
+
+/// A sensitivity over frequency.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DccSensitivity {
+    /// What the device gives: volts, an acceleration, counts.
+    pub output: Unit,
+    /// Rows in the order of the certificate.
+    pub rows: Vec<SensitivityRow>,
+}
+
+impl DigitalCertificate {
+    /// The sensitivity over frequency that the certificate states, of the result named `result` where there are several.
+    ///
+    /// Frequency, magnitude and phase are known by their labels, by the words of `refType`, or by their unit.
+    ///
+    /// # Errors
+    /// None or several; a unit that is none of a sensitivity to acceleration, a frequency or an angle; lists of unequal length; a frequency
+    /// that stands twice or is not above zero; no uncertainty: with element and line.
+    pub fn sensitivity(&self, result: Option<&str>) -> Result<DccSensitivity> {
+        self.table(result).map_err(|e| e.at(&self.path))
+    }
+
+    fn table(&self, result: Option<&str>) -> Result<DccSensitivity> {
+        let mut groups: Vec<Vec<&DccQuantity>> = Vec::new();
+        for quantity in self.quantities.iter().filter(|q| !q.is_beside) {
+            match groups.iter_mut().find(|g| g[0].group == quantity.group) {
+                Some(group) => group.push(quantity),
+                None => groups.push(vec![quantity]),
+            }
+        }
+        let mut tables = Vec::new();
+        for group in groups {
+            tables.extend(Parts::of(&group)?);
+        }
+        let names = || {
+            let mut names: Vec<&str> = tables
+                .iter()
+                .map(|t| t.magnitude[0].result.as_str())
+                .collect();
+            names.dedup();
+            names.join(", ")
+        };
+        let chosen: Vec<&Parts> = match result {
+            Some(name) => tables
+                .iter()
+                .filter(|t| t.magnitude[0].result == name)
+                .collect(),
+            None => tables.iter().collect(),
+        };
+        match (&chosen[..], result) {
+            ([one], _) => one.rows(),
+            ([], Some(name)) if !tables.is_empty() => Err(Error::new(
+                ErrorKind::Format,
+                format!("the certificate has no sensitivity in a result named {name:?}"),
+            )
+            .with_hint(format!("there are: {}", names()))),
+            ([], _) => Err(Error::new(
+                ErrorKind::Format,
+                "the certificate states no sensitivity over frequency",
+            )
+            .with_hint(format!(
+                "it needs, in one list, quantities with the labels \"{FREQUENCY}\" and \"{MAGNITUDE}\", and \"{PHASE}\" where it is known"
+            ))),
+            (several, _) => Err(Error::new(
+                ErrorKind::Format,
+                format!("the certificate states {} sensitivities over frequency", several.len()),
+            )
+            .with_hint(format!("name the result with `axis`: {}", names()))),
+        }
+    }
+}
+
+/// What belongs together to a table; of single values one quantity each.
+struct Parts<'a> {
+    frequency: Vec<&'a DccQuantity>,
+    magnitude: Vec<&'a DccQuantity>,
+    phase: Vec<&'a DccQuantity>,
+}
+
+/// Whether a quantity says that it is this one: by its label, else by refType, else by its name.
+fn says(quantity: &DccQuantity, label: &str, types: &[&str]) -> bool {
+    match &quantity.label {
+        Some(own) => own.eq_ignore_ascii_case(label),
+        None => {
+            quantity
+                .ref_types
+                .iter()
+                .any(|t| types.contains(&t.as_str()))
+                || quantity.name.eq_ignore_ascii_case(label)
+        }
+    }
+}
+
+impl<'a> Parts<'a> {
+    fn of(group: &[&'a DccQuantity]) -> Result<Option<Self>> {
+        let labelled = |label: &str, types: &[&str]| -> Vec<&'a DccQuantity> {
+            let said = group.iter().copied().filter(|q| says(q, label, types));
+            let (whole, parts): (Vec<_>, Vec<_>) = said.partition(|q| q.is_of_complex);
+            // A complex quantity states the same again.
+            if parts.is_empty() { whole } else { parts }
+        };
+        let mut magnitude = labelled(MAGNITUDE, &["vib_sensitivity", "vib_magnitude"]);
+        if magnitude.is_empty() {
+            // A certificate without labels: what has the unit of a voltage per acceleration.
+            let unit = |q: &&DccQuantity| {
+                q.label.is_none() && matches!(q.unit.sensitivity(), Some((Unit::Volt, _)))
+            };
+            magnitude = group.iter().copied().filter(unit).collect();
+        }
+        if magnitude.is_empty() {
+            return Ok(None);
+        }
+        let mut frequency = labelled(FREQUENCY, &["vib_frequency", "basic_frequency"]);
+        if frequency.is_empty() {
+            let unit = |q: &&DccQuantity| q.label.is_none() && q.unit.frequency().is_some();
+            frequency = group.iter().copied().filter(unit).collect();
+        }
+        if frequency.is_empty() {
+            return Err(
+                refuse(magnitude[0], "a sensitivity without its frequencies").with_hint(format!(
+                    "a quantity with the label \"{FREQUENCY}\" belongs into the same list"
+                )),
+            );
+        }
+        let mut phase = labelled(PHASE, &["vib_phase"]);
+        if phase.is_empty() {
+            let unit = |q: &&DccQuantity| q.label.is_none() && q.unit.angle().is_some();
+            phase = group.iter().copied().filter(unit).collect();
+        }
+        Ok(Some(Self {
+            frequency,
+            magnitude,
+            phase,
+        }))
+    }
+
+    fn rows(&self) -> Result<DccSensitivity> {
+        let frequency = Column::of(&self.frequency, |q| {
+            let factor = q.unit.frequency();
+            factor.ok_or_else(|| wrong_unit(q, "frequency", "\\hertz"))
+        })?;
+        let mut output = None;
+        let magnitude = Column::of(&self.magnitude, |q| {
+            let (unit, factor) = q.unit.sensitivity().ok_or_else(|| {
+                wrong_unit(
+                    q,
+                    "sensitivity to acceleration",
+                    "\\milli\\volt\\second\\tothe{2}\\metre\\tothe{-1}",
+                )
+            })?;
+            match output.replace(unit) {
+                Some(other) if other != unit => Err(refuse(
+                    q,
+                    format!("a sensitivity of an output in {unit} beside one in {other}"),
+                )),
+                _ => Ok(factor),
+            }
+        })?;
+        let phase = Column::of(&self.phase, |q| {
+            let factor = q.unit.angle();
+            factor.ok_or_else(|| wrong_unit(q, "phase", "\\degree"))
+        })?;
+        let n = frequency.cells.len();
+        for (column, what) in [(&magnitude, "sensitivities"), (&phase, "phases")] {
+            let m = column.cells.len();
+            if m != n && !(m == 0 && what == "phases") {
+                let at = column.first;
+                return Err(at
+                    .map_or_else(|| Error::new(ErrorKind::Element, ""), |q| refuse(q, format!("{m} {what} for {n} frequencies")))
+                    .with_hint("lists of one result have the same length: ask the laboratory which of the values are missing"));
+            }
+        }
+        let mut rows: Vec<SensitivityRow> = Vec::new();
+        for i in 0..n {
+            let (f, s) = (&frequency.cells[i], &magnitude.cells[i]);
+            if !(f.value > 0.0) {
+                return Err(
+                    refuse(f.of, format!("a frequency of {} Hz is impossible", f.value))
+                        .line(f.line),
+                );
+            }
+            if let Some(before) = rows.iter().find(|r| r.frequency == f.value) {
+                return Err(refuse(
+                    f.of,
+                    format!("the frequency {} Hz stands twice, first with a sensitivity of {}", f.value, before.sensitivity),
+                )
+                .line(f.line)
+                .with_hint("a certificate has one result at a frequency: ask the laboratory which one holds"));
+            }
+            if !(s.value > 0.0) {
+                return Err(
+                    refuse(s.of, format!("a sensitivity of {} is impossible", s.value))
+                        .line(s.line)
+                        .with_hint(
+                            "the magnitude is above zero; an inverted output has a phase of 180°",
+                        ),
+                );
+            }
+            let u = |cell: &Cell| {
+                cell.uncertainty.ok_or_else(|| {
+                    refuse(cell.of, "states no uncertainty")
+                        .line(cell.line)
+                        .with_hint("a result without uncertainty is no standard: ask the laboratory for it")
+                })
+            };
+            let sensitivity_uncertainty = u(s)?;
+            if sensitivity_uncertainty > 0.5 * s.value {
+                return Err(
+                    refuse(s.of, "the uncertainty is more than half of the sensitivity")
+                        .line(s.line),
+                );
+            }
+            rows.push(SensitivityRow {
+                line: s.line,
+                frequency: f.value,
+                sensitivity: s.value,
+                sensitivity_uncertainty,
+                phase: match phase.cells.get(i) {
+                    Some(p) => Some([p.value, u(p)?]),
+                    None => None,
+                },
+            });
+        }
+        Ok(DccSensitivity {
+            output: output.unwrap_or(Unit::Volt),
+            rows,
+        })
+    }
+}
+
+/// Numbers in SI, one for each frequency.
+struct Column<'a> {
+    first: Option<&'a DccQuantity>,
+    cells: Vec<Cell<'a>>,
+}
+
+struct Cell<'a> {
+    of: &'a DccQuantity,
+    line: u64,
+    value: f64,
+    uncertainty: Option<f64>,
+}
+
+impl<'a> Column<'a> {
+    fn of(
+        quantities: &[&'a DccQuantity],
+        mut factor: impl FnMut(&DccQuantity) -> Result<f64>,
+    ) -> Result<Self> {
+        let mut cells = Vec::new();
+        for quantity in quantities.iter().copied() {
+            if quantities.len() > 1 && quantity.values.len() > 1 {
+                return Err(refuse(quantity, "the quantity stands twice in one list")
+                    .with_hint("a certificate with several results has a list for each"));
+            }
+            let factor = factor(quantity)?;
+            for (i, value) in quantity.values.iter().enumerate() {
+                // In the order of a table of numbers: into SI, then divided by k.
+                let uncertainty = quantity.uncertainty.as_ref().map(|u| {
+                    let stated = u.stated_of(i) * factor;
+                    u.coverage_factor(i).map_or(stated, |k| stated / k)
+                });
+                cells.push(Cell {
+                    of: quantity,
+                    line: quantity.lines.get(i).copied().unwrap_or(quantity.line),
+                    value: value * factor,
+                    uncertainty,
+                });
+            }
+        }
+        Ok(Self {
+            first: quantities.first().copied(),
+            cells,
+        })
+    }
+}
+
+fn wrong_unit(quantity: &DccQuantity, what: &str, example: &str) -> Error {
+    refuse(
+        quantity,
+        format!(
+            "{} is no unit of a {what} that is known here",
+            quantity.unit.text()
+        ),
+    )
+    .with_hint(format!("such as {example}"))
+}
+
+fn refuse(quantity: &DccQuantity, what: impl Into<String>) -> Error {
+    let name = quantity.label.as_deref().unwrap_or(&quantity.name);
+    Error::new(ErrorKind::Element, what)
+        .line(quantity.line)
+        .column(name)
+}

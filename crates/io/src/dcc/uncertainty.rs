@@ -1,0 +1,207 @@
+//! What is stated of the uncertainty of a quantity: expanded with k and probability, or standard.
+
+use super::quantity::{self, Numbers};
+use crate::Result;
+use crate::xml::{Element, Namespace};
+use proofmass_uncertainty::{normal_quantile, student_quantile};
+
+/// Relative difference that rounding may make between k and the probability: 2 and 95 % differ by two per cent.
+const ROUNDED: f64 = 0.05;
+
+/// The uncertainty of the values of a quantity, in their unit. A list of one holds for all values.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DccUncertainty {
+    /// As stated: expanded where there is a k, else standard.
+    pub stated: Vec<f64>,
+    /// Coverage factors; empty for standard uncertainties.
+    pub k: Vec<f64>,
+    /// Probabilities of the intervals; empty where none is stated.
+    pub probability: Vec<f64>,
+    /// Distribution, where one is stated for all values.
+    pub distribution: Option<String>,
+}
+
+impl DccUncertainty {
+    /// Standard uncertainty of a value.
+    pub fn standard(&self, index: usize) -> f64 {
+        let stated = one(&self.stated, index).unwrap_or(0.0);
+        one(&self.k, index).map_or(stated, |k| stated / k)
+    }
+
+    pub(super) fn stated_of(&self, index: usize) -> f64 {
+        one(&self.stated, index).unwrap_or(0.0)
+    }
+
+    /// Coverage factor of a value, where its uncertainty is an expanded one.
+    pub fn coverage_factor(&self, index: usize) -> Option<f64> {
+        one(&self.k, index)
+    }
+}
+
+pub(super) fn one(list: &[f64], index: usize) -> Option<f64> {
+    match list {
+        [all] => Some(*all),
+        list => list.get(index).copied(),
+    }
+}
+
+/// The form of a statement: its element, those of uncertainty, k, probability, distribution.
+type Form = (&'static str, [&'static str; 4]);
+
+/// Every form, of lists and of single values, with the deprecated ones. Of an interval the standard uncertainty is read.
+const FORMS: &[Form] = &[
+    (
+        "expandedMUXMLList",
+        [
+            "valueExpandedMUXMLList",
+            "coverageFactorXMLList",
+            "coverageProbabilityXMLList",
+            "distributionXMLList",
+        ],
+    ),
+    (
+        "expandedUncXMLList",
+        [
+            "uncertaintyXMLList",
+            "coverageFactorXMLList",
+            "coverageProbabilityXMLList",
+            "distributionXMLList",
+        ],
+    ),
+    (
+        "expandedMU",
+        [
+            "valueExpandedMU",
+            "coverageFactor",
+            "coverageProbability",
+            "distribution",
+        ],
+    ),
+    (
+        "expandedUnc",
+        [
+            "uncertainty",
+            "coverageFactor",
+            "coverageProbability",
+            "distribution",
+        ],
+    ),
+    (
+        "standardMUXMLList",
+        ["valueStandardMUXMLList", "", "", "distributionXMLList"],
+    ),
+    ("standardMU", ["valueStandardMU", "", "", "distribution"]),
+    (
+        "coverageIntervalMUXMLList",
+        ["valueStandardMUXMLList", "", "", "distributionXMLList"],
+    ),
+    (
+        "coverageIntervalXMLList",
+        ["standardUncXMLList", "", "", "distributionXMLList"],
+    ),
+    (
+        "coverageIntervalMU",
+        ["valueStandardMU", "", "", "distribution"],
+    ),
+    ("coverageInterval", ["standardUnc", "", "", "distribution"]),
+];
+
+/// Elements around a statement; one is misspelt in the schema itself.
+const AROUND: &[&str] = &[
+    "measurementUncertaintyUnivariateXMLList",
+    "measurementUncertaintyUnivariate",
+    "measurementUncertaintyUnivaraite",
+    "listMeasurementUncertaintyUnivariate",
+    "listUnivariateUnc",
+];
+
+/// The uncertainty stated in an element of so many values.
+pub(super) fn of(quantity: Element, values: usize) -> Result<Option<DccUncertainty>> {
+    let si = |e: &Element| e.namespace() == Namespace::Si;
+    let direct = quantity.children().filter(si);
+    let around = quantity
+        .children()
+        .filter(|e| si(e) && AROUND.contains(&e.name()))
+        .flat_map(Element::children);
+    let mut found = None;
+    for element in direct.chain(around).filter(si) {
+        let Some((_, names)) = FORMS.iter().find(|f| f.0 == element.name()) else {
+            continue;
+        };
+        if found.is_some() {
+            return Err(element.refuse("the uncertainty of these values stands twice"));
+        }
+        found = Some(statement(element, names, values)?);
+    }
+    Ok(found)
+}
+
+fn statement(element: Element, names: &[&str; 4], values: usize) -> Result<DccUncertainty> {
+    let list = |name: &str| -> Result<Numbers> {
+        if name.is_empty() {
+            return Ok(Numbers::default());
+        }
+        let child = element
+            .child(Namespace::Si, name)
+            .ok_or_else(|| element.refuse(format!("has no {name}")))?;
+        quantity::numbers(child, values)
+    };
+    let [stated, k, probability] = [list(names[0])?, list(names[1])?, list(names[2])?];
+    for (numbers, what, sound) in [
+        (&stated, "an uncertainty", (|v| v >= 0.0) as fn(f64) -> bool),
+        (&k, "a coverage factor", |v| (1.0..=20.0).contains(&v)),
+        (&probability, "a probability", |v| v > 0.0 && v < 1.0),
+    ] {
+        if let Some(v) = numbers.values.iter().find(|v| !sound(**v)) {
+            return Err(numbers.refuse(format!("{v} is impossible as {what}")));
+        }
+    }
+    let distribution = element
+        .child(Namespace::Si, names[3])
+        .map(|e| e.text().to_owned());
+    // A list of words of which all are the same is one word.
+    let distribution = distribution.and_then(|words| {
+        let mut words = words.split_whitespace();
+        let first = words.next()?;
+        words.all(|w| w == first).then(|| first.to_owned())
+    });
+    for i in 0..k.values.len().max(probability.values.len()) {
+        if let (Some(factor), Some(p)) = (one(&k.values, i), one(&probability.values, i)) {
+            agree(factor, p, distribution.as_deref(), &k)?;
+        }
+    }
+    Ok(DccUncertainty {
+        stated: stated.values,
+        k: k.values,
+        probability: probability.values,
+        distribution,
+    })
+}
+
+/// Whether a coverage factor can belong to a probability: of a normal distribution it is one number, of any other a range.
+fn agree(k: f64, p: f64, distribution: Option<&str>, place: &Numbers) -> Result<()> {
+    let normal = normal_quantile(0.5 + 0.5 * p);
+    let is_normal = distribution.is_some_and(|d| {
+        let d = d.to_ascii_lowercase();
+        d == "normal" || d == "gaussian" || d == "gauss"
+    });
+    let (least, most) = match is_normal {
+        true => (normal, normal),
+        // From a rectangle to Student's t with two degrees of freedom.
+        false => (
+            normal.min(p * 3f64.sqrt()),
+            student_quantile(0.5 + 0.5 * p, 2.0),
+        ),
+    };
+    if k >= least * (1.0 - ROUNDED) && k <= most * (1.0 + ROUNDED) {
+        return Ok(());
+    }
+    let due = match is_normal {
+        true => format!("a normal distribution has k = {normal:.2} there"),
+        false => format!("k lies between {least:.2} and {most:.2} there"),
+    };
+    Err(place
+        .refuse(format!("k = {k} contradicts a probability of {p}: {due}"))
+        .with_hint("ask the laboratory which of the two holds; neither is changed"))
+}
