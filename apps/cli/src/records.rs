@@ -154,11 +154,12 @@ struct Supersede {
 /// Add whole trees of result folders, a spreadsheet of old calibrations, or an exported folder
 ///
 /// A folder is searched for result.json; what is here already is left. A table (.csv) has columns serial, date and either quantity, value,
-/// unit, u (or U and k), or sensitivity_mV/(m/s2) with frequency_Hz and U_relative_%; values without U are marked. A folder
+/// unit, u (or U and k), or sensitivity_mV/(m/s2) with frequency_Hz and U_relative_%; values without U are marked. A digital calibration
+/// certificate (.xml) is a result of its item. A folder
 /// of `records export --folder` becomes new records.
 #[derive(clap::Args)]
 struct Import {
-    /// Folders of results, tables, or an exported folder
+    /// Folders of results, tables, digital calibration certificates, or an exported folder
     #[arg(required = true)]
     places: Vec<PathBuf>,
     #[command(flatten)]
@@ -378,6 +379,14 @@ impl Import {
                     result.findings.iter().for_each(console::finding);
                     *(if result.known { &mut known } else { &mut filed }) += 1;
                 }
+                continue;
+            }
+            if given.is_file() && add::is_digital(given) {
+                let result = records
+                    .add_digital(Source::open(given)?, &self.filing, today)
+                    .map_err(|trouble| trouble.detail(given.display().to_string()))?;
+                result.findings.iter().for_each(console::finding);
+                *(if result.known { &mut known } else { &mut filed }) += 1;
                 continue;
             }
             for result in results_in(given) {

@@ -1,10 +1,11 @@
 //! What a certificate of a standard says of its uncertainty: typed, or read from its table.
 
-use crate::entry::FiledCertificate;
+use crate::entry::{FiledCertificate, FiledDevice, spelling};
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
-use proofmass_io::Source;
+use proofmass_io::{DigitalCertificate, Source};
 use proofmass_jobs::campaign::{Certificate, CertificateOptions};
 use proofmass_jobs::{Result, Trouble};
+use proofmass_uncertainty::Finding;
 
 /// Coverage factor of expanded uncertainties in a table that does not say it.
 const COVERAGE: f64 = 2.0;
@@ -12,25 +13,34 @@ const COVERAGE: f64 = 2.0;
 const ROUNDING: f64 = 0.05;
 
 impl FiledCertificate {
-    /// Takes the uncertainties from the file, where it is a table that campaigns read; a page is left as it is.
+    /// Takes the uncertainties from the file, where it is a table that campaigns read, and all that is not stated from a digital
+    /// calibration certificate; a page is left as it is.
     ///
     /// # Errors
-    /// A table that cannot be read; a typed uncertainty that is none of the table.
-    pub fn reading(mut self, name: &str, bytes: &[u8]) -> Result<Self> {
-        let is_table = [".csv", ".json"]
-            .iter()
-            .any(|end| name.to_lowercase().ends_with(end));
-        if !is_table {
+    /// A table that cannot be read; a typed uncertainty that is none of the table; another number or serial number than that of the certificate.
+    pub fn reading(mut self, name: &str, bytes: &[u8], standard: &FiledDevice) -> Result<Self> {
+        let is = |end: &str| name.to_lowercase().ends_with(end);
+        if !is(".csv") && !is(".json") && !is(".xml") {
             return Ok(self);
+        }
+        if is(".xml") {
+            self.head(name, bytes, standard)?;
         }
         let read = |coverage| {
             let mut options = CertificateOptions::default();
             options.coverage = coverage;
+            // Whoever files it by its number has accepted it.
+            options.accept_unchecked_signature = Some(self.number.clone());
             Certificate::from_document(Source::from_bytes(name, bytes.to_vec())?, &options)
         };
         let table = match read(None) {
             Ok(read) => read.table,
-            Err(first) => read(Some(COVERAGE)).map_err(|_| first)?.table,
+            Err(first) => match read(Some(COVERAGE)) {
+                Ok(read) => read.table,
+                // A certificate of another quantity is kept as it is.
+                Err(_) if is(".xml") => return Ok(self),
+                Err(_) => return Err(first),
+            },
         };
         let each: Vec<[f64; 2]> = table
             .points()
@@ -61,6 +71,57 @@ impl FiledCertificate {
             self.u_at = each;
         }
         Ok(self)
+    }
+
+    /// What is to be doubted about a digital calibration certificate, such as a signature that nobody checked; nothing about others.
+    ///
+    /// # Errors
+    /// As the reader.
+    pub fn doubts(name: &str, bytes: &[u8]) -> Result<Vec<Finding>> {
+        if !name.to_lowercase().ends_with(".xml") {
+            return Ok(Vec::new());
+        }
+        let said = DigitalCertificate::from_source(Source::from_bytes(name, bytes.to_vec())?)?;
+        Ok(said.findings())
+    }
+
+    /// Takes number, laboratory and first day from a digital calibration certificate, where they are not stated.
+    fn head(&mut self, name: &str, bytes: &[u8], standard: &FiledDevice) -> Result<()> {
+        let said = DigitalCertificate::from_source(Source::from_bytes(name, bytes.to_vec())?)?;
+        if let (Some(of), Some(known)) = (&said.item.serial, &standard.serial)
+            && spelling(of) != spelling(known)
+        {
+            return Err(Trouble::request(format!(
+                "{name} is the certificate of {}, not of {}",
+                said.item.line(),
+                standard.line()
+            ))
+            .with_hint("name the standard that it is of, or the right file"));
+        }
+        let missing = |what: &str| {
+            Trouble::request(format!("{name} does not say {what}"))
+                .with_hint("it stands in other words there, or nowhere: say it yourself")
+        };
+        if self.number.is_empty() {
+            self.number = said
+                .identifier
+                .clone()
+                .ok_or_else(|| missing("its number"))?;
+        }
+        if said.identifier.as_ref().is_some_and(|n| *n != self.number) {
+            return Err(Trouble::request(format!(
+                "{name} has the number {}, not {}",
+                said.identifier.unwrap_or_default(),
+                self.number
+            ))
+            .with_hint("leave the number out: the certificate says it; or name the right file"));
+        }
+        if self.valid_from.is_empty() {
+            let day = said.performed.map(|[_, last]| last).or(said.issued);
+            self.valid_from = day.ok_or_else(|| missing("when it was calibrated"))?;
+        }
+        self.laboratory = self.laboratory.take().or(said.laboratory);
+        Ok(())
     }
 
     /// Relative standard uncertainty at a frequency, or that of all; `None` where the certificate does not say it.

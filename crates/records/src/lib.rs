@@ -12,6 +12,7 @@ mod check;
 mod contribution;
 mod day;
 mod device;
+mod digital;
 mod doubts;
 mod due;
 mod engine;
@@ -38,6 +39,7 @@ pub use candidate::Candidate;
 pub use check::{Check, Difference, Recomputed, check_measurement};
 pub use day::{date_of, day_of};
 pub use device::DeviceRow;
+pub use digital::read_digital;
 pub use due::Due;
 pub use entry::{
     Content, Entry, EventKind, FiledCampaign, FiledCertificate, FiledCheck, FiledDevice,

@@ -60,17 +60,17 @@ struct StandardArguments {
 
 /// Add the certificate of a standard
 ///
-/// With --file the table that campaigns name as their reference: a result that read it is then known to rest on this standard.
+/// With --file the table or digital calibration certificate (DCC, .xml) that campaigns name as their reference: a result that read it is then known to rest on this standard.
 #[derive(clap::Args)]
 struct CertificateArguments {
     /// The standard: serial number, owner's number, or number here (#12)
     standard: String,
-    /// Number of the certificate
+    /// Number of the certificate [default: that of the DCC]
     #[arg(long, value_name = "NUMBER")]
-    number: String,
-    /// First day on which it is valid
+    number: Option<String>,
+    /// First day on which it is valid [default: the day of calibration in the DCC]
     #[arg(long, value_name = "DATE")]
-    valid_from: String,
+    valid_from: Option<String>,
     /// Last day on which it is valid
     #[arg(long, value_name = "DATE")]
     valid_until: Option<String>,
@@ -253,7 +253,8 @@ impl Add {
             }),
             What::Certificate(c) => {
                 let standard = records.device(&c.standard)?;
-                if !records.filed_device(standard)?.standard {
+                let device = records.filed_device(standard)?;
+                if !device.standard {
                     return Err(Failure::new(format!(
                         "{} is a device, not a standard",
                         c.standard
@@ -262,19 +263,27 @@ impl Add {
                 }
                 let filed = FiledCertificate {
                     standard,
-                    number: c.number,
+                    number: c.number.unwrap_or_default(),
                     laboratory: c.laboratory,
-                    valid_from: c.valid_from,
+                    valid_from: c.valid_from.unwrap_or_default(),
                     valid_until: c.valid_until,
                     u_relative: c.expanded_relative.map(|percent| percent / 200.0),
                     ..FiledCertificate::default()
                 };
+                let digital = c.file.as_ref().is_some_and(|f| is_digital(f));
+                if !digital && (filed.number.is_empty() || filed.valid_from.is_empty()) {
+                    return Err(Failure::new("a certificate needs its number and its first day")
+                        .hint("give --number and --valid-from; a digital calibration certificate (--file ….xml) says both"));
+                }
                 Content::Certificate(match &c.file {
                     Some(file) => {
                         let name = file.display().to_string();
                         let bytes = std::fs::read(file)
                             .map_err(|e| Failure::new(format!("{name}: {e}")))?;
-                        let mut filed = filed.reading(&name, &bytes)?;
+                        let mut filed = filed.reading(&name, &bytes, &device)?;
+                        for doubt in FiledCertificate::doubts(&name, &bytes)? {
+                            console::finding(&doubt);
+                        }
                         filed.file = Some(records.keep_file(&name, &bytes)?);
                         filed
                     }
@@ -313,6 +322,13 @@ impl Add {
         console::print(&format!("#{}\n", filed.number))?;
         Ok(Outcome::of(self.strict, &filed.findings))
     }
+}
+
+/// Whether a file is a digital calibration certificate, by its name.
+pub(super) fn is_digital(place: &std::path::Path) -> bool {
+    place
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("xml"))
 }
 
 /// A device that can be found again, and is not here yet.

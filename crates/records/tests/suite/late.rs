@@ -84,7 +84,7 @@ fn law_a_table_of_a_certificate_says_its_uncertainty() {
             u_relative: u,
             ..Default::default()
         };
-        certificate.reading("reference.csv", table.as_bytes())
+        certificate.reading("reference.csv", table.as_bytes(), &device("R"))
     };
     let certificate = read(None).unwrap();
     assert_eq!(certificate.u_relative, None, "it depends on the frequency");
@@ -96,12 +96,12 @@ fn law_a_table_of_a_certificate_says_its_uncertainty() {
     let refused = read(Some(0.01)).unwrap_err().to_string();
     assert!(refused.contains("0.500 to 0.800 %"), "{refused}");
     let page = FiledCertificate::default()
-        .reading("certificate.pdf", b"%PDF")
+        .reading("certificate.pdf", b"%PDF", &device("R"))
         .unwrap();
     assert!(page.u_at.is_empty());
     assert!(
         FiledCertificate::default()
-            .reading("other.csv", b"a,b\n1,2\n")
+            .reading("other.csv", b"a,b\n1,2\n", &device("R"))
             .is_err()
     );
 }
@@ -306,4 +306,96 @@ fn refuses_to_go_on_behind_a_damaged_end_and_to_back_up_damage() {
         .check()
         .unwrap();
     assert_eq!(check.damage.len(), 2, "{:?}", check.damage);
+}
+
+/// A digital calibration certificate of the sensitivity of one device at two frequencies.
+fn digital(signature: &str) -> String {
+    let list = |label: &str, values: &str, unit: &str, u: &str| {
+        format!(
+            "<d:quantity><s:realListXMLList><s:labelXMLList>{label}</s:labelXMLList><s:valueXMLList>{values}</s:valueXMLList>\
+             <s:unitXMLList>{unit}</s:unitXMLList>{u}</s:realListXMLList></d:quantity>"
+        )
+    };
+    let u = "<s:measurementUncertaintyUnivariateXMLList><s:expandedMUXMLList><s:valueExpandedMUXMLList>0.1 0.2</s:valueExpandedMUXMLList>\
+             <s:coverageFactorXMLList>2</s:coverageFactorXMLList><s:coverageProbabilityXMLList>0.95</s:coverageProbabilityXMLList>\
+             </s:expandedMUXMLList></s:measurementUncertaintyUnivariateXMLList>";
+    let unit = r"\milli\volt\second\tothe{2}\metre\tothe{-1}";
+    let lists = list("frequency", "80 160", r"\hertz", "")
+        + &list("sensitivity magnitude", "10 10.4", unit, u);
+    format!(
+        "<d:digitalCalibrationCertificate xmlns:d=\"https://ptb.de/dcc\" xmlns:s=\"https://ptb.de/si\" schemaVersion=\"3.3.0\">\
+         <d:administrativeData><d:coreData><d:uniqueIdentifier>N-17</d:uniqueIdentifier>\
+         <d:beginPerformanceDate>2026-01-02</d:beginPerformanceDate><d:endPerformanceDate>2026-01-03</d:endPerformanceDate></d:coreData>\
+         <d:items><d:item><d:name><d:content>Accelerometer</d:content></d:name><d:manufacturer><d:name><d:content>maker</d:content></d:name>\
+         </d:manufacturer><d:model>A1</d:model><d:identifications><d:identification><d:issuer>manufacturer</d:issuer><d:value>R-7</d:value>\
+         </d:identification></d:identifications></d:item></d:items></d:administrativeData><d:measurementResults><d:measurementResult>\
+         <d:results><d:result><d:name><d:content>S</d:content></d:name><d:data><d:list>{lists}</d:list></d:data></d:result></d:results>\
+         </d:measurementResult></d:measurementResults>{signature}</d:digitalCalibrationCertificate>"
+    )
+}
+
+#[test]
+fn law_a_digital_certificate_says_what_is_not_typed() {
+    let text = digital("");
+    let read = |certificate: FiledCertificate, of: &str| {
+        certificate.reading("c.xml", text.as_bytes(), &device(of))
+    };
+    let said = read(FiledCertificate::default(), "r 7").unwrap();
+    assert_eq!(
+        (said.number.as_str(), said.valid_from.as_str()),
+        ("N-17", "2026-01-03")
+    );
+    let expected = [[80.0, 0.005], [160.0, 0.1 / 10.4]];
+    for (at, expected) in said.u_at.iter().zip(expected) {
+        assert_eq!(at[0], expected[0]);
+        assert!((at[1] / expected[1] - 1.0).abs() < 1e-12, "{at:?}");
+    }
+    let other = FiledCertificate {
+        number: "N-18".into(),
+        ..Default::default()
+    };
+    assert!(
+        read(other, "R-7")
+            .unwrap_err()
+            .to_string()
+            .contains("the number N-17")
+    );
+    let refused = read(FiledCertificate::default(), "R-8").unwrap_err();
+    assert!(
+        refused.to_string().contains("certificate of maker A1 R-7"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn law_a_digital_certificate_is_a_result_of_its_item() {
+    each(|place, _| {
+        let mut records = make(place);
+        let add = |records: &mut Records, text: &str| {
+            let source = proofmass_io::Source::from_bytes("c.xml", text.as_bytes()).unwrap();
+            records
+                .add_digital(source, &Filing::default(), TODAY)
+                .unwrap()
+        };
+        let filed = add(&mut records, &digital(""));
+        assert_eq!(codes(&filed), ["standard-not-named"]);
+        assert!(add(&mut records, &digital("")).known);
+        let Content::Result(result) = records.entry(filed.number).unwrap().content else {
+            panic!()
+        };
+        assert_eq!(result.number.as_deref(), Some("N-17"));
+        let q = &result.quantities[1];
+        assert_eq!(
+            (q.name.as_str(), q.unit.as_str()),
+            ("S.modulus[frequency=160]", "V/(m/s²)")
+        );
+        assert!((q.value - 0.0104).abs() < 1e-15 && (q.u.unwrap() - 1e-4).abs() < 1e-15);
+        let signed = digital("<x:Signature xmlns:x=\"http://www.w3.org/2000/09/xmldsig#\"/>");
+        let signed = add(&mut records, &signed);
+        assert!(
+            codes(&signed).iter().any(|c| c.contains("signature")),
+            "{signed:?}"
+        );
+        assert!(records.check().unwrap().is_whole());
+    });
 }

@@ -141,7 +141,7 @@ mod tests {
             let tail = 0.5 * proofmass_uncertainty::chi_squared_chance(distance.powi(2), 1.0);
             if distance > 0.0 { 1.0 - tail } else { tail }
         };
-        for (n, percent) in [(8, 57.3), (12, 80.4), (20, 96.9)] {
+        for (n, percent) in [(8, 57.3), (12, 80.3), (20, 97.0)] {
             assert!(
                 (100.0 * bound(n) - percent).abs() < 0.1,
                 "{n}: {}",

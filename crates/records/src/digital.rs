@@ -1,0 +1,113 @@
+//! Digital calibration certificates as results: what another laboratory found of a device.
+
+use crate::candidate::Candidate;
+use crate::entry::{FiledCertificate, FiledQuantity, sha256};
+use crate::filing::{Filed, Filing};
+use crate::ledger::Records;
+use proofmass_io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
+use proofmass_jobs::{Result, Trouble};
+
+/// Reads a digital calibration certificate (DCC) as a result of its item: the sensitivity over frequency where it states one, else every
+/// quantity with its name, and its number.
+///
+/// # Errors
+/// No certificate; one that names no day; as the reader.
+pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
+    let name = source.name().display().to_string();
+    let (bytes, _) = source.into_bytes(LARGEST_DOCUMENT)?;
+    let said = DigitalCertificate::from_source(Source::from_bytes(&name, bytes.clone())?)?;
+    let day = said.performed.clone().map(|[_, last]| last);
+    let date = day.or_else(|| said.issued.clone()).ok_or_else(|| {
+        Trouble::data(format!("{name} does not say when it was calibrated"))
+            .with_hint("type its values into a table with a column `date`")
+    })?;
+    let quantities = match said.sensitivity(None) {
+        Ok(table) => {
+            let unit = format!("{}/(m/s²)", table.output);
+            let stated = table.rows.iter().flat_map(|row| {
+                let quantity = |what: &str, unit: &str, [value, u]: [f64; 2]| FiledQuantity {
+                    name: format!("S.{what}[frequency={}]", row.frequency),
+                    unit: unit.to_owned(),
+                    value,
+                    u: Some(u),
+                    ..FiledQuantity::default()
+                };
+                let modulus = [row.sensitivity, row.sensitivity_uncertainty];
+                let phase = row.phase.map(|phase| quantity("phase", "rad", phase));
+                [Some(quantity("modulus", &unit, modulus)), phase]
+            });
+            stated.flatten().collect()
+        }
+        Err(_) => others(&said),
+    };
+    let candidate = Candidate {
+        device: said.item.clone(),
+        kind: "certificate".to_owned(),
+        title: said
+            .laboratory
+            .clone()
+            .map(|l| format!("Certificate of {l}")),
+        date,
+        sha256: sha256(&[&bytes]),
+        source: name.clone(),
+        quantities,
+        files: vec![(name, bytes)],
+        ..Candidate::default()
+    };
+    let filing = Filing {
+        number: said.identifier.clone(),
+        ..Filing::default()
+    };
+    Ok((candidate, filing))
+}
+
+/// Every quantity by its label; those of a list by their place.
+fn others(said: &DigitalCertificate) -> Vec<FiledQuantity> {
+    let mut found: Vec<FiledQuantity> = Vec::new();
+    for q in &said.quantities {
+        let label = q
+            .label
+            .as_deref()
+            .filter(|l| !l.is_empty())
+            .unwrap_or(&q.name);
+        for (i, value) in q.values.iter().enumerate() {
+            let place = match q.values.len() {
+                1 => label.to_owned(),
+                _ => format!("{label}[{}]", i + 1),
+            };
+            let same = found.iter().filter(|f| f.name == place).count();
+            found.push(FiledQuantity {
+                name: match same {
+                    0 => place,
+                    n => format!("{place} ({})", n + 1),
+                },
+                unit: q.unit.symbol(),
+                value: *value,
+                u: q.uncertainty.as_ref().map(|u| u.standard(i)),
+                ..FiledQuantity::default()
+            });
+        }
+    }
+    found
+}
+
+impl Records {
+    /// Files a digital calibration certificate as a result of its item.
+    ///
+    /// # Errors
+    /// As [`read_digital`]; the database refuses.
+    pub fn add_digital(&mut self, source: Source, filing: &Filing, today: &str) -> Result<Filed> {
+        let (candidate, said) = read_digital(source)?;
+        let filing = Filing {
+            number: filing.number.clone().or(said.number),
+            ..filing.clone()
+        };
+        let mut filed = self.file_candidate(&candidate, &filing, today)?;
+        if let (false, Some((name, bytes))) = (filed.known, candidate.files.first()) {
+            filed
+                .findings
+                .extend(FiledCertificate::doubts(name, bytes)?);
+        }
+        Ok(filed)
+    }
+}
