@@ -21,6 +21,7 @@ __all__ = [
     "apply",
     "bias",
     "calibrate",
+    "certificate_read",
     "compare",
     "convert",
     "explain",
@@ -245,7 +246,8 @@ def apply(
         output: File for the new recording, replaced if proofmass wrote it; `-` is standard output.
         force: Replace a file that proofmass did not write or that was changed since.
         sign: Sign where the file came from with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
-        band: Calibration over frequency: the constant real matrix of this band in hertz.
+        band: Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that
+            alone.
         filter: Calibration over frequency: an inverse filter over the whole range (or over band=) Samples at either
             end of the recording, for which the filter needs others before or after, are left out.
         hold: Below and above the calibrated frequencies, take the sensitivity of the nearest one instead of filtering
@@ -286,6 +288,7 @@ def export(
     python: bool = False,
     imu_yaml: bool = False,
     number: str = "float",
+    band: str | Sequence[float] | None = None,
     method: str | None = None,
     outputs: str | None = None,
     name: str | None = None,
@@ -295,6 +298,9 @@ def export(
     """Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
 
     Of a result of `bias`, `velocity tune` or `velocity map` it writes the filter, the gains or the encoder map.
+
+    Of a calibration over frequency, such as that of a shaker, it writes the constant matrix of a band with its stated
+    error (band=).
 
     K⁻¹ is in it, so that nothing is inverted at start-up, and so are temperature and curvature where the calibration
     has them. Each of Rust, C and Python checks itself: it holds outputs with the accelerations that were computed
@@ -308,6 +314,8 @@ def export(
         python: Python module without dependencies.
         imu_yaml: IMU intrinsics of Kalibr (calibrations of outputs in m/s²).
         number: Numbers of Rust and C. One of float, double, fixed.
+        band: Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that
+            alone.
         method: Which gains of `velocity tune` [default: kalman]. One of kalman, observer, two-channel.
         outputs: Smallest and largest number out of the converter, for `number="fixed"`.
         name: Name of the constant or function [default: from the device].
@@ -456,6 +464,25 @@ def compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("certificate read")
+def certificate_read(
+    file: Data,
+    *,
+    watch: Watch | None = None,
+) -> Result:
+    """Show what a digital calibration certificate (DCC, XML) says.
+
+    Versions 2.3 to 3.3. Lists of unequal length, wrong units, numbers that are not finite, frequencies that stand
+    twice and a k that contradicts its probability are refused with element and line. A signature in it is not
+    checked, and never called valid.
+
+    Args:
+        file: Digital calibration certificate; `-` is standard input.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

@@ -141,8 +141,8 @@ def add_standard(
 def add_certificate(
     standard: str,
     *,
-    number: str,
-    valid_from: str,
+    number: str | None = None,
+    valid_from: str | None = None,
     valid_until: str | None = None,
     laboratory: str | None = None,
     expanded_relative: float | None = None,
@@ -152,13 +152,13 @@ def add_certificate(
 ) -> Any:
     """Add the certificate of a standard.
 
-    With file= the table that campaigns name as their reference: a result that read it is then known to rest on this
-    standard.
+    With file= the table or digital calibration certificate (DCC, .xml) that campaigns name as their reference: a
+    result that read it is then known to rest on this standard.
 
     Args:
         standard: The standard: serial number, owner's number, or number here (#12).
-        number: Number of the certificate.
-        valid_from: First day on which it is valid.
+        number: Number of the certificate [default: that of the DCC].
+        valid_from: First day on which it is valid [default: the day of calibration in the DCC].
         valid_until: Last day on which it is valid.
         laboratory: Laboratory that issued it.
         expanded_relative: Relative expanded uncertainty of the sensitivity (k = 2), in percent.
@@ -472,10 +472,11 @@ def import_(
 
     A folder is searched for result.json; what is here already is left. A table (.csv) has columns serial, date and
     either quantity, value, unit, u (or U and k), or sensitivity_mV/(m/s2) with frequency_Hz and U_relative_%; values
-    without U are marked. A folder of `records export folder=` becomes new records.
+    without U are marked. A digital calibration certificate (.xml) is a result of its item. A folder of `records
+    export folder=` becomes new records.
 
     Args:
-        places: Folders of results, tables, or an exported folder.
+        places: Folders of results, tables, digital calibration certificates, or an exported folder.
         device: Device that it is of [default: the one that the result names].
         new_device: The serial number is that of a new device, though another has it in another spelling.
         standard: Standard behind it; may be repeated [default: those whose certificate or result is among its

@@ -28,9 +28,9 @@ pub(crate) struct Apply {
     recording: PathBuf,
     #[command(flatten)]
     file: WrittenFile,
-    /// Calibration over frequency: the constant real matrix of this band in hertz
-    #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
-    band: Option<Band>,
+    /// Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that alone
+    #[arg(long, value_name = "LOW,HIGH", value_parser = crate::number_arguments::band_or_frequency)]
+    band: Option<[f64; 2]>,
     /// Calibration over frequency: an inverse filter over the whole range (or over --band)
     ///
     /// Samples at either end of the recording, for which the filter needs others before or after, are left out.
@@ -78,18 +78,6 @@ struct Turning {
     /// Seconds at the beginning in which nothing happens [default: up to the pulse]
     #[arg(long, value_name = "SECONDS", requires = "dynamic", value_parser = crate::number_arguments::not_negative)]
     quiet: Option<f64>,
-}
-
-/// Two frequencies.
-#[derive(Clone, Copy, Debug)]
-struct Band([f64; 2]);
-
-fn band(text: &str) -> Result<Band, String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-    let numbers = numbers.and_then(|n| <[f64; 2]>::try_from(n).ok());
-    numbers
-        .map(Band)
-        .ok_or_else(|| format!("{text:?} is no band: write LOW,HIGH in hertz"))
 }
 
 impl Apply {
@@ -172,11 +160,10 @@ impl Apply {
     }
 
     fn job(&self) -> ApplyJob {
-        let band = self.band.map(|b| b.0);
         let mut job = ApplyJob::default();
         job.reading = self.reading.clone();
         job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
-        job.method = match (self.filter, band) {
+        job.method = match (self.filter, self.band) {
             (true, band) => {
                 let mut design = FilterDesign::default();
                 design.band = band;

@@ -3,15 +3,18 @@
 use crate::number_arguments::positive;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{
-    AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions, FirmwareBlock,
+    AnyCalibration, AtomicFile, ExportForm, ExportNumber, ExportOptions, FirmwareBlock,
     LARGEST_DOCUMENT, Source, export, export_block,
 };
+use proofmass::jobs::apply::calibration_of_band;
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::path::{Path, PathBuf};
 
 /// Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
 ///
 /// Of a result of `bias`, `velocity tune` or `velocity map` it writes the filter, the gains or the encoder map.
+///
+/// Of a calibration over frequency, such as that of a shaker, it writes the constant matrix of a band with its stated error (--band).
 ///
 /// K⁻¹ is in it, so that nothing is inverted at start-up, and so are temperature and curvature where the calibration has
 /// them. Each of Rust, C and Python checks itself: it holds outputs with the accelerations that were computed here.
@@ -24,6 +27,9 @@ pub(crate) struct Export {
     /// Numbers of Rust and C
     #[arg(long, value_enum, default_value_t = Number::Float)]
     number: Number,
+    /// Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that alone
+    #[arg(long, value_name = "LOW,HIGH", value_parser = crate::number_arguments::band_or_frequency)]
+    band: Option<[f64; 2]>,
     /// Which gains of `velocity tune` [default: kalman]
     #[arg(long, value_enum)]
     method: Option<GainsOf>,
@@ -136,8 +142,28 @@ impl Export {
                     .hint("--method belongs to a result of `proofmass velocity tune`"));
             }
             let source = Source::from_bytes(&self.calibration, bytes)?;
-            let (file, _) = CalibrationFile::from_source(source)?;
-            export(&file, form, &options)?
+            match (AnyCalibration::from_source(source)?.0, self.band) {
+                (AnyCalibration::Triaxial(file), None) => export(&file, form, &options)?,
+                (AnyCalibration::FrequencyResponse(_), None) => {
+                    return Err(Failure::new(
+                        "the calibration is one over frequency: no single matrix stands for all of it",
+                    )
+                    .detail(name)
+                    .hint("add --band LOW,HIGH for the constant matrix of a band, which states its error"));
+                }
+                (calibration, Some(band)) => {
+                    let (file, notes) =
+                        calibration_of_band(&calibration, band).map_err(|e| e.detail(name))?;
+                    options.notes = notes;
+                    export(&file, form, &options)?
+                }
+                _ => {
+                    return Err(
+                        Failure::new("this kind of calibration cannot be written out")
+                            .hint("`proofmass apply` uses it on recordings"),
+                    );
+                }
+            }
         };
         write(&text, self.output.as_deref(), &[self.calibration.as_path()])
     }

@@ -65,15 +65,26 @@ pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
 
 /// Two numbers, the second larger: `10,2000`.
 pub(crate) fn band(text: &str) -> Result<[f64; 2], String> {
-    let refused = || format!("{text:?} is no band such as 10,2000");
+    match band_or_frequency(text) {
+        Ok([low, high]) if low < high => Ok([low, high]),
+        _ => Err(no_band(text)),
+    }
+}
+
+/// Two numbers, the second larger or the same: `10,2000` or `160,160`.
+pub(crate) fn band_or_frequency(text: &str) -> Result<[f64; 2], String> {
+    let refused = || no_band(text);
     let (low, high) = text.split_once(',').ok_or_else(refused)?;
     let number = |t: &str| positive(t.trim()).map_err(|_| refused());
     let (low, high) = (number(low)?, number(high)?);
-    if low < high {
-        Ok([low, high])
-    } else {
-        Err(refused())
+    match low <= high {
+        true => Ok([low, high]),
+        false => Err(refused()),
     }
+}
+
+fn no_band(text: &str) -> String {
+    format!("{text:?} is no band in hertz such as 10,2000")
 }
 
 /// A coverage factor: any positive number.

@@ -168,3 +168,98 @@ fn law_results_of_an_axis_are_written_for_firmware() {
     let refused = refuse(&["export", text(&result), "--python"]);
     assert!(refused.contains("--c, --rust or --json"), "{refused}");
 }
+
+/// The constant matrix of a calibration over frequency, at one frequency of the published case and in a band, run in C and in Python
+/// where they are here, against `apply`.
+#[test]
+fn law_the_matrix_of_a_band_is_that_of_apply() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("result");
+    let example = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/published-triaxial"
+    );
+    succeed(&["calibrate", example, "-o", text(&out)]);
+    let calibration = out.join("calibration.json");
+    let export = |more: &[&str]| -> String {
+        let words = [&["export", text(&calibration)], more].concat();
+        String::from_utf8(succeed(&words).stdout).unwrap()
+    };
+    let refused = refuse(&["export", text(&calibration), "--c"]);
+    assert!(refused.contains("--band LOW,HIGH"), "{refused}");
+    let beyond = refuse(&["export", text(&calibration), "--c", "--band", "1,100000"]);
+    assert!(beyond.contains("band in Hz"), "{beyond}");
+    // Outputs in volts as they are typed, and what `apply` makes of them.
+    let recording = folder.path().join("recording.csv");
+    let mut rows = String::from("t_s,x_V,y_V,z_V\n");
+    let mut outputs = Vec::new();
+    let mut noise = Chance(7);
+    for i in 0..2000 {
+        let row: [f64; 3] = std::array::from_fn(|_| (noise.normal() * 1e5).round() / 1e6);
+        rows += &format!(
+            "{},{},{},{}\n",
+            f64::from(i) / 1000.0,
+            row[0],
+            row[1],
+            row[2]
+        );
+        outputs.push(row);
+    }
+    std::fs::write(&recording, rows).unwrap();
+    for band in ["160,160", "80,160"] {
+        let applied = folder.path().join(format!("{band}.csv"));
+        let words = [
+            "apply",
+            text(&calibration),
+            text(&recording),
+            "--columns",
+            "2,3,4",
+            "--band",
+            band,
+            "-o",
+        ];
+        succeed(&[&words[..], &[text(&applied)]].concat());
+        let json: serde_json::Value =
+            serde_json::from_str(&export(&["--json", "--band", band])).unwrap();
+        let inverse = |i: usize, j: usize| json["K_inverse"][i][j].as_f64().unwrap();
+        let written = std::fs::read_to_string(&applied).unwrap();
+        let mut lines = written.lines().filter(|l| !l.starts_with('#'));
+        let heading: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let first = heading.len() - 3;
+        let mut largest = 0.0_f64;
+        for (line, output) in lines.zip(&outputs) {
+            let fields: Vec<f64> = line
+                .split(',')
+                .skip(first)
+                .map(|f| f.parse().unwrap())
+                .collect();
+            for (i, there) in fields.iter().enumerate() {
+                let here: f64 = (0..3).map(|j| inverse(i, j) * output[j]).sum();
+                largest = largest.max((here - there).abs() / there.abs().max(1.0));
+            }
+        }
+        // Two inverses of one matrix, and the digits of the file.
+        assert!(largest < 1e-9, "{band}: {largest}");
+        let notes = json["notes"].to_string();
+        assert!(
+            notes.contains("Error of the acceleration at most"),
+            "{notes}"
+        );
+        assert!(notes.contains("Without a bias"), "{notes}");
+    }
+    let header = export(&[
+        "--c", "--number", "double", "--band", "160,160", "--name", "shaken",
+    ]);
+    assert!(header.contains("Constant real matrix for 160 Hz"));
+    std::fs::write(folder.path().join("shaken.h"), header).unwrap();
+    let program = "#include \"shaken.h\"\nint main(void) { return shaken_self_check(); }\n";
+    std::fs::write(folder.path().join("main.c"), program).unwrap();
+    let cc = std::process::Command::new("cc")
+        .args(["-std=c99", "-Wall", "-Werror", "-o", "main", "main.c"])
+        .current_dir(folder.path())
+        .status();
+    if cc.is_ok_and(|s| s.success()) {
+        let run = std::process::Command::new(folder.path().join("main")).status();
+        assert_eq!(run.unwrap().code(), Some(0));
+    }
+}

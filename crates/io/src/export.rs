@@ -58,7 +58,7 @@ pub struct ExportOptions {
     pub outputs: Option<[i32; 2]>,
     /// The file it comes from.
     pub source: Option<Input>,
-    /// Further lines of the heading of a [`FirmwareBlock`]: what is to be done beside it.
+    /// Further lines of the heading: what holds for it, and what is to be done beside it.
     pub notes: Vec<String>,
 }
 
@@ -86,6 +86,7 @@ pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions)
         model,
         name: name(file, options)?,
         source: options.source.as_ref(),
+        notes: &options.notes,
     };
     match (form, options.number) {
         (ExportForm::Rust, ExportNumber::Fixed) => Err(unable(
@@ -108,6 +109,7 @@ struct Plan<'a> {
     check: SelfCheck,
     name: String,
     source: Option<&'a Input>,
+    notes: &'a [String],
 }
 
 impl Plan<'_> {
@@ -144,6 +146,7 @@ impl Plan<'_> {
         if let Some(block) = &self.file.curvature {
             lines.push(format!("Curvature measured up to {:?} m/s^2.", block.reach));
         }
+        lines.extend(self.notes.iter().cloned());
         plain_lines(&lines)
     }
 

@@ -1,10 +1,12 @@
 //! A recording compensated with a calibration, row by row.
 
+mod band;
 mod compensation;
 mod outcome;
 mod page;
 
 pub use crate::destination::Destination;
+pub use band::calibration_of_band;
 pub use compensation::{CompensationMethod, CompensationStream};
 pub use outcome::{ApplyOutcome, FilterFigures};
 

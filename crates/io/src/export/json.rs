@@ -25,6 +25,8 @@ struct Coefficients<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     curvature: Option<&'a CurvatureBlock>,
     covariance: NamedCovariance,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    notes: &'a [String],
     check: Check<'a>,
 }
 
@@ -57,6 +59,7 @@ pub(super) fn text(plan: &Plan<'_>) -> Result<String> {
         temperature: file.temperature.as_ref(),
         curvature: file.curvature.as_ref(),
         covariance: NamedCovariance::of(&file.estimate),
+        notes: plan.notes,
         check: Check {
             outputs: &check.outputs,
             temperatures: &check.temperatures,
