@@ -1,21 +1,65 @@
 //! `proofmass certificate`: what a laboratory hands over, and what other laboratories handed over.
 
-use crate::{Failure, Outcome, console};
-use proofmass::io::{DigitalCertificate, Source};
-use proofmass::jobs::certificate::reading;
-use std::path::PathBuf;
+mod paper;
+mod release;
+mod request;
 
-/// Read, draft, check and release calibration certificates.
+use crate::delivery::Delivery;
+use crate::{Failure, Outcome, console};
+use proofmass::io::{DigitalCertificate, OutputFolder, Source};
+use proofmass::jobs::certificate::{CertificateOutcome, PAPER, reading};
+use proofmass::jobs::{Outcome as _, StoredResult};
+use release::Release;
+use request::Request;
+use std::path::{Path, PathBuf};
+
+/// Draft, check and release calibration certificates, and read those of others.
+///
+/// From the result of a calibration and LAB.toml: laboratory, customer, item, standards. A draft has a watermark and no number; `release`
+/// gives it the next number of the register. The digital certificate (DCC 3.3.0) has the same numbers as the paper, to the digit.
 #[derive(clap::Args)]
-#[command(arg_required_else_help = true)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    arg_required_else_help = true
+)]
 pub(crate) struct Certificate {
     #[command(subcommand)]
-    what: What,
+    what: Option<What>,
+    #[command(flatten)]
+    request: Option<Request>,
+    #[command(flatten)]
+    draft: Draft,
 }
 
 #[derive(clap::Subcommand)]
 enum What {
     Read(ReadCertificate),
+    Check(Check),
+    Release(Release),
+}
+
+/// A draft.
+#[derive(clap::Args)]
+struct Draft {
+    /// Print the digital certificate (DCC, XML) instead of the summary
+    #[arg(long, conflicts_with = "json")]
+    xml: bool,
+    /// Write certificate.pdf as well, by the program proofmass-certificate
+    #[arg(long, requires = "output")]
+    pdf: bool,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+/// List what is missing to a certificate: exit code 1 where anything is.
+#[derive(clap::Args)]
+struct Check {
+    #[command(flatten)]
+    request: Request,
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
 }
 
 /// Show what a digital calibration certificate (DCC, XML) says.
@@ -33,9 +77,97 @@ struct ReadCertificate {
 
 impl Certificate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        match self.what {
-            What::Read(command) => command.run(),
+        match (self.what, self.request) {
+            (Some(What::Read(command)), _) => command.run(),
+            (Some(What::Check(command)), _) => command.run(),
+            (Some(What::Release(command)), _) => command.run(),
+            (None, Some(request)) => self.draft.run(&request),
+            (None, None) => Err(
+                Failure::new("the result that is to be certified is not named")
+                    .hint("proofmass certificate RESULT --lab LAB.toml"),
+            ),
         }
+    }
+}
+
+impl Draft {
+    fn run(self, request: &Request) -> Result<Outcome, Failure> {
+        if let Some(place) = &self.delivery.output {
+            keep_released(place)?;
+        }
+        let certified = request.read()?;
+        let outcome = certified.evaluate(None)?;
+        let files = certified.files();
+        let folder = self.delivery.begin(CertificateOutcome::KIND, &files)?;
+        if let (true, Some(folder)) = (self.pdf, &folder) {
+            paper::write(&outcome, &folder.file(PAPER))?;
+        }
+        let result = StoredResult::new(certified.record(), &outcome)?;
+        if !self.xml {
+            return self.delivery.deliver(folder, &result);
+        }
+        if let Some(folder) = folder {
+            console::note(format!("written: {}", commit(folder, &result)?.display()));
+        }
+        console::print(outcome.xml())?;
+        Ok(Outcome::Done)
+    }
+}
+
+impl Check {
+    fn run(self) -> Result<Outcome, Failure> {
+        let certified = self.request.read()?;
+        let outcome = certified.evaluate(None)?;
+        let missing = outcome.missing();
+        if self.json {
+            let json = serde_json::to_vec_pretty(&missing)
+                .map_err(|e| Failure::new(format!("the list cannot be written: {e}")))?;
+            console::print_json(&json)?;
+        } else if missing.is_empty() {
+            console::print("nothing is missing: the certificate can be released\n")?;
+        } else {
+            missing
+                .iter()
+                .try_for_each(|m| console::print(&format!("{m}\n")))?;
+        }
+        match missing.len() {
+            0 => Ok(Outcome::Done),
+            n => Err(
+                Failure::new(format!("{n} things are missing to a certificate"))
+                    .hint("add them to LAB.toml or to the file of the order"),
+            ),
+        }
+    }
+}
+
+/// Writes every file of a result and puts the folder in its place.
+fn commit(folder: OutputFolder, result: &StoredResult) -> Result<PathBuf, Failure> {
+    for (name, bytes) in result.files()? {
+        folder.write(&name, bytes)?;
+    }
+    Ok(folder.commit()?)
+}
+
+/// Refuses a folder with a certificate that was released: it is never overwritten.
+fn keep_released(place: &Path) -> Result<(), Failure> {
+    let file = place.join(proofmass::jobs::RESULT);
+    if !file.is_file() {
+        return Ok(());
+    }
+    let (bytes, _) = Source::open(&file)?.into_bytes(proofmass::io::LARGEST_DOCUMENT)?;
+    let Ok(result) = StoredResult::from_json(&bytes) else {
+        return Ok(());
+    };
+    let number = result
+        .section("certificate")
+        .and_then(|c| c.get("number")?.as_str());
+    match number {
+        None => Ok(()),
+        Some(number) => Err(Failure::new(format!(
+            "{} holds the certificate {number}, which was released and is never overwritten",
+            place.display()
+        ))
+        .hint("name another folder; a certificate that is wrong is replaced by a new one: `proofmass certificate release --replaces`")),
     }
 }
 

@@ -6,13 +6,19 @@
 //! **Source** `[DCC]`, `[DSI]`.
 
 mod head;
+mod new;
 mod quantity;
 mod sensitivity;
 mod uncertainty;
 mod unit;
+mod writing;
 
 pub use head::DigitalCertificate;
+pub use new::{
+    NewAttachment, NewCertificate, NewComplex, NewConformity, NewContact, NewEquipment, NewItem,
+    NewMethod, NewNumber, NewQuantity, NewRange, NewResult, NewStatement, NewText,
+};
 pub use quantity::DccQuantity;
 pub use sensitivity::{DccSensitivity, SensitivityRow};
 pub use uncertainty::DccUncertainty;
-pub use unit::{DsiUnit, dsi_text};
+pub use unit::{DsiUnit, dsi_squared, dsi_text};

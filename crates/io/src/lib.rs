@@ -29,6 +29,8 @@
 
 mod addressed;
 mod any_calibration;
+mod append_log;
+mod base64;
 mod calibration_file;
 mod clock;
 mod clock_findings;
@@ -80,6 +82,8 @@ mod xml;
 
 pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
+pub use append_log::AppendLog;
+pub use base64::base64;
 pub use calibration_file::{CalibrationFile, CurvatureBlock, TRIAXIAL, ThermalBlock};
 pub use clock::{Clock, Gap};
 pub use conversion::{
@@ -87,8 +91,10 @@ pub use conversion::{
     TimedRows,
 };
 pub use dcc::{
-    DccQuantity, DccSensitivity, DccUncertainty, DigitalCertificate, DsiUnit, SensitivityRow,
-    dsi_text,
+    DccQuantity, DccSensitivity, DccUncertainty, DigitalCertificate, DsiUnit, NewAttachment,
+    NewCertificate, NewComplex, NewConformity, NewContact, NewEquipment, NewItem, NewMethod,
+    NewNumber, NewQuantity, NewRange, NewResult, NewStatement, NewText, SensitivityRow,
+    dsi_squared, dsi_text,
 };
 pub use device::{Ambient, Device};
 pub use error::{Error, ErrorKind, Result};

@@ -12,6 +12,18 @@ pub struct Software {
     pub(crate) version: String,
 }
 
+impl Software {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its version.
+    pub fn version(&self) -> &str {
+        &self.version
+    }
+}
+
 impl Default for Software {
     fn default() -> Self {
         Self {

@@ -10,26 +10,6 @@ pub struct VtuField<'a> {
     pub values: &'a [[f64; 3]],
 }
 
-const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-
-fn base64(bytes: &[u8], out: &mut String) {
-    for chunk in bytes.chunks(3) {
-        let b = [
-            chunk[0],
-            chunk.get(1).copied().unwrap_or(0),
-            chunk.get(2).copied().unwrap_or(0),
-        ];
-        let n = u32::from(b[0]) << 16 | u32::from(b[1]) << 8 | u32::from(b[2]);
-        for k in 0..4 {
-            if k <= chunk.len() {
-                out.push(char::from(ALPHABET[(n >> (18 - 6 * k)) as usize & 63]));
-            } else {
-                out.push('=');
-            }
-        }
-    }
-}
-
 fn array(out: &mut String, kind: &str, name: &str, components: usize, bytes: &[u8]) {
     let safe: String = name
         .chars()
@@ -47,7 +27,7 @@ fn array(out: &mut String, kind: &str, name: &str, components: usize, bytes: &[u
     );
     let mut all = (bytes.len() as u64).to_le_bytes().to_vec();
     all.extend_from_slice(bytes);
-    base64(&all, out);
+    crate::base64::append(&all, out);
     out.push_str("</DataArray>\n");
 }
 
@@ -103,25 +83,4 @@ pub fn vtu(
     array(&mut out, "UInt8", "types", 1, &vec![24; elements.len()]);
     out.push_str("</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
     out.into_bytes()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn published_base64() {
-        // [RFC4648] 10.
-        for (text, code) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ] {
-            let mut out = String::new();
-            base64(text.as_bytes(), &mut out);
-            assert_eq!(out, code);
-        }
-    }
 }

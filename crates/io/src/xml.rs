@@ -4,7 +4,7 @@
 //! opened; a limit on depth and number of elements.
 
 mod reader;
-#[cfg(test)]
 mod writer;
 
 pub(crate) use reader::{Element, Namespace, XmlTree};
+pub(crate) use writer::XmlWriter;

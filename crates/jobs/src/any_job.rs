@@ -2,6 +2,7 @@
 
 use crate::apply::{ApplyData, ApplyJob};
 use crate::bias::{BiasData, BiasJob};
+use crate::certificate::{CertificateData, CertificateJob};
 use crate::comparison::{ComparisonData, ComparisonJob};
 use crate::convert::{ConvertData, ConvertJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
@@ -128,6 +129,8 @@ macro_rules! jobs {
             Comparison(ComparisonData<'a>),
             /// An output and the model behind it.
             Deconvolution(DeconvolutionData<'a>),
+            /// A result to be certified.
+            Certificate(CertificateData<'a>),
         }
 
         /// The keys of the request of a kind, where they are known.
@@ -273,6 +276,8 @@ jobs! {
     Motion(MotionJob, MotionData, "motion", |d| only!(d, Motion)),
     /// Two calibrations over frequency, held against each other.
     Comparison(ComparisonJob, ComparisonData, "comparison", |d| only!(d, Comparison)),
+    /// A certificate of a result.
+    Certificate(CertificateJob, CertificateData, "certificate", |d| only!(d, Certificate)),
     /// The input behind an output.
     Deconvolution(DeconvolutionJob, DeconvolutionData, "deconvolution", |d| only!(d, Deconvolution)),
 }

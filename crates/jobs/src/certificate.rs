@@ -1,3 +1,262 @@
 //! Calibration certificates: those of others read, our own drafted, checked and released.
+//!
+//! A certificate is a job: a request (laboratory, customer, item, language, rule, number) and the stored result of a calibration become an
+//! outcome, which is filed like any other. Sheet, digital certificate, page and terminal are made from the same texts and rounded numbers.
 
+mod blocks;
+mod conformity;
+mod content;
+mod digital;
+mod laboratory;
 pub mod reading;
+pub mod register;
+mod results;
+mod sheet;
+mod texts;
+
+pub use conformity::{Decided, DecidedEntry};
+pub use laboratory::{
+    CalibrationPlace, CertificateFile, ConformityEntry, Contact, Item, Numbering, Performance,
+    RuleWord, Signatory, Standard, Statement,
+};
+pub use results::{StatedColumn, StatedNumber, StatedResults, StatedSingle, StatedTable};
+pub use texts::Language;
+
+use crate::findings;
+use crate::outcome::{Job, Outcome, section};
+use crate::record::Record;
+use crate::trouble::{Result, Trouble};
+use crate::{RESULT, StoredResult};
+use content::Content;
+use proofmass_core::Watch;
+use proofmass_io::{StatedQuantity, base64};
+use proofmass_report::Report;
+use proofmass_uncertainty::Finding;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use sheet::{Sheet, SheetAttachment};
+
+/// Name of the digital certificate in a folder of results.
+pub const DIGITAL: &str = "certificate.xml";
+/// Name of the sheet in a folder of results: what the typesetter lays out, but for the files inside of the document.
+pub const SHEET: &str = "sheet.json";
+/// Name of the typeset certificate in a folder of results.
+pub const PAPER: &str = "certificate.pdf";
+
+/// A certificate that is replaced, and why.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Replaced {
+    /// Its number.
+    pub number: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// A certificate of a result. Without a number it is a draft.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CertificateJob {
+    /// Laboratory, customer, item, standards, rule.
+    #[serde(flatten)]
+    pub file: CertificateFile,
+    /// Language of the texts.
+    pub language: Language,
+    /// Numbers of a certificate in Persian with the digits of Persian.
+    pub persian_digits: bool,
+    /// Number; a released certificate has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<String>,
+    /// Day of issue (ISO 8601).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub issued: Option<String>,
+    /// What it replaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replaces: Option<Replaced>,
+}
+
+/// The results that are certified.
+#[derive(Clone, Copy, Debug)]
+pub struct CertificateData<'a> {
+    /// The result; as left where the item was adjusted.
+    pub result: &'a StoredResult,
+    /// The result as found, where the item was adjusted.
+    pub as_found: Option<&'a StoredResult>,
+}
+
+impl<'a> CertificateData<'a> {
+    /// Of a result alone.
+    pub fn new(result: &'a StoredResult) -> Self {
+        Self {
+            result,
+            as_found: None,
+        }
+    }
+}
+
+/// A certificate or a draft of one.
+#[derive(Clone, Debug)]
+pub struct CertificateOutcome {
+    content: Content,
+    number: Option<String>,
+    language: Language,
+    quantities: Vec<StatedQuantity>,
+    findings: Vec<Finding>,
+    sheet: Sheet,
+    xml: String,
+    result: Vec<u8>,
+}
+
+impl Job for CertificateJob {
+    type Data<'a> = CertificateData<'a>;
+    type Outcome = CertificateOutcome;
+
+    fn evaluate(
+        &self,
+        data: &CertificateData<'_>,
+        watch: &dyn Watch,
+    ) -> Result<CertificateOutcome> {
+        watch.step("certificate", 0, 1)?;
+        let result = data.result;
+        let content = Content::of(self, result, data.as_found)?;
+        if let (Some(number), false) = (&self.number, content.missing.is_empty()) {
+            return Err(incomplete(number, &content.missing));
+        }
+        let mut listed: Vec<Finding> = result.findings().to_vec();
+        if !content.missing.is_empty() {
+            let list = content.missing.join("; ");
+            listed.insert(
+                0,
+                findings::certificate_incomplete(content.missing.len(), &list),
+            );
+        }
+        let bytes = result.to_json()?;
+        let figure = result.report().answer.figure;
+        let figure = figure.map(|f| f.svg("result")).transpose()?;
+        let digest = Sha256::digest(&bytes)
+            .iter()
+            .map(|b| format!("{b:02x}"))
+            .collect();
+        let outcome = CertificateOutcome {
+            sheet: blocks::sheet(self, &content, figure, digest),
+            xml: digital::certificate(self, &content, result, &bytes)?.to_xml(),
+            number: self.number.clone(),
+            language: self.language,
+            quantities: results::stated(result).cloned().collect(),
+            findings: listed,
+            content,
+            result: bytes,
+        };
+        watch.step("certificate", 1, 1)?;
+        Ok(outcome)
+    }
+}
+
+fn incomplete(number: &str, missing: &[String]) -> Trouble {
+    let trouble = Trouble::data(format!(
+        "certificate {number} cannot be released: {} things are missing",
+        missing.len()
+    ))
+    .with_hint(
+        "add them to LAB.toml or to the file of the order; a draft can be made all the same",
+    );
+    missing.iter().fold(trouble, |t, m| t.detail(m.clone()))
+}
+
+impl CertificateOutcome {
+    /// What is missing to a released certificate, each in one line.
+    pub fn missing(&self) -> &[String] {
+        &self.content.missing
+    }
+
+    /// What it states.
+    pub fn results(&self) -> &StatedResults {
+        &self.content.results
+    }
+
+    /// The digital certificate.
+    pub fn xml(&self) -> &str {
+        &self.xml
+    }
+
+    /// The sheet with the files that go into the document: what the typesetter is given.
+    ///
+    /// # Errors
+    /// None in practice.
+    pub fn whole_sheet(&self) -> Result<Vec<u8>> {
+        let file =
+            |name: &str, media_type: &str, relationship: &str, bytes: &[u8]| SheetAttachment {
+                name: name.to_owned(),
+                media_type: media_type.to_owned(),
+                relationship: relationship.to_owned(),
+                description: name.to_owned(),
+                base64: base64(bytes),
+            };
+        let mut sheet = self.sheet.clone();
+        sheet.attachments = vec![
+            file(
+                DIGITAL,
+                "application/xml",
+                "Alternative",
+                self.xml.as_bytes(),
+            ),
+            file(RESULT, "application/json", "Source", &self.result),
+        ];
+        json(&sheet)
+    }
+}
+
+fn json(sheet: &Sheet) -> Result<Vec<u8>> {
+    serde_json::to_vec_pretty(sheet)
+        .map_err(|e| Trouble::data(format!("the sheet cannot be written: {e}")))
+}
+
+impl Outcome for CertificateOutcome {
+    const KIND: &'static str = "certificate";
+
+    fn title(&self, record: &Record) -> String {
+        let own = || format!("{}: {}", self.sheet.title, self.sheet.number);
+        record.title.clone().unwrap_or_else(own)
+    }
+
+    fn quantities(&self) -> Vec<StatedQuantity> {
+        self.quantities.clone()
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        #[derive(Serialize)]
+        struct Filed<'a> {
+            number: &'a Option<String>,
+            language: Language,
+            #[serde(flatten)]
+            content: &'a Content,
+        }
+        let filed = Filed {
+            number: &self.number,
+            language: self.language,
+            content: &self.content,
+        };
+        Ok(vec![section("certificate", &filed)?])
+    }
+
+    fn attachments(&self, _record: &Record) -> Result<Vec<(String, Vec<u8>)>> {
+        Ok(vec![
+            (DIGITAL.to_owned(), self.xml.clone().into_bytes()),
+            (SHEET.to_owned(), json(&self.sheet)?),
+        ])
+    }
+
+    fn page(&self, page: Report) -> Report {
+        let verdict = match (&self.number, self.missing().len()) {
+            (Some(number), _) => format!("Certificate {number} has everything that it must state."),
+            (None, 0) => "A draft: nothing is missing to a certificate.".to_owned(),
+            (None, 1) => "A draft: one thing is missing to a certificate.".to_owned(),
+            (None, n) => format!("A draft: {n} things are missing to a certificate."),
+        };
+        let figures = blocks::key_figures(&self.content, self.language);
+        self.sheet.report(page.verdict(verdict).answers(figures))
+    }
+}

@@ -188,10 +188,10 @@ fn agree(k: f64, p: f64, distribution: Option<&str>, place: &Numbers) -> Result<
     });
     let (least, most) = match is_normal {
         true => (normal, normal),
-        // From a rectangle to Student's t with two degrees of freedom.
+        // From a rectangle to Student's t with one degree of freedom.
         false => (
             normal.min(p * 3f64.sqrt()),
-            student_quantile(0.5 + 0.5 * p, 2.0),
+            student_quantile(0.5 + 0.5 * p, 1.0),
         ),
     };
     if k >= least * (1.0 - ROUNDED) && k <= most * (1.0 + ROUNDED) {

@@ -278,10 +278,20 @@ pub fn dsi_text(unit: &str) -> Option<String> {
         "m/s²" => return Some("\\metre\\second\\tothe{-2}".to_owned()),
         _ => {}
     }
-    let (above, below) = unit.split_once('/').unwrap_or((unit, ""));
+    let mut depth = 0;
+    let slash = unit.char_indices().find(|(_, c)| {
+        depth += i32::from(*c == '(') - i32::from(*c == ')');
+        depth == 0 && *c == '/'
+    });
+    let (above, below) = slash.map_or((unit, ""), |(at, _)| (&unit[..at], &unit[at + 1..]));
     let mut text = String::new();
     for (part, sign) in [(above, 1), (below, -1)] {
         let part = part.trim_start_matches('(').trim_end_matches(')');
+        // A quotient within brackets: its own denominator.
+        if let Some((over, under)) = part.split_once('/') {
+            let _ = write!(text, "{}{}", word(over, sign)?, word(under, -sign)?);
+            continue;
+        }
         for one in part
             .split('·')
             .filter(|p| !p.is_empty() && *p != "1" && *p != "count")
@@ -294,6 +304,27 @@ pub fn dsi_text(unit: &str) -> Option<String> {
     } else {
         text
     })
+}
+
+/// The square of a unit in the notation of D-SI, `None` for a text in another one.
+///
+/// ```
+/// let square = proofmass_io::dsi_squared("\\milli\\volt\\second\\tothe{2}").unwrap();
+/// assert_eq!(square, "\\milli\\volt\\tothe{2}\\second\\tothe{4}");
+/// ```
+pub fn dsi_squared(text: &str) -> Option<String> {
+    let mut square = String::new();
+    for f in factors(text, false)? {
+        let name = UNITS.iter().find(|u| u.1 == f.symbol)?.0;
+        let prefix = f
+            .prefix
+            .map_or(String::new(), |p| format!("\\{}", PREFIXES[p].0));
+        match f.symbol {
+            "" => square.push_str("\\one"),
+            _ => square.push_str(&format!("{prefix}\\{name}\\tothe{{{}}}", 2 * f.power)),
+        }
+    }
+    Some(square)
 }
 
 /// A symbol with prefix and power.
@@ -428,6 +459,7 @@ mod tests {
             ("count", "1"),
             ("1/K", "1/K"),
             ("(m/s²)/V", "m/(s²·V)"),
+            ("V/°C", "V/°C"),
             ("mV", "mV"),
             ("m/s²", "m/s²"),
             ("rad", "rad"),
@@ -436,10 +468,7 @@ mod tests {
             ("%", "%"),
             ("kHz", "kHz"),
         ] {
-            let Some(text) = dsi_text(unit) else {
-                assert_eq!(unit, "(m/s²)/V");
-                continue;
-            };
+            let text = dsi_text(unit).expect(unit);
             assert_eq!(DsiUnit::new(&text).symbol(), symbol, "{unit}");
         }
     }

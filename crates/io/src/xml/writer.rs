@@ -51,18 +51,6 @@ impl XmlWriter {
         let _ = writeln!(self.text, ">{}</{name}>", escaped(text));
     }
 
-    /// An element with what `inner` writes into it.
-    pub(crate) fn within(
-        &mut self,
-        name: &str,
-        attributes: &[(&str, &str)],
-        inner: impl FnOnce(&mut Self),
-    ) {
-        self.begin(name, attributes);
-        inner(self);
-        self.end();
-    }
-
     /// The document.
     pub(crate) fn finish(mut self) -> String {
         while !self.open.is_empty() {
@@ -101,7 +89,8 @@ mod tests {
         let odd = "a<b>&amp;\"'</x:y> é \u{202e} ]]>";
         let mut writer = XmlWriter::new();
         writer.begin("a", &[("k", odd)]);
-        writer.within("b", &[], |w| w.leaf("c", odd));
+        writer.begin("b", &[]);
+        writer.leaf("c", odd);
         let text = writer.finish();
         let tree = XmlTree::read(text.as_bytes()).unwrap();
         assert_eq!(tree.root().attribute("k"), Some(odd));

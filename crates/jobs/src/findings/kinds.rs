@@ -284,4 +284,12 @@ findings! {
         what "what the low-pass removes may be a tenth of the peak or more",
         evidence "standard uncertainty {u:.3e} of {peak:.3e}",
         advice "the device does not follow this motion within its noise: the values are a smoothed picture of it";
+
+    /// A draft of a certificate lacks what a certificate must state.
+    certificate_incomplete(count: usize, list: &str) =
+        "certificate-incomplete", [Decision],
+        what "{count} things are missing to a certificate",
+        evidence "{list}",
+        advice "add them to LAB.toml or to the file of the order; `proofmass certificate check` lists them one by one",
+        false_alarms "none: what a certificate must state is there or not";
 }

@@ -21,7 +21,9 @@ use proofmass_jobs::simulate::{
 use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
 use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
 use proofmass_jobs::validation::{ValidationData, ValidationJob};
-use proofmass_jobs::{AnyData, Gathered, Record, Sink, Unwatched, frequency_response};
+use proofmass_jobs::{
+    AnyData, Gathered, Record, Sink, StoredResult, Unwatched, frequency_response,
+};
 use proofmass_rig::HandHeld;
 use proofmass_shaker::recording::Quality;
 use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
@@ -64,10 +66,10 @@ pub fn hand_held() -> &'static (Campaign, AnyCalibration) {
     })
 }
 
-pub fn multi_position(kind: &str) {
+pub fn multi_position(kind: &str) -> StoredResult {
     check(kind, &|watch| {
         hand_held().0.evaluate(Some("2026-01-01".into()), watch)
-    });
+    })
 }
 
 /// A logger whose still moments lie all over the sphere; its axis x reads one hundredth and 25 mg too much.
@@ -98,7 +100,7 @@ pub fn free_living(kind: &str) {
     });
 }
 
-pub fn shaker_triaxial(kind: &str) {
+pub fn shaker_triaxial(kind: &str) -> StoredResult {
     let mut shaker = SimulatedShaker::default();
     (shaker.phasors, shaker.configurations) = (true, 12);
     shaker.frequencies = vec![80.0, 160.0];
@@ -106,6 +108,7 @@ pub fn shaker_triaxial(kind: &str) {
     let result = check(kind, &|watch| shaker.evaluate(None, watch));
     let files = result.files().expect("files");
     assert!(files.iter().any(|(name, _)| name == "calibration.json"));
+    result
 }
 
 pub fn spurious_motion(kind: &str) {
@@ -117,7 +120,7 @@ pub fn spurious_motion(kind: &str) {
     states_everywhere(&result, 100.0 * re.hypot(im));
 }
 
-pub fn shaker_single(kind: &str) {
+pub fn shaker_single(kind: &str) -> StoredResult {
     let run = |name: &str, output: f64| ShakerSingleRun {
         row: ComparisonRow {
             run: name.into(),
@@ -148,11 +151,11 @@ pub fn shaker_single(kind: &str) {
             &AnyData::ShakerSingle(ShakerSingleData::new(&runs)),
             watch,
         )
-    });
+    })
 }
 
 /// Two repeats at three frequencies: one with counted fringes, one at a zero of J₁.
-pub fn shaker_primary(kind: &str) {
+pub fn shaker_primary(kind: &str) -> StoredResult {
     let mut primary = SimulatedPrimary::default();
     (primary.repeats, primary.duration) = (2, 0.05);
     primary.frequencies = vec![200.0, 400.0, 2000.0];
@@ -171,9 +174,10 @@ pub fn shaker_primary(kind: &str) {
     for name in ["calibration.json", "methods.csv", "interferometer.csv"] {
         assert!(written.iter().any(|(file, _)| file == name), "{name}");
     }
+    result
 }
 
-pub fn transverse(kind: &str) {
+pub fn transverse(kind: &str) -> StoredResult {
     let run = |name: String, motion, output: f64| TransverseRun {
         run: name,
         frequency: 160.0,
@@ -203,6 +207,7 @@ pub fn transverse(kind: &str) {
         ask(job, &AnyData::Transverse(TransverseData::new(&runs)), watch)
     });
     figure(&result, "transverse.csv", 0, "transverse_%");
+    result
 }
 
 pub fn validation(kind: &str) {
@@ -271,7 +276,7 @@ pub fn apply(kind: &str) {
 }
 
 /// 0 … 40 °C in 1000 samples, x by 0.5 mg/K.
-pub fn temperature(kind: &str) {
+pub fn temperature(kind: &str) -> StoredResult {
     let temperature: Vec<f64> = (0..1000).map(|i| f64::from(i) / 25.0).collect();
     let column = |k: usize, level: f64, slope: f64| -> Vec<f64> {
         let noise = |i: usize| ((i * (7919 + 104 * k) % 10_007) as f64 / 10_007.0 - 0.5) * 4e-3;
@@ -298,7 +303,7 @@ pub fn temperature(kind: &str) {
             &AnyData::Temperature(data),
             watch,
         )
-    });
+    })
 }
 
 pub fn bias(kind: &str) {

@@ -1,0 +1,60 @@
+//! The certificate on paper, by a program of its own: typesetting builds for minutes, and needs a newer compiler than the rest.
+
+use crate::Failure;
+use proofmass::jobs::certificate::CertificateOutcome;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const PROGRAM: &str = "proofmass-certificate";
+
+/// Writes the PDF.
+pub(super) fn write(outcome: &CertificateOutcome, place: &Path) -> Result<(), Failure> {
+    let missing = |why: String| {
+        Failure::new(format!("the program {PROGRAM}, which typesets certificates, cannot be started: {why}"))
+            .hint(format!(
+                "build it once from the source (`cargo install --path apps/certificate`) and put it beside proofmass or on the PATH; without --pdf every other file is written"
+            ))
+    };
+    let sheet = outcome.whole_sheet()?;
+    let mut child = Command::new(program())
+        .arg("-")
+        .arg("-o")
+        .arg(place)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|e| missing(e.to_string()))?;
+    if let Some(mut input) = child.stdin.take() {
+        // A program that ends early says why itself.
+        let _ = input.write_all(&sheet);
+    }
+    let ended = child
+        .wait_with_output()
+        .map_err(|e| missing(e.to_string()))?;
+    if ended.status.success() && place.is_file() {
+        return Ok(());
+    }
+    let said = String::from_utf8_lossy(&ended.stderr);
+    let said = said
+        .trim()
+        .lines()
+        .next()
+        .unwrap_or("it says nothing")
+        .to_owned();
+    Err(
+        Failure::new(format!("{PROGRAM} has not typeset the certificate: {said}"))
+            .hint("without --pdf every other file is written; sheet.json is what it was given"),
+    )
+}
+
+/// Beside the own binary, else wherever the system finds it.
+fn program() -> PathBuf {
+    let own = std::env::current_exe().ok();
+    let beside =
+        own.map(|own| own.with_file_name(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX)));
+    beside
+        .filter(|b| b.is_file())
+        .unwrap_or_else(|| PathBuf::from(PROGRAM))
+}

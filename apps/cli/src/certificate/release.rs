@@ -1,0 +1,133 @@
+//! `proofmass certificate release`: a number of the register, and the files of a certificate.
+
+use super::request::{Numbered, Request};
+use super::{commit, paper};
+use crate::{Failure, Outcome, console};
+use proofmass::io::{OutputFolder, SigningKey};
+use proofmass::jobs::StoredResult;
+use proofmass::jobs::certificate::register::Register;
+use proofmass::jobs::certificate::{PAPER, Replaced};
+use std::path::PathBuf;
+
+/// Release a certificate: the next number of the register, and files that are never overwritten.
+///
+/// Nothing is released while anything is missing; `check` lists it. The number is entered in the register beside LAB.toml, which only
+/// grows. The same request again writes the same certificate under the same number.
+#[derive(clap::Args)]
+pub(super) struct Release {
+    #[command(flatten)]
+    request: Request,
+    /// Folder of the certificate, which must not be there yet
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Write certificate.pdf as well, by the program proofmass-certificate
+    #[arg(long)]
+    pdf: bool,
+    /// Number of the certificate that this one replaces
+    #[arg(long, value_name = "NUMBER", requires = "reason")]
+    replaces: Option<String>,
+    /// Why it is replaced
+    #[arg(long, value_name = "TEXT", requires = "replaces")]
+    reason: Option<String>,
+    /// Sign the list of files with a private key (PEM, Ed25519), as `proofmass keygen` makes it
+    #[arg(long, value_name = "KEY")]
+    sign: Option<PathBuf>,
+}
+
+impl Release {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        if std::fs::symlink_metadata(&self.output).is_ok() {
+            return Err(Failure::new(format!("{} is there already", self.output.display()))
+                .hint("name a folder that is not there: a released certificate is never written over another file"));
+        }
+        let key = self.sign.as_deref().map(SigningKey::read).transpose()?;
+        let certified = self.request.read()?;
+        let Some(numbering) = certified.file.numbering.clone() else {
+            return Err(
+                Failure::new("LAB.toml does not say how certificates are numbered")
+                    .hint("add [numbering] with pattern = \"CAL-{year}-{number:4}\""),
+            );
+        };
+        // What is missing is told before a number is looked for.
+        let draft = certified.evaluate(None)?;
+        if !draft.missing().is_empty() {
+            let failure = Failure::new(format!(
+                "no certificate is released: {} things are missing",
+                draft.missing().len()
+            ))
+            .hint("add them to LAB.toml or to the file of the order");
+            return Err(draft
+                .missing()
+                .iter()
+                .fold(failure, |f, m| f.detail(m.clone())));
+        }
+        let replaces = self
+            .replaces
+            .zip(self.reason)
+            .map(|(number, reason)| Replaced { number, reason });
+        let place = self.request.lab.with_file_name(&numbering.register);
+        let mut register = Register::open(&place)?;
+        // A run that was ended between register and folder is brought to its end.
+        let before = match register.entries().last() {
+            Some(last) if last.replaces == replaces => {
+                let numbered = Numbered {
+                    number: last.number.clone(),
+                    issued: last.issued.clone(),
+                    replaces: replaces.clone(),
+                };
+                let outcome = certified.evaluate(Some(&numbered))?;
+                (last.is_of(outcome.xml().as_bytes())).then_some((numbered, outcome))
+            }
+            _ => None,
+        };
+        let is_new = before.is_none();
+        let (numbered, outcome) = match before {
+            Some(same) => same,
+            None => {
+                if let Some(replaced) = &replaces {
+                    register.may_replace(replaced)?;
+                }
+                let numbered = Numbered {
+                    number: register.next(&numbering, &certified.issued)?,
+                    issued: certified.issued.clone(),
+                    replaces,
+                };
+                let outcome = certified.evaluate(Some(&numbered))?;
+                (numbered, outcome)
+            }
+        };
+        let mut folder = OutputFolder::create(self.output.clone(), false)?;
+        if let Some(key) = key {
+            folder.sign_with(key);
+        }
+        folder.protect(certified.files());
+        if self.pdf {
+            paper::write(&outcome, &folder.file(PAPER))?;
+        }
+        let mut record = certified.record();
+        record.date = Some(numbered.issued.clone());
+        let result = StoredResult::new(record, &outcome)?;
+        if is_new {
+            register.enter(
+                &numbered.number,
+                &numbered.issued,
+                outcome.xml().as_bytes(),
+                &certified.result.to_json()?,
+                numbered.replaces.clone(),
+            )?;
+        }
+        let place = commit(folder, &result)?;
+        console::show_result(&result)?;
+        let told = if is_new {
+            "released"
+        } else {
+            "written again, as it was released"
+        };
+        console::note(format!(
+            "{told}: certificate {} in {}",
+            numbered.number,
+            place.display()
+        ));
+        Ok(Outcome::Done)
+    }
+}

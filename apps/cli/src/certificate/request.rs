@@ -1,0 +1,148 @@
+//! Which result is certified, for whom, and in which language.
+
+use crate::console::Progress;
+use crate::{Failure, clock, console};
+use proofmass::io::{Input, LARGEST_DOCUMENT, Source};
+use proofmass::jobs::certificate::{
+    CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Replaced,
+};
+use proofmass::jobs::{Job, RESULT, Record, StoredResult};
+use std::path::{Path, PathBuf};
+
+/// Options of everything that is made of a result.
+#[derive(clap::Args)]
+pub(super) struct Request {
+    /// result.json of a calibration, or the folder that holds it
+    result: PathBuf,
+    /// Laboratory, standards, numbering; what it leaves out may stand in the file of the order
+    #[arg(long, value_name = "LAB.toml")]
+    pub(super) lab: PathBuf,
+    /// Customer, item, dates of one order; its sections hold before those of LAB.toml
+    #[arg(long, value_name = "FILE")]
+    order: Option<PathBuf>,
+    /// Language of the certificate
+    #[arg(long, value_enum, default_value = "en")]
+    language: Language,
+    /// Numbers of a certificate in Persian with the digits of Persian
+    #[arg(long)]
+    persian_digits: bool,
+    /// The result before the item was adjusted: result.json, or the folder that holds it
+    #[arg(long, value_name = "RESULT")]
+    as_found: Option<PathBuf>,
+    /// Day of issue, YYYY-MM-DD [default: today]
+    #[arg(long, value_name = "DATE")]
+    issued: Option<String>,
+}
+
+/// A request with everything that it names.
+pub(super) struct Certified {
+    pub(super) file: CertificateFile,
+    pub(super) issued: String,
+    pub(super) result: StoredResult,
+    as_found: Option<StoredResult>,
+    language: Language,
+    persian_digits: bool,
+    paths: Vec<PathBuf>,
+    inputs: Vec<Input>,
+}
+
+/// What makes a draft a certificate.
+pub(super) struct Numbered {
+    pub(super) number: String,
+    pub(super) issued: String,
+    pub(super) replaces: Option<Replaced>,
+}
+
+fn stored(path: &Path) -> Result<(StoredResult, PathBuf, Input), Failure> {
+    let path = match path.is_dir() {
+        true => path.join(RESULT),
+        false => path.to_path_buf(),
+    };
+    let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
+    if let Some(doubt) = &input.doubt {
+        return Err(Failure::new(doubt)
+            .hint("a certificate of a result that was changed is none: evaluate it again"));
+    }
+    let result = StoredResult::from_json(&bytes)
+        .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
+    Ok((result, path, input))
+}
+
+impl Request {
+    pub(super) fn read(&self) -> Result<Certified, Failure> {
+        let (result, path, input) = stored(&self.result)?;
+        let mut file = CertificateFile::open(&self.lab)?;
+        let (mut paths, mut inputs) = (
+            vec![path, self.lab.clone()],
+            vec![input, Input::of(&self.lab)?],
+        );
+        if let Some(order) = &self.order {
+            file = file.with_order(CertificateFile::open(order)?);
+            paths.push(order.clone());
+            inputs.push(Input::of(order)?);
+        }
+        let as_found = match &self.as_found {
+            None => None,
+            Some(found) => {
+                let (result, path, input) = stored(found)?;
+                paths.push(path);
+                inputs.push(input);
+                Some(result)
+            }
+        };
+        if self.persian_digits && self.language != Language::Persian {
+            console::note(
+                "note: --persian-digits has no effect on a certificate in another language",
+            );
+        }
+        Ok(Certified {
+            file,
+            issued: self.issued.clone().unwrap_or_else(clock::today),
+            result,
+            as_found,
+            language: self.language,
+            persian_digits: self.persian_digits,
+            paths,
+            inputs,
+        })
+    }
+}
+
+impl Certified {
+    /// The certificate; without a number a draft.
+    pub(super) fn evaluate(
+        &self,
+        numbered: Option<&Numbered>,
+    ) -> Result<CertificateOutcome, Failure> {
+        let job = CertificateJob {
+            file: self.file.clone(),
+            language: self.language,
+            persian_digits: self.persian_digits,
+            number: numbered.map(|n| n.number.clone()),
+            issued: Some(numbered.map_or_else(|| self.issued.clone(), |n| n.issued.clone())),
+            replaces: numbered.and_then(|n| n.replaces.clone()),
+        };
+        let data = CertificateData {
+            result: &self.result,
+            as_found: self.as_found.as_ref(),
+        };
+        Ok(job.evaluate(&data, &Progress::new())?)
+    }
+
+    /// The files that were read, which are never replaced.
+    pub(super) fn files(&self) -> Vec<&Path> {
+        self.paths.iter().map(PathBuf::as_path).collect()
+    }
+
+    pub(super) fn record(&self) -> Record {
+        let of_result = self.result.record();
+        Record {
+            title: None,
+            device: of_result.device.clone(),
+            ambient: of_result.ambient.clone(),
+            date: Some(self.issued.clone()),
+            inputs: self.inputs.clone(),
+            ..Record::default()
+        }
+    }
+}

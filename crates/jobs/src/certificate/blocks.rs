@@ -1,0 +1,543 @@
+//! The document of a certificate in its language: what stands where.
+
+use super::content::Content;
+use super::results::{Meaning, StatedNumber, StatedResults, StatedTable};
+use super::sheet::{
+    Run, Sheet, SheetAlign, SheetBlock, SheetColumn, SheetIssuer, SheetRunning, SheetSignature,
+};
+use super::texts::{Language, Text, persian_digits};
+use super::{CertificateJob, laboratory::CalibrationPlace};
+use proofmass_report::KeyFigure;
+use proofmass_report::number::minus;
+
+/// Writes numbers and texts in the language of the certificate.
+pub(super) struct Words {
+    pub(super) language: Language,
+    pub(super) persian: bool,
+}
+
+impl Words {
+    /// A text; the numbers of standards in it keep their digits.
+    pub(super) fn of(&self, text: Text) -> String {
+        text.of(self.language).to_owned()
+    }
+
+    fn with(&self, text: Text, words: &[(&str, &str)]) -> String {
+        text.with(self.language, words)
+    }
+
+    /// A number or a day of ours with its digits; names and numbers of others keep theirs.
+    fn digits(&self, text: &str) -> String {
+        match self.persian {
+            true => persian_digits(text),
+            false => text.to_owned(),
+        }
+    }
+
+    /// A number as it is printed.
+    fn number(&self, text: &str) -> String {
+        self.digits(&minus(text))
+    }
+
+    fn run(&self, text: &str) -> Vec<Run> {
+        vec![Run::Number(self.number(text))]
+    }
+
+    /// A range of numbers with its unit.
+    fn range(&self, [low, high]: [f64; 2], unit: &str) -> Vec<Run> {
+        let text = match low == high {
+            true => format!("{} {unit}", minus(&low.to_string())),
+            false => format!(
+                "{} … {} {unit}",
+                minus(&low.to_string()),
+                minus(&high.to_string())
+            ),
+        };
+        vec![Run::Number(self.digits(&text))]
+    }
+}
+
+type Row = (String, Vec<Run>);
+
+/// Rows of what is known.
+struct Rows<'a> {
+    words: &'a Words,
+    rows: Vec<Row>,
+}
+
+impl Rows<'_> {
+    fn text(&mut self, label: Text, value: Option<&str>) {
+        if let Some(value) = value.filter(|v| !v.trim().is_empty()) {
+            self.rows.push((self.words.of(label), Run::text(value)));
+        }
+    }
+
+    fn number(&mut self, label: Text, value: Option<&str>) {
+        if let Some(value) = value {
+            self.rows
+                .push((self.words.of(label), self.words.run(value)));
+        }
+    }
+
+    fn block(self) -> SheetBlock {
+        SheetBlock::Fields { rows: self.rows }
+    }
+}
+
+/// The document.
+/// `digest` is that of the result.
+pub(super) fn sheet(
+    job: &CertificateJob,
+    content: &Content,
+    figure: Option<String>,
+    digest: String,
+) -> Sheet {
+    let words = Words {
+        language: job.language,
+        persian: job.persian_digits && job.language == Language::Persian,
+    };
+    let laboratory = content.file.laboratory.clone().unwrap_or_default();
+    let name = laboratory.name.clone().unwrap_or_default();
+    let number = match &job.number {
+        Some(number) => number.clone(),
+        None => words.of(Text::NoNumber),
+    };
+    let mut blocks = vec![heading(&words, Text::Title)];
+    if job.number.is_none() {
+        blocks.push(paragraph(words.of(Text::DraftNotice)));
+    }
+    head(&words, job, content, &number, &mut blocks);
+    traceability(&words, content, &mut blocks);
+    results(&words, content, figure, &mut blocks);
+    conformity(&words, content, &mut blocks);
+    uncertainty(&words, content, &mut blocks);
+    remarks(&words, &digest, content, &mut blocks);
+    let issued = content.issued.clone().unwrap_or_default();
+    let signatures = content.file.signatories.iter().take(1);
+    let signatures: Vec<SheetSignature> = signatures
+        .map(|s| SheetSignature {
+            name: s.name.clone(),
+            role: s.role.clone(),
+            date: words.digits(&issued),
+        })
+        .collect();
+    if !signatures.is_empty() {
+        blocks.push(heading(&words, Text::Authorised));
+        blocks.push(SheetBlock::Signatures { rows: signatures });
+    }
+    blocks.push(SheetBlock::End {
+        text: words.of(Text::End),
+    });
+    let issuer = SheetIssuer {
+        name: name.clone(),
+        lines: laboratory.lines(),
+        logo_svg: None,
+        marks: laboratory.accreditation.iter().cloned().collect(),
+    };
+    let running = SheetRunning {
+        head: [name, number.clone()],
+        foot: [words.of(Text::Title), issued.clone()],
+    };
+    let mut sheet = Sheet::new(words.of(Text::Title), running, issuer, blocks);
+    job.language.code().clone_into(&mut sheet.language);
+    job.language.direction().clone_into(&mut sheet.direction);
+    sheet.digits = if words.persian { "persian" } else { "latin" }.to_owned();
+    sheet.issued = issued;
+    sheet.number = number;
+    sheet.page_of = words.of(Text::PageOf);
+    sheet.watermark = job.number.is_none().then(|| words.of(Text::Draft));
+    sheet
+}
+
+fn heading(words: &Words, text: Text) -> SheetBlock {
+    SheetBlock::Heading {
+        level: 1,
+        text: words.of(text),
+    }
+}
+
+fn paragraph(text: impl Into<String>) -> SheetBlock {
+    SheetBlock::Paragraph {
+        text: Run::text(text),
+    }
+}
+
+fn head(
+    words: &Words,
+    job: &CertificateJob,
+    content: &Content,
+    number: &str,
+    blocks: &mut Vec<SheetBlock>,
+) {
+    let file = &content.file;
+    let mut rows = Rows {
+        words,
+        rows: Vec::new(),
+    };
+    rows.text(Text::Number, Some(number));
+    let laboratory = file.laboratory.clone().unwrap_or_default();
+    rows.text(Text::Laboratory, laboratory.name.as_deref());
+    rows.text(Text::Address, Some(&laboratory.lines().join(", ")));
+    let customer = file.customer.clone().unwrap_or_default();
+    rows.text(Text::Customer, customer.name.as_deref());
+    rows.text(Text::Address, Some(&customer.lines().join(", ")));
+    rows.text(Text::Order, customer.order.as_deref());
+    let calibration = file.calibration.clone().unwrap_or_default();
+    let place = match calibration.place {
+        CalibrationPlace::Laboratory => Text::AtLaboratory,
+        CalibrationPlace::Customer => Text::AtCustomer,
+    };
+    rows.text(Text::Place, Some(&words.of(place)));
+    rows.number(Text::Received, calibration.received.as_deref());
+    let period = calibration
+        .begin
+        .as_ref()
+        .map(|begin| match &calibration.end {
+            Some(end) if end != begin => format!("{begin} … {end}"),
+            _ => begin.clone(),
+        });
+    rows.number(Text::Calibrated, period.as_deref());
+    rows.number(Text::Issued, content.issued.as_deref());
+    rows.number(Text::Due, calibration.due.as_deref());
+    blocks.push(rows.block());
+    if let Some(replaced) = &job.replaces {
+        let told = [
+            ("number", replaced.number.as_str()),
+            ("reason", replaced.reason.as_str()),
+        ];
+        // Number and reason are words of the laboratory, and keep their digits.
+        blocks.push(paragraph(Text::Replaces.with(words.language, &told)));
+    }
+
+    blocks.push(heading(words, Text::Item));
+    let item = file.item.clone().unwrap_or_default();
+    let mut rows = Rows {
+        words,
+        rows: Vec::new(),
+    };
+    let name = item
+        .name
+        .clone()
+        .unwrap_or_else(|| words.of(Text::Accelerometer));
+    rows.text(Text::Object, Some(&name));
+    rows.text(Text::Manufacturer, item.manufacturer.as_deref());
+    rows.text(Text::Model, item.model.as_deref());
+    rows.text(Text::Serial, item.serial.as_deref());
+    rows.text(Text::CustomerId, item.customer_id.as_deref());
+    rows.text(Text::Condition, item.condition.as_deref());
+    blocks.push(rows.block());
+
+    blocks.push(heading(words, Text::Method));
+    let mut rows = Rows {
+        words,
+        rows: Vec::new(),
+    };
+    // Numbers of standards keep their digits in every language.
+    rows.text(Text::Method, Some(content.method.of(words.language)));
+    rows.text(Text::Procedure, calibration.procedure.as_deref());
+    let none = words.of(Text::NoDeviations);
+    rows.text(
+        Text::Deviations,
+        Some(calibration.deviations.as_deref().unwrap_or(&none)),
+    );
+    blocks.push(rows.block());
+
+    blocks.push(heading(words, Text::Environment));
+    let mut rows = Rows {
+        words,
+        rows: Vec::new(),
+    };
+    if let Some(range) = content.temperature() {
+        rows.rows
+            .push((words.of(Text::Temperature), words.range(range, "°C")));
+    }
+    if let Some(range) = calibration.humidity {
+        rows.rows
+            .push((words.of(Text::Humidity), words.range(range, "%")));
+    }
+    let conditions = calibration
+        .conditions
+        .as_deref()
+        .or(content.conditions.as_deref());
+    rows.text(Text::Conditions, conditions);
+    blocks.push(rows.block());
+}
+
+fn traceability(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
+    blocks.push(heading(words, Text::Traceability));
+    blocks.push(paragraph(words.of(Text::TraceabilityStatement)));
+    let column = |text: Text| SheetColumn {
+        heading: Run::text(words.of(text)),
+        unit: String::new(),
+        align: SheetAlign::Text,
+    };
+    let rows = content.file.standards.iter();
+    let rows: Vec<Vec<String>> = rows
+        .map(|s| {
+            let until = s.valid_until.as_deref().unwrap_or("–");
+            vec![
+                s.name.clone(),
+                s.certificate.clone(),
+                s.issuer.clone(),
+                words.digits(until),
+            ]
+        })
+        .collect();
+    if !rows.is_empty() {
+        blocks.push(SheetBlock::Table {
+            caption: Vec::new(),
+            label: String::new(),
+            columns: vec![
+                column(Text::Standard),
+                column(Text::CertificateOfStandard),
+                column(Text::IssuedBy),
+                column(Text::ValidUntil),
+            ],
+            rows,
+            notes: Vec::new(),
+        });
+    }
+}
+
+fn results(words: &Words, content: &Content, figure: Option<String>, blocks: &mut Vec<SheetBlock>) {
+    blocks.push(heading(words, Text::Results));
+    let two = content.as_found.is_some();
+    if let Some(found) = &content.as_found {
+        blocks.push(SheetBlock::Heading {
+            level: 2,
+            text: words.of(Text::AsFound),
+        });
+        tables(words, found, blocks);
+        blocks.push(SheetBlock::Heading {
+            level: 2,
+            text: words.of(Text::AsLeft),
+        });
+    }
+    tables(words, &content.results, blocks);
+    if let (Some(svg), false) = (figure, two) {
+        blocks.push(SheetBlock::Figure {
+            caption: Run::text(words.of(Text::PlotCaption)),
+            label: String::new(),
+            svg,
+            alternative: words.of(Text::PlotCaption),
+        });
+    }
+}
+
+fn tables(words: &Words, stated: &StatedResults, blocks: &mut Vec<SheetBlock>) {
+    for table in &stated.tables {
+        blocks.push(over_frequency(words, table));
+    }
+    if !stated.singles.is_empty() {
+        blocks.push(singles(words, stated));
+    }
+}
+
+fn numbers(heading: impl Into<String>, unit: &str) -> SheetColumn {
+    SheetColumn {
+        heading: Run::text(heading),
+        unit: unit.to_owned(),
+        align: SheetAlign::Number,
+    }
+}
+
+/// The first numbers of the certificate as its page opens with them, with the digits of its tables.
+pub(super) fn key_figures(content: &Content, language: Language) -> Vec<KeyFigure> {
+    let words = Words {
+        language,
+        persian: false,
+    };
+    let note = |number: &StatedNumber| {
+        let probability = content.results.per_cent();
+        match &number.k {
+            Some(k) => format!("k = {k}, {probability}"),
+            None => probability,
+        }
+    };
+    let figure = |label: String, number: &StatedNumber, unit: &str| {
+        let value = match number.interval {
+            None => format!("{} ± {}", minus(&number.value), number.expanded),
+            Some(_) => format!("{} ({})", minus(&number.value), spread(&words, number)),
+        };
+        KeyFigure::new(label, value, unit).note(note(number))
+    };
+    let mut figures = Vec::new();
+    for table in &content.results.tables {
+        for (i, frequency) in table.frequency.iter().enumerate() {
+            for column in &table.columns {
+                let which = table.element.as_deref().unwrap_or_default();
+                let label = format!("{} {which} {frequency} Hz", words.of(column.meaning.text()));
+                let label: Vec<&str> = label.split_whitespace().collect();
+                figures.extend(
+                    column
+                        .numbers
+                        .get(i)
+                        .map(|n| figure(label.join(" "), n, &column.unit)),
+                );
+            }
+        }
+    }
+    let singles = content.results.singles.iter();
+    figures.extend(singles.map(|s| figure(s.words(language), &s.number, &s.unit)));
+    figures.truncate(6);
+    figures
+}
+
+/// U of a number, or its interval.
+fn spread(words: &Words, number: &StatedNumber) -> String {
+    match &number.interval {
+        None => words.number(&number.expanded),
+        Some([low, high]) => format!("{} … {}", words.number(low), words.number(high)),
+    }
+}
+
+fn over_frequency(words: &Words, table: &StatedTable) -> SheetBlock {
+    let mut columns = vec![numbers(words.of(Text::Frequency), "Hz")];
+    let mut rows: Vec<Vec<String>> = table
+        .frequency
+        .iter()
+        .map(|f| vec![words.number(f)])
+        .collect();
+    for column in &table.columns {
+        columns.push(numbers(words.of(column.meaning.text()), &column.unit));
+        columns.push(numbers("U", &column.unit));
+        columns.push(numbers("k", ""));
+        for (row, number) in rows.iter_mut().zip(&column.numbers) {
+            let k = number
+                .k
+                .as_deref()
+                .map_or_else(|| "–".to_owned(), |k| words.number(k));
+            row.extend([words.number(&number.value), spread(words, number), k]);
+        }
+    }
+    let is_transverse = table
+        .columns
+        .iter()
+        .any(|c| c.meaning == Meaning::Transverse);
+    let caption = match &table.element {
+        // S.xy: acceleration along x, output along y.
+        Some(element) => {
+            let mut letters = element.chars().map(|c| c.to_string());
+            let (axis, output) = (
+                letters.next().unwrap_or_default(),
+                letters.next().unwrap_or_default(),
+            );
+            words.with(
+                Text::SensitivityElement,
+                &[("element", element), ("output", &output), ("axis", &axis)],
+            )
+        }
+        None if is_transverse => words.of(Text::TransverseOverFrequency),
+        None => words.of(Text::SensitivityOverFrequency),
+    };
+    SheetBlock::Table {
+        caption: Run::text(caption),
+        label: String::new(),
+        columns,
+        rows,
+        notes: Vec::new(),
+    }
+}
+
+fn singles(words: &Words, stated: &StatedResults) -> SheetBlock {
+    let text = |text: Text| SheetColumn {
+        heading: Run::text(words.of(text)),
+        unit: String::new(),
+        align: SheetAlign::Text,
+    };
+    let rows = stated.singles.iter().map(|s| {
+        let k = s
+            .number
+            .k
+            .as_deref()
+            .map_or_else(|| "–".to_owned(), |k| words.number(k));
+        vec![
+            s.words(words.language),
+            words.number(&s.number.value),
+            spread(words, &s.number),
+            k,
+            s.unit.clone(),
+        ]
+    });
+    SheetBlock::Table {
+        caption: Run::text(words.of(Text::Parameters)),
+        label: String::new(),
+        columns: vec![
+            text(Text::Quantity),
+            numbers(words.of(Text::Value), ""),
+            numbers("U", ""),
+            numbers("k", ""),
+            text(Text::Unit),
+        ],
+        rows: rows.collect(),
+        notes: Vec::new(),
+    }
+}
+
+fn conformity(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
+    if content.decisions.is_empty() {
+        return;
+    }
+    blocks.push(heading(words, Text::Conformity));
+    for entry in &content.decisions {
+        let mut rows = Rows {
+            words,
+            rows: Vec::new(),
+        };
+        rows.text(
+            Text::Rule,
+            Some(&entry.rule(words.language, |r| words.digits(r))),
+        );
+        let limit = |l: Option<f64>| l.map(|l| format!("{} {}", minus(&l.to_string()), entry.unit));
+        rows.number(Text::LowerLimit, limit(entry.entry.lower).as_deref());
+        rows.number(Text::UpperLimit, limit(entry.entry.upper).as_deref());
+        rows.text(Text::Evidence, entry.entry.source.as_deref());
+        blocks.push(rows.block());
+        let text = |text: Text| SheetColumn {
+            heading: Run::text(words.of(text)),
+            unit: String::new(),
+            align: SheetAlign::Text,
+        };
+        let rows = entry.decisions.iter().map(|d| {
+            let word = if d.pass { Text::Pass } else { Text::Fail };
+            vec![d.quantity.clone(), words.of(word), words.digits(&d.risk)]
+        });
+        blocks.push(SheetBlock::Table {
+            caption: Vec::new(),
+            label: String::new(),
+            columns: vec![text(Text::Quantity), text(Text::Decision), text(Text::Risk)],
+            rows: rows.collect(),
+            notes: Vec::new(),
+        });
+    }
+}
+
+fn uncertainty(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
+    blocks.push(heading(words, Text::UncertaintyTitle));
+    let probability = words.digits(&content.results.per_cent());
+    for text in content.uncertainty_statement(words.language, &probability) {
+        blocks.push(paragraph(text));
+    }
+}
+
+fn remarks(words: &Words, digest: &str, content: &Content, blocks: &mut Vec<SheetBlock>) {
+    blocks.push(heading(words, Text::Remarks));
+    let own = content
+        .file
+        .calibration
+        .as_ref()
+        .and_then(|c| c.remarks.clone());
+    if let Some(remarks) = own {
+        blocks.push(paragraph(remarks));
+    }
+    blocks.push(paragraph(words.of(Text::Validity)));
+    let mut rows = Rows {
+        words,
+        rows: Vec::new(),
+    };
+    rows.text(
+        Text::Evidence,
+        Some(&format!("result.json, SHA-256 {digest}")),
+    );
+    blocks.push(rows.block());
+}

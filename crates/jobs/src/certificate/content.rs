@@ -1,0 +1,305 @@
+//! What a certificate is made of: the request put together with what the result states, and what is missing to it.
+
+use super::CertificateJob;
+use super::conformity::{self, DecidedEntry};
+use super::laboratory::CertificateFile;
+use super::results::{StatedResults, method};
+use super::texts::{Language, Text};
+use crate::StoredResult;
+use crate::trouble::{Result, Trouble};
+use proofmass_io::Input;
+use proofmass_uncertainty::Severity;
+use serde::Serialize;
+use std::path::Path;
+
+/// The content of a certificate as data.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Content {
+    /// Request, with maker, type and serial number of the result where it says none.
+    #[serde(flatten)]
+    pub(super) file: CertificateFile,
+    pub(super) issued: Option<String>,
+    #[serde(skip)]
+    pub(super) method: Text,
+    #[serde(skip)]
+    pub(super) norms: Vec<String>,
+    #[serde(rename = "temperature_of_the_result_degC")]
+    temperature: Option<f64>,
+    pub(super) conditions: Option<String>,
+    pub(super) results: StatedResults,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) as_found: Option<StatedResults>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) decisions: Vec<DecidedEntry>,
+    /// What is missing to a released certificate.
+    pub(super) missing: Vec<String>,
+}
+
+impl Content {
+    pub(super) fn of(
+        job: &CertificateJob,
+        result: &StoredResult,
+        as_found: Option<&StoredResult>,
+    ) -> Result<Self> {
+        let results = StatedResults::of(result)?;
+        if let Some(found) = as_found
+            && found.kind() != result.kind()
+        {
+            return Err(Trouble::request(format!(
+                "the result as found is of kind `{}`, that as left of kind `{}`",
+                found.kind(),
+                result.kind()
+            )));
+        }
+        contradiction(job, result)?;
+        let (text, norms) = method(result.kind()).unwrap_or((Text::Method, &[]));
+        let mut file = job.file.clone();
+        let device = &result.record().device;
+        let mut item = file.item.unwrap_or_default();
+        for (stated, of_result) in [
+            (&mut item.manufacturer, &device.manufacturer),
+            (&mut item.model, &device.model),
+            (&mut item.serial, &device.serial),
+        ] {
+            if let (Some(a), Some(b)) = (&*stated, of_result)
+                && a != b
+            {
+                return Err(Trouble::request(format!(
+                    "the item is {a:?}, but the result is one of {b:?}"
+                ))
+                .with_hint(
+                    "name the result of this item, or leave out what stands in the result",
+                ));
+            }
+            if stated.is_none() {
+                stated.clone_from(of_result);
+            }
+        }
+        file.item = Some(item);
+        let ambient = &result.record().ambient;
+        let mut content = Self {
+            decisions: conformity::decide(&file, result, &results)?,
+            file,
+            issued: job.issued.clone(),
+            method: text,
+            norms: norms.iter().map(|n| (*n).to_owned()).collect(),
+            temperature: ambient.temperature_deg_c,
+            conditions: ambient.description.clone(),
+            results,
+            as_found: as_found.map(StatedResults::of).transpose()?,
+            missing: Vec::new(),
+        };
+        content.missing = content.what_is_missing(result);
+        Ok(content)
+    }
+
+    pub(super) fn temperature(&self) -> Option<[f64; 2]> {
+        let stated = self.file.calibration.as_ref().and_then(|c| c.temperature);
+        stated.or(self.temperature.map(|t| [t, t]))
+    }
+
+    /// The statement on uncertainty, sentence by sentence.
+    pub(super) fn uncertainty_statement(
+        &self,
+        language: Language,
+        probability: &str,
+    ) -> Vec<String> {
+        let mut all = vec![
+            Text::UncertaintyStatement.with(language, &[("probability", probability)]),
+            Text::RoundingStatement.of(language).to_owned(),
+        ];
+        if self.results.has_intervals() {
+            all.push(Text::IntervalStatement.of(language).to_owned());
+        }
+        all.push(Text::CovarianceStatement.of(language).to_owned());
+        all
+    }
+
+    /// Everything that a released certificate needs and that is not there, each in one line.
+    fn what_is_missing(&self, result: &StoredResult) -> Vec<String> {
+        let mut missing = Vec::new();
+        let mut need = |there: bool, what: &str| {
+            if !there {
+                missing.push(what.to_owned());
+            }
+        };
+        let said = |text: Option<&String>| text.is_some_and(|t| !t.trim().is_empty());
+        for (contact, name) in [
+            (&self.file.laboratory, "laboratory"),
+            (&self.file.customer, "customer"),
+        ] {
+            let contact = contact.clone().unwrap_or_default();
+            need(
+                said(contact.name.as_ref()),
+                &format!("{name}.name: name of the {name}"),
+            );
+            need(
+                said(contact.town.as_ref()),
+                &format!("{name}.town: address of the {name}"),
+            );
+            need(
+                said(contact.country.as_ref()),
+                &format!("{name}.country: country of the {name}, two letters"),
+            );
+        }
+        let item = self.file.item.clone().unwrap_or_default();
+        need(
+            said(item.serial.as_ref()) || said(item.customer_id.as_ref()),
+            "item.serial or item.customer_id: what tells this item from its like",
+        );
+        need(said(item.model.as_ref()), "item.model: type of the item");
+        need(
+            said(item.condition.as_ref()),
+            "item.condition: condition on receipt",
+        );
+        let calibration = self.file.calibration.clone().unwrap_or_default();
+        need(
+            said(calibration.received.as_ref()),
+            "calibration.received: date of receipt",
+        );
+        need(
+            said(calibration.begin.as_ref()),
+            "calibration.begin: date of the calibration",
+        );
+        need(
+            self.temperature().is_some(),
+            "calibration.temperature_degC: environmental conditions",
+        );
+        need(self.issued.is_some(), "the date of issue");
+        need(
+            !self.file.signatories.is_empty(),
+            "signatories: who authorises the certificate",
+        );
+        need(
+            !self.file.standards.is_empty(),
+            "standards: the standards with their certificates",
+        );
+        let days = [
+            ("calibration.received", &calibration.received),
+            ("calibration.begin", &calibration.begin),
+            ("calibration.end", &calibration.end),
+            ("the date of issue", &self.issued),
+        ];
+        let known: Vec<(&str, &String)> = days
+            .iter()
+            .filter_map(|(n, d)| Some((*n, d.as_ref()?)))
+            .collect();
+        for pair in known.windows(2) {
+            if pair[0].1 > pair[1].1 {
+                missing.push(format!(
+                    "{} ({}) lies after {} ({})",
+                    pair[0].0, pair[0].1, pair[1].0, pair[1].1
+                ));
+            }
+        }
+        self.doubtful_standards(
+            result,
+            calibration.end.as_ref().or(calibration.begin.as_ref()),
+            &mut missing,
+        );
+        for finding in result
+            .findings()
+            .iter()
+            .filter(|f| f.severity() == Severity::Decision)
+        {
+            missing.push(format!(
+                "an open decision of the result: {} [{}]",
+                finding.what(),
+                finding.code()
+            ));
+        }
+        missing
+    }
+
+    /// Standards that had expired, that name no input of the result, and inputs that are standards and have no certificate.
+    fn doubtful_standards(
+        &self,
+        result: &StoredResult,
+        day: Option<&String>,
+        missing: &mut Vec<String>,
+    ) {
+        let inputs: Vec<&Input> = result
+            .record()
+            .inputs
+            .iter()
+            .flat_map(Input::files)
+            .collect();
+        let name_of = |input: &Input| {
+            let name = Path::new(&input.path).file_name();
+            name.map_or_else(|| input.path.clone(), |n| n.to_string_lossy().into_owned())
+        };
+        let is = |input: &Input, stated: &str| {
+            input.sha256 == stated || input.path == stated || name_of(input) == stated
+        };
+        for standard in &self.file.standards {
+            if let (Some(until), Some(day)) = (&standard.valid_until, day)
+                && until < day
+            {
+                missing.push(format!("an expired standard: the certificate {} of {} was valid until {until}, before {day}", standard.certificate, standard.name));
+            }
+            if let Some(stated) = &standard.input
+                && !inputs.iter().any(|i| is(i, stated))
+            {
+                missing.push(format!("an unknown standard: the result was not computed from {stated:?}, which {} names", standard.name));
+            }
+        }
+        // Tables of sensitivity and certificates among the inputs are standards.
+        let is_standard = |input: &&&Input| {
+            let name = name_of(input).to_ascii_lowercase();
+            name.starts_with("reference") || name.ends_with(".xml") || name == "calibration.json"
+        };
+        for input in inputs.iter().filter(is_standard) {
+            let known = self
+                .file
+                .standards
+                .iter()
+                .filter_map(|s| s.input.as_deref());
+            let mut known = known.filter(|stated| is(input, stated));
+            if known.next().is_none() {
+                missing.push(format!(
+                    "an unknown standard: the result was computed from {}, which no entry of [[standards]] names as its `input`",
+                    name_of(input)
+                ));
+            }
+        }
+    }
+
+    /// SHA-256 of the input that a standard names.
+    pub(super) fn digest_of(stated: &str, result: &StoredResult) -> Option<String> {
+        let mut inputs = result.record().inputs.iter().flat_map(Input::files);
+        let named = |i: &Input| {
+            i.sha256 == stated
+                || i.path == stated
+                || Path::new(&i.path).file_name().is_some_and(|n| n == stated)
+        };
+        inputs.find(|i| named(i)).map(|i| i.sha256.clone())
+    }
+}
+
+/// Refuses a k or a probability that the result does not have.
+fn contradiction(job: &CertificateJob, result: &StoredResult) -> Result<()> {
+    let Some(expected) = job.file.statement else {
+        return Ok(());
+    };
+    for q in super::results::stated(result) {
+        if let (Some(k), Some(wanted)) = (q.k, expected.coverage_factor)
+            && (k - wanted).abs() > 0.005
+        {
+            return Err(Trouble::request(format!(
+                "the certificate is to state k = {wanted}, but the result states {} with k = {k:.2}",
+                q.name
+            ))
+            .with_hint("calibrate with that k (`-k`), or leave statement.coverage_factor out: words do not change a result"));
+        }
+        if let Some(wanted) = expected.probability
+            && (q.probability - wanted).abs() > 5e-4
+        {
+            return Err(Trouble::request(format!(
+                "the certificate is to state intervals of {wanted}, but the result states {} at {}",
+                q.name, q.probability
+            ))
+            .with_hint("calibrate with that probability, or leave statement.probability out: words do not change a result"));
+        }
+    }
+    Ok(())
+}
