@@ -7,6 +7,7 @@ use typst_pdf::{PdfOptions, PdfStandard, PdfStandards, Timestamp};
 use typst_render::RenderOptions;
 
 use crate::error::{Error, Result};
+use crate::overflow;
 use crate::sheet::Sheet;
 use crate::world::Desk;
 
@@ -33,6 +34,7 @@ impl Document {
         if !compiled.warnings.is_empty() {
             return Err(inside(&compiled.warnings));
         }
+        overflow::check(&pages)?;
         let options = PdfOptions {
             ident: Smart::Custom(sheet.data.to_string()),
             creator: Smart::Custom(Some(format!(
@@ -107,14 +109,21 @@ fn culprit(sheet: &Sheet) -> Option<Error> {
         })
 }
 
-/// What no check foresaw.
+/// What no check foresaw. The layout itself says what is wrong in three lines: place, what, remedy.
 fn inside(messages: &[SourceDiagnostic]) -> Error {
     let first = messages
         .first()
         .map(|m| m.message.to_string())
         .unwrap_or_default();
-    Error::new(
-        format!("the sheet cannot be laid out: {first}"),
-        "shorten what does not fit; if nothing is odd about the sheet, report it with the sheet",
-    )
+    let lines: Vec<&str> = first
+        .trim_start_matches("assertion failed: ")
+        .lines()
+        .collect();
+    match lines[..] {
+        [place, what, remedy] => Error::new(what, remedy).at(place),
+        _ => Error::new(
+            format!("the sheet cannot be laid out: {first}"),
+            "simplify what is unusual about it; if nothing is, report it with the sheet",
+        ),
+    }
 }

@@ -6,6 +6,7 @@ mod error;
 mod fonts;
 mod mathematics;
 mod output;
+mod overflow;
 mod place;
 mod sheet;
 mod world;

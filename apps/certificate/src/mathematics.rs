@@ -98,6 +98,13 @@ fn walk(node: &SyntaxNode, place: &Place, source: &str) -> Result<()> {
             "put words in quotation marks, as U_\"rel\", and letters that are multiplied apart, as k u",
         ));
     }
+    // Of `arrow.r` the first name alone stands in the mathematics.
+    let names = if node.kind() == K::MathFieldAccess {
+        1
+    } else {
+        usize::MAX
+    };
     node.children()
+        .take(names)
         .try_for_each(|child| walk(child, place, source))
 }

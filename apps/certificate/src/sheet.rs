@@ -1,6 +1,8 @@
 //! A sheet: a certificate as data, every word of it already written. Read once, checked throughout, handed to the layout as
 //! data; nothing of it ever becomes markup.
 
+use std::collections::HashSet;
+
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
@@ -85,6 +87,8 @@ struct Reader {
     files: Vec<File>,
     formulas: Vec<(String, String)>,
     level: i64,
+    /// Names of attachments.
+    names: HashSet<String>,
 }
 
 impl Reader {
@@ -319,6 +323,15 @@ impl Reader {
             return Err(name.error(
                 format!("\"{}\" is no name of a file", name.text()?.escape_debug()),
                 "use a name without folders, as result.json",
+            ));
+        }
+        if !self.names.insert(name.text()?.to_owned()) {
+            return Err(name.error(
+                format!(
+                    "the name \"{}\" is taken by another attachment",
+                    name.text()?
+                ),
+                "give each attachment a name of its own",
             ));
         }
         let media_type = attachment.member("media_type")?;
