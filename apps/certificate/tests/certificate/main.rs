@@ -2,6 +2,7 @@
 //!
 //! The words are read back by `pdftotext` of poppler; where that is not installed, the tests that need it say so.
 
+mod alignment;
 mod attachments;
 mod refusals;
 mod same_bytes;
