@@ -1,9 +1,11 @@
 //! Runs the program on a sheet.
 
+use std::collections::HashMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::sync::{LazyLock, OnceLock};
 
 use serde_json::Value;
 
@@ -42,19 +44,25 @@ pub fn run(sheet: &[u8], arguments: &[&str]) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// The PDF of a sheet of `tests/sheets`.
+/// The PDF of a sheet of `tests/sheets`, which is made once for all tests.
 pub fn typeset(name: &str, folder: &Path) -> PathBuf {
+    static MADE: LazyLock<HashMap<&str, OnceLock<Vec<u8>>>> =
+        LazyLock::new(|| SHEETS.map(|name| (name, OnceLock::new())).into());
     let pdf = folder.join(format!("{name}.pdf"));
-    let output = program()
-        .arg(path(name))
-        .arg("-o")
-        .arg(&pdf)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{name}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let bytes = MADE[name].get_or_init(|| {
+        let output = program()
+            .arg(path(name))
+            .arg("-o")
+            .arg(&pdf)
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success(),
+            "{name}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        fs::read(&pdf).unwrap()
+    });
+    fs::write(&pdf, bytes).unwrap();
     pdf
 }
