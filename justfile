@@ -71,3 +71,7 @@ instructions:
 # The Python package: its tests, then wheel and source archive as they are published.
 wheel:
     .ci/python --wheel
+
+# The typesetter of certificates: its tests.
+certificate:
+    .ci/certificate

@@ -22,14 +22,17 @@ def allowed(expression):
     )
 
 
-metadata = json.loads(
-    subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--locked", "--all-features"], text=True)
-)
-refused = [
-    f"{p['name']} {p['version']}: {p['license']}"
-    for p in metadata["packages"]
-    if not (p["license"] and allowed(p["license"]))
-]
+# The workspace, and those apart from it that ship something.
+LOCKS = ["Cargo.toml", "apps/certificate/Cargo.toml"]
+
+
+def packages(manifest):
+    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--all-features", "--manifest-path", manifest]
+    return json.loads(subprocess.check_output(command, text=True))["packages"]
+
+
+found = {(p["name"], p["version"]): p["license"] for manifest in LOCKS for p in packages(manifest)}
+refused = [f"{name} {version}: {licence}" for (name, version), licence in found.items() if not (licence and allowed(licence))]
 if refused:
     sys.exit("licences to decide on:\n  " + "\n  ".join(refused))
-print(f"{len(metadata['packages'])} packages, licences good")
+print(f"{len(found)} packages, licences good")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`rust-version` of the workspace must be at least that of every dependency, or it is a promise nobody can keep."""
+"""`rust-version` of a workspace must be at least that of every dependency, or it is a promise nobody can keep."""
 
 import json
 import subprocess
@@ -11,20 +11,24 @@ def version(text):
     return tuple(parts + [0] * (3 - len(parts)))
 
 
-metadata = json.loads(
-    subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--locked", "--all-features"], text=True)
-)
-members = set(metadata["workspace_members"])
-packages = metadata["packages"]
-promised = {p["rust_version"] for p in packages if p["id"] in members and p["rust_version"]}
-if len(promised) != 1:
-    sys.exit(f"the packages promise different versions: {sorted(promised)}")
-promised = promised.pop()
-newer = [
-    f"{p['name']} {p['version']} needs {p['rust_version']}"
-    for p in packages
-    if p["id"] not in members and version(p["rust_version"]) > version(promised)
-]
-if newer:
-    sys.exit(f"rust-version = {promised} cannot hold:\n  " + "\n  ".join(newer))
-print(f"rust-version {promised} holds for all {len(packages)} packages")
+def check(manifest):
+    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--all-features", "--manifest-path", manifest]
+    metadata = json.loads(subprocess.check_output(command, text=True))
+    members = set(metadata["workspace_members"])
+    packages = metadata["packages"]
+    promised = {p["rust_version"] for p in packages if p["id"] in members and p["rust_version"]}
+    if len(promised) != 1:
+        sys.exit(f"{manifest}: the packages promise different versions: {sorted(promised)}")
+    promised = promised.pop()
+    newer = [
+        f"{p['name']} {p['version']} needs {p['rust_version']}"
+        for p in packages
+        if p["id"] not in members and version(p["rust_version"]) > version(promised)
+    ]
+    if newer:
+        sys.exit(f"{manifest}: rust-version = {promised} cannot hold:\n  " + "\n  ".join(newer))
+    print(f"{manifest}: rust-version {promised} holds for all {len(packages)} packages")
+
+
+check("Cargo.toml")
+check("apps/certificate/Cargo.toml")
