@@ -33,9 +33,9 @@ pub(crate) struct Noise {
     recording: Option<PathBuf>,
     #[command(flatten)]
     reading: NoiseReading,
-    /// Statistics, the first is plotted: adev, oadev, mdev, tdev, hdev, totdev, theo1, pdev, mtie and more with --help
+    /// Statistics, the first is plotted: adev, oadev, mdev, tdev, hdev, totdev, theo1, pdev and more with --help
     ///
-    /// All: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh, pdev, tierms, mtie.
+    /// All: adev, oadev, mdev, tdev, hdev, ohdev, totdev, mtotdev, ttotdev, htotdev, theo1, theoh, pdev.
     #[arg(
         long,
         value_name = "A,B,…",

@@ -101,6 +101,7 @@ fn known_coefficients_lie_in_their_intervals() {
             "imu.yaml",
             "kalibr_imu_chain.yaml",
             "manifest.json",
+            "readings.csv",
             "report.html",
             "result.json",
             "spectrum.csv",

@@ -9,7 +9,7 @@ use crate::record::NoiseRecord;
 use crate::steps::Steps;
 use crate::{
     Bias, EdfFormula, NoiseType, Statistic, Taus, allan, chi_square_interval, equivalent_dof,
-    hadamard, theo, time_error, total,
+    hadamard, parabolic, theo, total,
 };
 use proofmass_core::{Error, Watch};
 use rayon::prelude::*;
@@ -238,12 +238,11 @@ pub(crate) fn curve_of(
         .zip(noises)
         .map(|((index, &m), (noise, basis))| {
             steps.check()?;
-            let (mut sum, mut terms, mut largest) = (0.0, 0, 0.0_f64);
+            let (mut sum, mut terms) = (0.0, 0);
             for part in &parts {
                 if let Some((square, count)) = part.squares[index] {
                     sum += square * count as f64;
                     terms += count;
-                    largest = largest.max(square);
                 }
             }
             let ratio = match options.bias {
@@ -256,15 +255,10 @@ pub(crate) fn curve_of(
             let tau = statistic.tau(m, sample_rate);
             let scale = match statistic {
                 Statistic::Time | Statistic::TimeTotal => tau / 3.0_f64.sqrt(),
-                Statistic::TimeIntervalError | Statistic::MaximumTimeIntervalError => {
-                    1.0 / sample_rate
-                }
                 _ => 1.0,
             };
             let square = if parts.len() == 1 {
                 parts[0].squares[index].map_or(0.0, |s| s.0)
-            } else if statistic == Statistic::MaximumTimeIntervalError {
-                largest
             } else {
                 sum / f64::max(terms as f64, 1.0)
             };
@@ -403,9 +397,7 @@ fn mean_square(
         Statistic::ModifiedTotal | Statistic::TimeTotal => total::modified_total(phase, m, steps),
         Statistic::HadamardTotal => total::hadamard_total(phase, m, steps),
         Statistic::Theo1 => theo::theo1(phase, m, steps),
-        Statistic::Parabolic => time_error::parabolic(phase, m),
-        Statistic::TimeIntervalError => time_error::interval_error(phase, m),
-        Statistic::MaximumTimeIntervalError => time_error::maximum_interval_error(phase, m),
+        Statistic::Parabolic => parabolic::parabolic(phase, m),
     }
 }
 

@@ -58,9 +58,7 @@ pub fn equivalent_dof(
         Statistic::HadamardTotal => hadamard_total(alpha, m, n, formula),
         Statistic::Theo1 => theo1(alpha, m, n),
         // Nothing simple is published.
-        Statistic::Parabolic
-        | Statistic::TimeIntervalError
-        | Statistic::MaximumTimeIntervalError => None,
+        Statistic::Parabolic => None,
     };
     edf.filter(|edf| edf.is_finite() && *edf > 0.0)
 }

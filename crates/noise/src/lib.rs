@@ -54,6 +54,7 @@ mod converter;
 mod cosine_spectrum;
 mod curve_findings;
 mod curve_model;
+mod curve_reading;
 mod deviation;
 mod disturbance;
 mod disturbance_findings;
@@ -75,6 +76,7 @@ mod markov;
 mod model;
 mod noise_type;
 mod overlapping;
+mod parabolic;
 mod phase;
 mod profile;
 mod quick_fit;
@@ -92,7 +94,7 @@ mod taus;
 mod temperature_effect;
 mod term_density;
 mod theo;
-mod time_error;
+mod three_sensors;
 mod total;
 mod unit_comparison;
 mod units;
@@ -111,6 +113,7 @@ pub use coefficients::{
 pub use comparison::{CheckedLimit, ComparedChannel, ComparedTerm, UnitComparison, compare_units};
 pub use consistency::{ConsistencyPoint, FittedPoint, consistency};
 pub use converter::{ConverterTrace, converter_traces};
+pub use curve_reading::{CurveReading, curve_readings};
 pub use deviation::{
     DeviationCurve, DeviationOptions, DeviationPoint, allan_deviation, deviation,
     deviation_stretches, deviation_watched,
@@ -137,7 +140,7 @@ pub use statistic::Statistic;
 pub use streaming::StreamingAllan;
 pub use taus::Taus;
 pub use temperature_effect::TemperatureSensitivity;
-pub use time_error::{groslambert_covariance, three_cornered_hat};
+pub use three_sensors::{groslambert_covariance, three_cornered_hat};
 pub use unit_comparison::{TermComparison, equal_coefficients};
 pub use units::{Conservative, InUnit, KalmanNoise, Sensor, conservative, in_units, kalman_noise};
 pub use whittle::{whittle, whittle_record, whittle_stretches};

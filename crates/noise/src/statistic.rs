@@ -35,15 +35,11 @@ pub enum Statistic {
     TheoHybrid,
     /// PDEV, the parabolic deviation: as MDEV tells white from flicker phase noise, with less scatter.
     Parabolic,
-    /// TIE rms, the root mean square change of the phase over τ, in U·s.
-    TimeIntervalError,
-    /// MTIE, the largest range of the phase within any stretch of length τ, in U·s.
-    MaximumTimeIntervalError,
 }
 
 impl Statistic {
     /// Every statistic, in the order of the documentation.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 13] = [
         Self::Allan,
         Self::OverlappingAllan,
         Self::ModifiedAllan,
@@ -57,8 +53,6 @@ impl Statistic {
         Self::Theo1,
         Self::TheoHybrid,
         Self::Parabolic,
-        Self::TimeIntervalError,
-        Self::MaximumTimeIntervalError,
     ];
 
     /// Usual abbreviation.
@@ -77,17 +71,12 @@ impl Statistic {
             Self::Theo1 => "THEO1",
             Self::TheoHybrid => "THEOH",
             Self::Parabolic => "PDEV",
-            Self::TimeIntervalError => "TIERMS",
-            Self::MaximumTimeIntervalError => "MTIE",
         }
     }
 
     /// Whether it is a time and not a rate: in U·s.
     pub fn is_time(self) -> bool {
-        matches!(
-            self,
-            Self::Time | Self::TimeTotal | Self::TimeIntervalError | Self::MaximumTimeIntervalError
-        )
+        matches!(self, Self::Time | Self::TimeTotal)
     }
 
     /// Unit of a deviation of a rate in this unit: itself, or times s.
@@ -115,7 +104,6 @@ impl Statistic {
         match self {
             Self::Allan | Self::OverlappingAllan => (1, n / 2),
             Self::Parabolic => (1, n.saturating_sub(1) / 2),
-            Self::TimeIntervalError | Self::MaximumTimeIntervalError => (1, n),
             Self::ModifiedAllan | Self::Time | Self::ModifiedTotal | Self::TimeTotal => {
                 (1, (n + 1) / 3)
             }
@@ -132,7 +120,6 @@ impl Statistic {
         match self {
             Self::Allan | Self::OverlappingAllan => 2 * m + 1,
             Self::Parabolic => 2 * m + 2,
-            Self::TimeIntervalError | Self::MaximumTimeIntervalError => m + 1,
             Self::ModifiedAllan | Self::Time | Self::ModifiedTotal | Self::TimeTotal => 3 * m,
             Self::Hadamard | Self::OverlappingHadamard | Self::HadamardTotal => 3 * m + 1,
             Self::Total => m + 2,

@@ -277,44 +277,6 @@ fn published_phase_dat_theo1() {
     );
 }
 
-/// TIE rms and MTIE of every row: factor, τ, number, value.
-#[test]
-#[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]
-fn published_phase_dat_time_errors() {
-    let phase = phase_dat();
-    for (name, statistic) in [
-        ("phase_dat_tierms.txt", Statistic::TimeIntervalError),
-        ("phase_dat_mtie.txt", Statistic::MaximumTimeIntervalError),
-    ] {
-        let bytes = fs::read(reference_data("allan-reference/phasedat").join(name)).unwrap();
-        let mut rows = 0;
-        for line in String::from_utf8_lossy(&bytes).lines() {
-            let numbers: Vec<f64> = line
-                .split_whitespace()
-                .map_while(|f| f.parse().ok())
-                .collect();
-            let [factor, _, terms, printed] = numbers[..] else {
-                continue;
-            };
-            let options = DeviationOptions {
-                taus: Taus::Factors(vec![factor as usize]),
-                ..Default::default()
-            };
-            let curve = deviation(NoiseRecord::Phase(&phase), 1.0, statistic, &options).unwrap();
-            let point = curve.points[0];
-            let resolution = 0.5 * 10_f64.powf(printed.log10().floor() - 4.0);
-            assert!(
-                (point.deviation - printed).abs() <= 1.02 * resolution,
-                "{name} m = {factor}: {} against {printed}",
-                point.deviation
-            );
-            assert_eq!(point.terms as f64, terms, "{name} m = {factor}");
-            rows += 1;
-        }
-        assert!(rows > 8, "{name}: {rows} rows");
-    }
-}
-
 /// Wherever 30 averages are left, the identified noise type is the one the table states.
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]

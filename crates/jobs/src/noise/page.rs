@@ -7,9 +7,9 @@ use crate::page::stability::stability as with_intervals;
 use figures::{over_time, spectrum, stability, time};
 use proofmass_io::StatedQuantity;
 use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term};
-use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot, scientific};
+use proofmass_report::{Axis, Block, KeyFigure, Report, Section, Series, XyPlot, scientific};
 use proofmass_signal::Trace;
-use tables::{coefficients, deviations, disturbances, robust, units};
+use tables::{coefficients, deviations, disturbances, readings, robust, units};
 
 /// Coefficients that open the page.
 const ANSWERS: usize = 9;
@@ -28,6 +28,9 @@ pub(super) fn add(
         .summarised();
     if let Some(table) = robust(analysis) {
         section = section.table(table);
+    }
+    if let Some(table) = readings(analysis) {
+        section = section.folded("Read off the curve", [Block::Table(table)]);
     }
     let page = page
         .verdict(verdict(analysis))

@@ -3,9 +3,10 @@
 use crate::page::columns::{filed, number};
 use crate::page::words::words;
 use proofmass_noise::{
-    Analysis, ChannelAnalysis, Coefficient, CoefficientFit, DeviationCurve, DeviationPoint,
-    Disturbance, DisturbanceKind, DynamicWindow, FittedPoint, NoiseType, Reason, RobustFit,
-    SeparatedPoint, SpectrumPoint, TemperatureSensitivity, Term, Verdict,
+    Analysis, ChannelAnalysis, Coefficient, CoefficientFit, CurveReading, DeviationCurve,
+    DeviationPoint, Disturbance, DisturbanceKind, DynamicWindow, FittedPoint, NoiseType, Reason,
+    RobustFit, SeparatedPoint, SpectrumPoint, TemperatureSensitivity, Term, Verdict,
+    curve_readings,
 };
 use proofmass_report::Rounding::{Decimals, Freedom, Signed, Significant};
 use proofmass_report::{Cell, Field, Table, scientific};
@@ -165,6 +166,63 @@ pub(super) fn coefficients(analysis: &Analysis) -> Table {
              end is the limit.",
             scientific(1.0 / rate, 1).trim_end_matches(".0")
         ))
+}
+
+/// A reading of the curve with the coefficient that the likelihood states.
+type ReadLine<'a> = (&'a ChannelAnalysis, CurveReading, Option<&'a Verdict>);
+
+fn read_lines(analysis: &Analysis) -> Vec<ReadLine<'_>> {
+    let of = |channel: &'_ ChannelAnalysis| channel.curve.as_ref().map(curve_readings);
+    let mut lines = Vec::new();
+    for channel in &analysis.channels {
+        for reading in of(channel).unwrap_or_default() {
+            let fitted = channel.whittle.iter().flat_map(|fit| &fit.coefficients);
+            let stated = fitted
+                .filter(|c| c.term == reading.term)
+                .map(|c| &c.verdict);
+            lines.push((channel, reading, stated.last()));
+        }
+    }
+    lines
+}
+
+/// What is read off the curve by its slopes, as data sheets quote it; `None` where nothing is.
+pub(super) fn readings(analysis: &Analysis) -> Option<Table> {
+    let lines = read_lines(analysis);
+    if lines.is_empty() {
+        return None;
+    }
+    let fields = [
+        Field::new("channel", |(c, ..): &ReadLine<'_>| c.name.as_str().into()).page("channel", ""),
+        Field::new("term", |(_, r, _): &ReadLine<'_>| r.term.symbol().into())
+            .page("coefficient", ""),
+        Field::new("value", |(_, r, _): &ReadLine<'_>| r.value.into())
+            .page("read off the curve", "")
+            .rounded(Significant(3)),
+        Field::shown("by likelihood", "", |(_, _, v): &ReadLine<'_>| {
+            v.map(|v| Cell::printed(v.value(), in_words(v, false)[0].as_str()))
+                .unwrap_or_default()
+        }),
+        Field::new("unit", |(c, r, _): &ReadLine<'_>| {
+            r.term.unit(&c.unit).into()
+        })
+        .page("unit", ""),
+        Field::new("from_s", |(_, r, _): &ReadLine<'_>| r.taus[0].into())
+            .page("from", "s")
+            .rounded(Significant(3)),
+        Field::new("to_s", |(_, r, _): &ReadLine<'_>| r.taus[1].into())
+            .page("to", "s")
+            .rounded(Significant(3)),
+    ];
+    let table = Table::of(
+        "Read off the Allan curve by its slopes, as data sheets quote it",
+        fields,
+        lines,
+    );
+    Some(table.file("readings.csv").note(
+        "N: stretch of slope −½, at 1 s. B: minimum over 0.664. K: stretch of slope +½, at 3 s (IEEE 952). Without intervals, and with whatever \
+         else bends the curve there; a stretch that the curve does not show is left out.",
+    ))
 }
 
 /// Tables that only files have.
