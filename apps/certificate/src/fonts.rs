@@ -27,9 +27,14 @@ const INVISIBLE: [char; 6] = [
     '\u{ad}', '\u{200b}', '\u{200c}', '\u{200d}', '\u{200e}', '\u{200f}',
 ];
 
+/// Whether nothing of it is seen.
+pub fn is_invisible(character: char) -> bool {
+    INVISIBLE.contains(&character)
+}
+
 /// Whether a text can be set with this character in it. What the font of the text lacks comes from another of them.
 pub fn have(character: char) -> bool {
-    INVISIBLE.contains(&character)
+    is_invisible(character)
         || FONTS
             .iter()
             .any(|font| font.info().coverage.contains(u32::from(character)))

@@ -12,10 +12,14 @@ pub(super) fn text(place: &Place) -> Result<()> {
     glyphs(place)
 }
 
-/// A text that is not empty.
+/// A text in which something can be seen.
 pub(super) fn filled(place: &Place) -> Result<()> {
     text(place)?;
-    if place.text()?.trim().is_empty() {
+    if place
+        .text()?
+        .chars()
+        .all(|c| c.is_whitespace() || fonts::is_invisible(c))
+    {
         return Err(place.error("the text is empty", "write what is to be printed there"));
     }
     Ok(())

@@ -94,8 +94,12 @@ fn refuses_missing_unknown_and_mistyped_fields() {
         &["a text is needed here, not a number", ": title"],
     );
     refuses(
-        |s| s["title"] = json!(" "),
+        |s| s["title"] = json!(" \u{200b}"),
         &["the text is empty", ": title"],
+    );
+    refuses(
+        |s| s["watermark"] = json!(""),
+        &["the text is empty", ": watermark"],
     );
     refuses(
         |s| s["blocks"][0]["kind"] = json!("poem"),
