@@ -28,7 +28,7 @@ def test_a_recall_has_the_effect_of_the_error(filed):
     (result,) = recall["results"]
     assert len(result["effects"]) == 7
     for effect in result["effects"]:
-        assert effect["relative"] == pytest.approx(0.01, rel=1e-3)
+        assert effect["relative"] == pytest.approx(-0.01, rel=1e-3)
 
 
 def test_devices_and_histories_are_data(filed):

@@ -121,7 +121,7 @@ struct Check {
 struct Recall {
     /// Serial number, owner's number or number here (#12) of the standard
     standard: String,
-    /// Relative error that was found, in percent
+    /// Relative error of its sensitivity in percent, measured over certificate: 1.5 where it is 1.5 % larger than its certificate says
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
     error: Option<f64>,
     /// First day [default: the last good check before the failed one, else the certificate]
@@ -139,9 +139,11 @@ struct Recall {
 }
 
 /// State that a result no longer counts, and why
+///
+/// A check, an event, a certificate, a rule or an earlier supersession is taken back in the same way.
 #[derive(clap::Args)]
 struct Supersede {
-    /// Number of the result
+    /// Number of the result, or of another entry, as it was printed when it was added
     result: i64,
     /// Why
     #[arg(long, value_name = "TEXT")]
@@ -188,11 +190,38 @@ fn show(json: bool, page: &Report, data: &impl Serialize) -> Result<(), Failure>
 }
 
 /// Writes a page where one is asked for.
-fn write_page(place: Option<&Path>, page: &Report) -> Result<(), Failure> {
+fn write_page(place: Option<&Path>, page: &Report, records: &str) -> Result<(), Failure> {
     if let Some(place) = place {
-        give::write_file(place, proofmass::report::html::render(page)?.as_bytes())?;
+        let html = proofmass::report::html::render(page)?;
+        // A page of ours may be written anew.
+        let ours = std::fs::read(place).map(|old| old.starts_with(give::PAGE));
+        if let Ok(false) = ours {
+            return Err(
+                Failure::new(format!("{} is there already, and no page", place.display()))
+                    .hint("name another file"),
+            );
+        }
+        give::write_file(place, html.as_bytes(), records, true)?;
     }
     Ok(())
+}
+
+/// Records that are made where there are none; a command that fails leaves no empty ones behind.
+fn made<T>(
+    place: &str,
+    work: impl FnOnce(&mut Ledger) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let is_new = !place.contains("://") && !Path::new(place).exists();
+    let mut records = Ledger::open_or_make(place)?;
+    let done = work(&mut records);
+    if done.is_err() && is_new && records.entries(1).is_ok_and(|entries| entries.is_empty()) {
+        drop(records);
+        for end in ["", "-wal", "-shm"] {
+            let _ = std::fs::remove_file(format!("{place}{end}"));
+        }
+        let _ = std::fs::remove_dir_all(format!("{place}.files"));
+    }
+    done
 }
 
 impl Records {
@@ -224,7 +253,7 @@ impl Records {
                 let mut records = Ledger::open(&place)?;
                 let device = records.device(&history.device)?;
                 let page = page::history(&mut records, device, history.quantity.as_deref())?;
-                write_page(history.html.as_deref(), &page)?;
+                write_page(history.html.as_deref(), &page, &place)?;
                 show(
                     history.json,
                     &page.of(proofmass::report::Place::Summary),
@@ -245,8 +274,9 @@ impl Records {
                 }
             }
             Command::Check(check) => check.run(&mut Ledger::open(&place)?)?,
-            Command::Recall(recall) => recall.run(&mut Ledger::open(&place)?, &today)?,
+            Command::Recall(recall) => recall.run(&mut Ledger::open(&place)?, &place, &today)?,
             Command::Supersede(s) => {
+                let what = Ledger::open(&place)?.named_entry(s.result)?;
                 let superseded = FiledSupersession {
                     old: s.result,
                     new: s.by_result,
@@ -258,9 +288,9 @@ impl Records {
                     Content::Supersession(superseded),
                 )?;
                 filed.findings.iter().for_each(console::finding);
-                console::note(format!("result {} no longer counts", s.result));
+                console::note(format!("{what} no longer counts"));
             }
-            Command::Export(export) => export.run(&mut Ledger::open(&place)?, &today)?,
+            Command::Export(export) => export.run(&mut Ledger::open(&place)?, &place, &today)?,
             Command::Backup(backup) => backup.run(&mut Ledger::open(&place)?)?,
             Command::Upgrade(_) => match Ledger::upgrade(&place)? {
                 Some(copy) => {
@@ -333,14 +363,14 @@ impl Check {
 }
 
 impl Recall {
-    fn run(self, records: &mut Ledger, today: &str) -> Result<(), Failure> {
+    fn run(self, records: &mut Ledger, place: &str, today: &str) -> Result<(), Failure> {
         let standard = records.device(&self.standard)?;
         let until = day_of(self.until.as_deref().unwrap_or(today))?;
         let since = self.since.as_deref().map(day_of).transpose()?;
         let error = self.error.map(|percent| percent / 100.0);
         let recall = records.recall(standard, until, since, error)?;
         let page = page::recall(&recall);
-        write_page(self.html.as_deref(), &page)?;
+        write_page(self.html.as_deref(), &page, place)?;
         show(
             self.json,
             &page.of(proofmass::report::Place::Summary),
@@ -351,8 +381,6 @@ impl Recall {
 
 impl Import {
     fn run(self, place: &str, today: &str) -> Result<Outcome, Failure> {
-        let mut records = Ledger::open_or_make(place)?;
-        let (mut filed, mut known, mut refused) = (0, 0, 0);
         if let Some(gone) = self.places.iter().find(|place| !place.exists()) {
             return Err(Failure::new(format!(
                 "{}: there is no such file or folder",
@@ -360,8 +388,15 @@ impl Import {
             ))
             .hint("name folders of results, a table (.csv), or an exported folder"));
         }
+        made(place, |records| self.add_to(records, today))
+    }
+
+    fn add_to(&self, records: &mut Ledger, today: &str) -> Result<Outcome, Failure> {
+        let (mut filed, mut known, mut refused) = (0, 0, 0);
+        let mut whole = false;
         for given in &self.places {
             if given.join("entries.jsonl").is_file() {
+                whole = true;
                 let count = records.import_folder(given)?;
                 console::note(format!("{count} entries from {}", given.display()));
                 continue;
@@ -402,9 +437,15 @@ impl Import {
                 }
             }
         }
-        console::note(format!(
-            "{filed} filed, {known} here already, {refused} refused"
-        ));
+        if !whole || filed + known + refused > 0 {
+            console::note(format!(
+                "{filed} filed, {known} here already, {refused} refused"
+            ));
+        }
+        if !whole && filed + known + refused == 0 {
+            return Err(Failure::new("no result was found there")
+                .hint("a result is a folder with result.json; a table ends in .csv, a digital certificate in .xml"));
+        }
         match refused {
             0 => Ok(Outcome::Done),
             n => Err(Failure::new(format!("{n} results were not filed"))

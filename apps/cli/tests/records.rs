@@ -82,7 +82,7 @@ fn law_from_the_standard_to_the_recall() {
         .as_f64()
         .unwrap();
     assert!(
-        (effect / 1e-4 - 1.0).abs() < 0.01,
+        (effect / -1e-4 - 1.0).abs() < 0.01,
         "one per cent of 10 mV/(m/s²): {effect}"
     );
     let check = printed(&records(&place, &["check", "--recompute", "4"]));
@@ -145,4 +145,50 @@ fn refuses_a_device_twice_and_what_is_not_there() {
     let gone = folder.path().join("gone.csv");
     let import = ["records", "import", text(&gone), "--records", text(&lab)];
     assert!(refuse(&import).contains("no such file or folder"));
+}
+
+#[test]
+fn law_a_page_never_replaces_the_records_nor_a_file_of_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    let place = at("lab.records");
+    succeed(&records(&place, &["add", "standard", "--serial", "R-7"]));
+    let before = std::fs::read(&place).unwrap();
+    let refused = refuse(&records(&place, &["recall", "R-7", "--html", &place]));
+    assert!(refused.contains("lab.records"), "{refused}");
+    let forced = ["export", "--json", "--force", "-o", &place];
+    refuse(&records(&place, &forced));
+    assert_eq!(std::fs::read(&place).unwrap(), before);
+    let other = at("other.txt");
+    std::fs::write(&other, "mine").unwrap();
+    refuse(&records(&place, &["recall", "R-7", "--html", &other]));
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "mine");
+    let page = at("recall.html");
+    for _ in 0..2 {
+        succeed(&records(&place, &["recall", "R-7", "--html", &page]));
+    }
+    // A command that fails leaves no empty records behind, and empty ones are not taken for new.
+    let empty = at("empty.records");
+    refuse(&records(
+        &empty,
+        &[
+            "add",
+            "check",
+            "R",
+            "--value",
+            "1",
+            "--u",
+            "1",
+            "--reference",
+            "1",
+            "--u-reference",
+            "1",
+            "--unit",
+            "V",
+        ],
+    ));
+    assert!(!Path::new(&empty).exists());
+    std::fs::write(&empty, "").unwrap();
+    let refused = refuse(&records(&empty, &["add", "device", "--serial", "1"]));
+    assert!(refused.contains("is empty"), "{refused}");
 }

@@ -35,11 +35,12 @@ impl FiledCertificate {
         };
         let table = match read(None) {
             Ok(read) => read.table,
-            Err(first) => match read(Some(COVERAGE)) {
+            // Where k is what lacks, the second reading says what else does.
+            Err(_) => match read(Some(COVERAGE)) {
                 Ok(read) => read.table,
                 // A certificate of another quantity is kept as it is.
                 Err(_) if is(".xml") => return Ok(self),
-                Err(_) => return Err(first),
+                Err(other) => return Err(other),
             },
         };
         let each: Vec<[f64; 2]> = table

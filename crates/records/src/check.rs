@@ -127,6 +127,13 @@ impl Records {
         Ok(check)
     }
 
+    /// Kept files that are gone or changed, and signatures that do not hold.
+    pub(crate) fn damaged_files(&mut self) -> Result<Vec<String>> {
+        let mut check = Check::default();
+        self.check_files(&mut check)?;
+        Ok(check.damage)
+    }
+
     fn check_files(&mut self, check: &mut Check) -> Result<()> {
         let beside = self.engine.beside();
         for row in self
@@ -150,19 +157,14 @@ impl Records {
         let known: std::collections::HashSet<String> =
             known.iter().map(|row| row[0].words()).collect();
         for (number, entry) in entries {
+            if let Some(lost) = entry.content.kept().find(|f| !known.contains(&f.sha256)) {
+                check
+                    .damage
+                    .push(format!("{} of the entry {number} is gone", lost.name));
+            }
             let Content::Result(result) = &entry.content else {
                 continue;
             };
-            let lost = result
-                .files
-                .iter()
-                .chain(&result.inputs)
-                .find(|f| f.kept && !known.contains(&f.sha256));
-            if let Some(lost) = lost {
-                check
-                    .damage
-                    .push(format!("{} of result {number} is gone", lost.name));
-            }
             if result.signer.is_some() {
                 match self.signer(result) {
                     Ok(signer) if signer == result.signer => check.signatures += 1,

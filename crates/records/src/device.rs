@@ -92,21 +92,19 @@ impl Records {
     /// No such device, or several.
     pub fn device(&mut self, called: &str) -> Result<i64> {
         let called = called.trim();
-        let number = called.strip_prefix('#').unwrap_or(called);
+        if let Some(number) = called.strip_prefix('#') {
+            let number: i64 = number.parse().map_err(|_| {
+                Trouble::request(format!("{called:?} is no number of a device"))
+                    .with_hint("write it as in #12, or give the serial number")
+            })?;
+            self.filed_device(number)?;
+            return Ok(number);
+        }
         let rows = self.engine.rows(
             "SELECT entry, manufacturer, model, serial, owner_number FROM device WHERE serial = ?1 OR owner_number = ?1 ORDER BY entry",
             &[called.into()],
         )?;
         let mut found: Vec<(i64, String)> = rows.iter().map(|row| named(row)).collect();
-        if found.is_empty()
-            && let Ok(number) = number.parse::<i64>()
-        {
-            let rows = self.engine.rows(
-                "SELECT entry, manufacturer, model, serial, owner_number FROM device WHERE entry = ?1",
-                &[number.into()],
-            )?;
-            found = rows.iter().map(|row| named(row)).collect();
-        }
         if found.is_empty() {
             // The end of the words is the serial number.
             let last = called.rsplit(' ').next().unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use crate::candidate::Candidate;
 use crate::entry::{FiledCertificate, FiledQuantity, sha256};
-use crate::filing::{Filed, Filing};
+use crate::filing::{CERTIFICATE, Filed, Filing};
 use crate::ledger::Records;
 use proofmass_io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
 use proofmass_jobs::{Result, Trouble};
@@ -42,7 +42,7 @@ pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
     };
     let candidate = Candidate {
         device: said.item.clone(),
-        kind: "certificate".to_owned(),
+        kind: CERTIFICATE.to_owned(),
         title: said
             .laboratory
             .clone()
@@ -65,11 +65,9 @@ pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
 fn others(said: &DigitalCertificate) -> Vec<FiledQuantity> {
     let mut found: Vec<FiledQuantity> = Vec::new();
     for q in &said.quantities {
-        let label = q
-            .label
-            .as_deref()
-            .filter(|l| !l.is_empty())
-            .unwrap_or(&q.name);
+        let named = [q.label.as_deref().unwrap_or_default(), &q.name];
+        let label = named.into_iter().find(|l| !l.trim().is_empty());
+        let label = label.unwrap_or("quantity");
         for (i, value) in q.values.iter().enumerate() {
             let place = match q.values.len() {
                 1 => label.to_owned(),

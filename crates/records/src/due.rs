@@ -7,7 +7,7 @@ use crate::entry::{Content, FiledRule};
 use crate::history::{self, Series};
 use crate::ledger::{Records, read_entry};
 use proofmass_jobs::Result;
-use proofmass_static::static_test::{Drift, DriftQuestion};
+use proofmass_static::static_test::{Drift, DriftQuestion, RecalibrationRule};
 use serde::Serialize;
 
 /// A device that is due, or will be.
@@ -152,17 +152,20 @@ pub(crate) fn update(engine: &mut dyn Engine, device: i64) -> Result<()> {
     if let Some(rule) = rule(engine, device)? {
         // A fixed interval asks for no history.
         let series = match rule.rule {
-            proofmass_static::static_test::RecalibrationRule::Fixed { .. } => Vec::new(),
+            RecalibrationRule::Fixed { .. } => Vec::new(),
             _ => history::series(engine, device, true)?,
         };
         let (days, evidence) = rule
             .rule
             .days(&changes(&series, &rule), drift_days(&series, &rule));
         let day = last + days.floor() as i64;
-        found = Some((
-            day,
-            format!("{evidence}; last calibrated on {}", date_of(last)),
-        ));
+        let none = match rule.rule {
+            RecalibrationRule::Fixed { .. } => "",
+            _ if tolerated(&series, &rule).next().is_some() => "",
+            _ => "; NO RESULT HAS A QUANTITY OF THE RULE",
+        };
+        let evidence = format!("{evidence}{none}; last calibrated on {}", date_of(last));
+        found = Some((day, evidence));
     }
     // The end of a certificate counts, unless a calibration came after it began.
     if let Some(row) = certificate.filter(|_| of_results < of_certificate)
@@ -201,7 +204,7 @@ fn changes(series: &[Series], rule: &FiledRule) -> Vec<f64> {
 
 /// Days after the last calibration until the first tolerance may be used up.
 fn drift_days(series: &[Series], rule: &FiledRule) -> Option<f64> {
-    let proofmass_static::static_test::RecalibrationRule::Drift { longest } = rule.rule else {
+    let RecalibrationRule::Drift { longest } = rule.rule else {
         return None;
     };
     let days = tolerated(series, rule).filter_map(|(s, tolerance)| {
@@ -222,7 +225,7 @@ fn tolerated<'a>(
     rule: &'a FiledRule,
 ) -> impl Iterator<Item = (&'a Series, f64)> {
     series.iter().filter_map(|s| {
-        let tolerance = rule.tolerances.iter().find(|t| t.quantity == s.name)?;
+        let tolerance = rule.tolerances.iter().find(|t| t.is_of(&s.name))?;
         Some((s, tolerance.change?))
     })
 }

@@ -46,6 +46,18 @@ pub enum Content {
     InUse(FiledUse),
 }
 
+impl Content {
+    /// The files that are kept here with the entry.
+    pub(crate) fn kept(&self) -> impl Iterator<Item = &FiledFile> {
+        let (many, one) = match self {
+            Self::Result(r) => (Some(r.files.iter().chain(&r.inputs)), None),
+            Self::Certificate(c) => (None, c.file.as_ref()),
+            _ => (None, None),
+        };
+        many.into_iter().flatten().chain(one).filter(|f| f.kept)
+    }
+}
+
 /// Who made a device, which one it is, whose number it has.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
@@ -294,10 +306,10 @@ impl FiledCheck {
     }
 }
 
-/// A result that no longer counts, and why.
+/// A result, check, event, certificate, use or supersession that no longer counts, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FiledSupersession {
-    /// The result that no longer counts.
+    /// The entry that no longer counts.
     pub old: i64,
     /// The one in its place, where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -319,7 +331,7 @@ pub struct FiledRule {
     pub tolerances: Vec<Tolerance>,
 }
 
-/// What is tolerated of a quantity.
+/// What is tolerated of a quantity; `S.modulus` stands for every `S.modulus[frequency=…]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
     /// Name of the quantity.
@@ -330,6 +342,37 @@ pub struct Tolerance {
     /// Lower and upper limit of the value, in its unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<[f64; 2]>,
+}
+
+impl FiledRule {
+    /// The rule in words.
+    pub fn words(&self) -> String {
+        let interval = match self.rule {
+            RecalibrationRule::Fixed { months } => format!("due after {months} months"),
+            RecalibrationRule::Drift { longest } => {
+                format!("due by the drift, at most after {longest} months")
+            }
+            RecalibrationRule::Staircase { first, longest } => {
+                format!("due by the staircase from {first} months, at most after {longest}")
+            }
+            _ => "due by a rule".to_owned(),
+        };
+        let tolerated = self.tolerances.iter().map(|t| {
+            let change = t.change.map(|c| format!(" may change by {c}"));
+            let limits = t.limits.map(|[low, high]| format!(" from {low} to {high}"));
+            let words: Vec<String> = change.into_iter().chain(limits).collect();
+            format!("; {}{}", t.quantity, words.join(","))
+        });
+        interval + &tolerated.collect::<String>()
+    }
+}
+
+impl Tolerance {
+    /// Whether it is that of a quantity; a name without a frequency is that of every frequency.
+    pub fn is_of(&self, quantity: &str) -> bool {
+        let rest = quantity.strip_prefix(self.quantity.as_str());
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+    }
 }
 
 /// A campaign.

@@ -55,6 +55,7 @@ const KINDS: [(&[&str], Kind); 3] = [
             "result",
             "check",
             "event",
+            "counts",
             "superseded_by",
             "good",
         ],
@@ -102,8 +103,8 @@ const TABLES: [(&str, &[&str], &str); 7] = [
     ),
     (
         "results",
-        &["result", "device", "kind", "date", "number", "sha256", "superseded_by", "reason"],
-        "SELECT result.entry, result.device, kind, day, number, digest, new, reason
+        &["result", "device", "kind", "date", "number", "sha256", "counts", "superseded_by", "reason"],
+        "SELECT result.entry, result.device, kind, day, number, digest, CAST(CASE WHEN old IS NULL THEN 1 ELSE 0 END AS BIGINT), new, reason
          FROM result LEFT JOIN supersession ON supersession.old = result.entry ORDER BY result.entry",
     ),
     (
@@ -305,6 +306,9 @@ impl Records {
                 }
                 crate::ledger::keep(engine, beside, &name, &bytes)?;
             }
+            let known = engine.rows("SELECT digest FROM file", &[])?;
+            let known: std::collections::HashSet<String> =
+                known.iter().map(|row| row[0].words()).collect();
             let mut previous = String::new();
             let mut count = 0;
             for line in entries.lines() {
@@ -312,7 +316,17 @@ impl Records {
                 if link(line.number, &line.body, &previous) != line.digest {
                     return Err(changed(&format!("entry {}", line.number)));
                 }
-                append_body(engine, &line.body, &parse(line.number, &line.body)?)?;
+                let entry = parse(line.number, &line.body)?;
+                if let Some(lost) = entry.content.kept().find(|f| !known.contains(&f.sha256)) {
+                    return Err(Trouble::data(format!(
+                        "{} of the entry {} is not in {}",
+                        lost.name,
+                        line.number,
+                        folder.display()
+                    ))
+                    .with_hint("fetch the folder again, whole, from where it was written"));
+                }
+                append_body(engine, &line.body, &entry)?;
                 previous = line.digest;
                 count += 1;
             }

@@ -3,7 +3,9 @@
 use crate::candidate::Candidate;
 use crate::day::{date_of, day_of};
 use crate::engine::Engine;
-use crate::entry::{Content, FiledDevice, FiledFile, FiledResult, FiledSupersession, spelling};
+use crate::entry::{
+    Content, FiledDevice, FiledFile, FiledResult, FiledSupersession, UsedStandard, spelling,
+};
 use crate::ledger::{Records, append, entry, keep, person};
 use crate::used;
 use proofmass_io::Device;
@@ -49,7 +51,7 @@ pub struct Filing {
     /// Inputs larger than this are kept by their digest alone, in megabytes
     #[cfg_attr(
         feature = "clap",
-        arg(long, value_name = "MB", default_value_t = 100.0)
+        arg(long, value_name = "MB", default_value = "100", value_parser = megabytes)
     )]
     pub largest: f64,
     /// Folder in which inputs are looked for that are not where they were
@@ -60,6 +62,18 @@ pub struct Filing {
     pub by: Option<String>,
 }
 
+/// A size in megabytes.
+#[cfg(feature = "clap")]
+fn megabytes(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(size) if size >= 0.0 && size.is_finite() => Ok(size),
+        _ => Err(format!("{text:?} is no size in megabytes, such as 100")),
+    }
+}
+
+/// Kind of a result that is the certificate of another laboratory.
+pub(crate) const CERTIFICATE: &str = "certificate";
+
 /// What became of a result.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -68,6 +82,8 @@ pub struct Filed {
     pub number: i64,
     /// Whether it was here already.
     pub known: bool,
+    /// The device that was filed with it, where it was new.
+    pub new_device: Option<i64>,
     /// What is to be doubted.
     pub findings: Vec<Finding>,
 }
@@ -104,11 +120,13 @@ impl Records {
                 return Ok(Filed {
                     number,
                     known: true,
+                    new_device: None,
                     findings: Vec::new(),
                 });
             }
             let by = filing.by.as_deref().map(|name| person(engine, name)).transpose()?;
             let mut doubts = Vec::new();
+            let mut new_device = None;
             let device = match device {
                 Some(device) => device,
                 None => {
@@ -116,7 +134,12 @@ impl Records {
                     doubts.extend(doubt);
                     match found {
                         Some(device) => device,
-                        None => append(engine, &entry(today, by.clone(), Content::Device(new_device(&c.device))))?,
+                        None => {
+                            let content = Content::Device(made(&c.device));
+                            let number = append(engine, &entry(today, by.clone(), content))?;
+                            new_device = Some(number);
+                            number
+                        }
                     }
                 }
             };
@@ -126,9 +149,14 @@ impl Records {
                 doubts.extend(used::doubts(engine, used, day)?);
             }
             doubts.extend(used::superseded(engine, c)?);
-            if uses.is_empty() {
+            // The certificate of another laboratory has its standards there.
+            if uses.is_empty() && c.kind != CERTIFICATE {
                 doubts.push(findings::standard_not_named(&c.kind));
             }
+            if used::is_withdrawn(engine, device, day)? {
+                doubts.push(findings::device_withdrawn(&name_of(engine, device)?));
+            }
+            doubts.extend(told_otherwise(engine, device, c)?);
             if let Some(number) = &filing.number {
                 let others = engine.rows("SELECT entry FROM result WHERE number = ?1 AND entry NOT IN (SELECT old FROM supersession)", &[number.into()])?;
                 let mut others = others.iter().filter_map(|row| row[0].integer());
@@ -186,10 +214,96 @@ impl Records {
             Ok(Filed {
                 number,
                 known: false,
+                new_device,
                 findings: doubts,
             })
         })
     }
+}
+
+impl Records {
+    /// The results that a certificate stands behind, in their order.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub fn results_behind(&mut self, certificate: i64) -> Result<Vec<i64>> {
+        let rows = self.engine.rows(
+            "SELECT result FROM used WHERE certificate = ?1 ORDER BY result",
+            &[certificate.into()],
+        )?;
+        Ok(rows.iter().filter_map(|row| row[0].integer()).collect())
+    }
+
+    /// What is to be doubted about a result as the records are now: its standards on that day, and limits that it does not keep.
+    ///
+    /// # Errors
+    /// The database refuses.
+    pub(crate) fn doubts_about(
+        &mut self,
+        filed: &FiledResult,
+        number: i64,
+    ) -> Result<Vec<Finding>> {
+        let engine = &mut *self.engine;
+        let day = day_of(&filed.date)?;
+        let rows = engine.rows(
+            "SELECT standard, certificate FROM used WHERE result = ?1 ORDER BY standard",
+            &[number.into()],
+        )?;
+        let mut doubts = Vec::new();
+        for row in rows {
+            let used = UsedStandard {
+                standard: row[0].integer().unwrap_or_default(),
+                certificate: row[1].integer(),
+            };
+            doubts.extend(used::doubts(engine, &used, day)?);
+        }
+        doubts.extend(crate::tolerance::doubts(engine, filed.device, filed)?);
+        Ok(doubts)
+    }
+}
+
+/// What a result says otherwise than its device: the serial number, units of known quantities.
+fn told_otherwise(engine: &mut dyn Engine, device: i64, c: &Candidate) -> Result<Vec<Finding>> {
+    let mut doubts = Vec::new();
+    let filed = engine.rows(
+        "SELECT serial FROM device WHERE entry = ?1",
+        &[device.into()],
+    )?;
+    let known = filed.first().map(|row| spelling(&row[0].words()));
+    let named = c
+        .device
+        .serial
+        .as_deref()
+        .map(spelling)
+        .filter(|s| !s.is_empty());
+    if let (Some(known), Some(named)) = (known, named)
+        && known != named
+    {
+        doubts.push(findings::device_named_otherwise(
+            &name_of(engine, device)?,
+            &c.device.line(),
+        ));
+    }
+    let rows = engine.rows(
+        "SELECT DISTINCT name, unit FROM quantity JOIN result ON result.entry = quantity.result
+         WHERE device = ?1 AND result.entry NOT IN (SELECT old FROM supersession)",
+        &[device.into()],
+    )?;
+    for q in &c.quantities {
+        let mut known = rows
+            .iter()
+            .filter(|row| row[0].text() == Some(q.name.as_str()))
+            .peekable();
+        let other = known.peek().map(|row| row[1].words());
+        if let Some(other) =
+            other.filter(|_| known.all(|row| row[1].text() != Some(q.unit.as_str())))
+        {
+            let name = name_of(engine, device)?;
+            doubts.push(findings::unit_otherwise(&name, &q.name, &q.unit, &other));
+            break;
+        }
+    }
+    Ok(doubts)
 }
 
 /// The device that a result names, `None` where it is new; a serial number in another spelling is a doubt.
@@ -218,14 +332,19 @@ fn device_of(
     if let Some(exact) = alike.iter().find(|row| row[2].text() == Some(serial)) {
         return Ok((exact[0].integer(), None));
     }
-    let doubt = alike.first().filter(|_| !new).map(|row| {
-        let number = row[0].integer().unwrap_or_default().to_string();
-        findings::serial_spelled_otherwise(serial, &row[2].words(), &number)
-    });
+    let doubt = alike
+        .first()
+        .copied()
+        .or(rows.first())
+        .filter(|_| !new)
+        .map(|row| {
+            let number = row[0].integer().unwrap_or_default().to_string();
+            findings::serial_spelled_otherwise(serial, &row[2].words(), &number)
+        });
     Ok((None, doubt))
 }
 
-fn new_device(device: &Device) -> FiledDevice {
+fn made(device: &Device) -> FiledDevice {
     FiledDevice {
         manufacturer: device.manufacturer.clone(),
         model: device.model.clone(),

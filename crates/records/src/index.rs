@@ -4,7 +4,7 @@ use crate::day::day_of;
 use crate::due;
 use crate::engine::{Engine, Value};
 use crate::entry::{Content, Entry, FiledResult, spelling};
-use crate::ledger::parse;
+use crate::ledger::{parse, read_entry};
 use crate::schema::DERIVED;
 use crate::used;
 use proofmass_jobs::{Result, Trouble};
@@ -85,7 +85,9 @@ pub(crate) fn add(engine: &mut dyn Engine, number: i64, entry: &Entry) -> Result
             due::update(engine, e.device)?;
         }
         Content::Supersession(s) => {
-            need(engine, "result", s.old)?;
+            if !matches!(read_entry(engine, s.old)?.content, Content::Result(_)) {
+                return take_back(engine, s.old);
+            }
             if let Some(new) = s.new {
                 need(engine, "result", new)?;
             }
@@ -120,18 +122,7 @@ pub(crate) fn add(engine: &mut dyn Engine, number: i64, entry: &Entry) -> Result
                 "INSERT INTO rule (entry, device) VALUES (?1, ?2)",
                 &[n, r.device.into()],
             )?;
-            match r.device {
-                Some(device) => due::update(engine, device)?,
-                None => {
-                    let devices = engine.rows(
-                        "SELECT device FROM result UNION SELECT standard FROM certificate",
-                        &[],
-                    )?;
-                    for device in devices.iter().filter_map(|row| row[0].integer()) {
-                        due::update(engine, device)?;
-                    }
-                }
-            }
+            due_again(engine, r.device)?;
         }
         Content::Campaign(_) => {}
         Content::InUse(u) => {
@@ -199,6 +190,64 @@ fn result(engine: &mut dyn Engine, number: i64, r: &FiledResult) -> Result<()> {
         )?;
     }
     due::update(engine, r.device)
+}
+
+/// Takes the rows of an entry that no longer counts out of the index.
+fn take_back(engine: &mut dyn Engine, number: i64) -> Result<()> {
+    let gone = |engine: &mut dyn Engine, table: &str| -> Result<()> {
+        let statement = format!("DELETE FROM {table} WHERE entry = ?1");
+        match engine.run(&statement, &[number.into()])? {
+            0 => Err(
+                Trouble::request(format!("entry {number} counts no longer already"))
+                    .with_hint("nothing is to be done"),
+            ),
+            _ => Ok(()),
+        }
+    };
+    match read_entry(engine, number)?.content {
+        Content::Check(_) => gone(engine, "checked"),
+        Content::Event(e) => {
+            gone(engine, "event")?;
+            due::update(engine, e.device)
+        }
+        Content::Supersession(s) => {
+            gone(engine, "supersession")?;
+            let device = engine.rows(
+                "SELECT device FROM result WHERE entry = ?1",
+                &[s.old.into()],
+            )?;
+            match device.first().and_then(|row| row[0].integer()) {
+                Some(device) => due::update(engine, device),
+                None => Ok(()),
+            }
+        }
+        Content::Certificate(c) => {
+            let results = used::unlink(engine, number)?;
+            gone(engine, "certificate")?;
+            used::link_again(engine, c.standard, &results)?;
+            due::update(engine, c.standard)
+        }
+        Content::Rule(r) => {
+            gone(engine, "rule")?;
+            due_again(engine, r.device)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Finds anew when a device is due, or every device for `None`.
+fn due_again(engine: &mut dyn Engine, device: Option<i64>) -> Result<()> {
+    if let Some(device) = device {
+        return due::update(engine, device);
+    }
+    let devices = engine.rows(
+        "SELECT device FROM result UNION SELECT standard FROM certificate",
+        &[],
+    )?;
+    for device in devices.iter().filter_map(|row| row[0].integer()) {
+        due::update(engine, device)?;
+    }
+    Ok(())
 }
 
 /// Refuses an entry that names what is not there.

@@ -3,7 +3,7 @@
 use crate::check::need_chain;
 use crate::engine::{Engine, Value};
 use crate::entry::{Content, Entry, FiledFile, link, sha256};
-use crate::filing::Filed;
+use crate::filing::{Filed, name_of};
 use crate::schema::{self, VERSION};
 use crate::sqlite::{Access, Sqlite};
 use crate::{doubts, files, index, sound};
@@ -161,6 +161,7 @@ impl Records {
             Ok(Filed {
                 number,
                 known: false,
+                new_device: None,
                 findings: doubts::of(engine, number, &entry.content)?,
             })
         })
@@ -188,6 +189,29 @@ impl Records {
         read_entry(&mut *self.engine, number)
     }
 
+    /// An entry in words: what it is, of which device, of which day.
+    ///
+    /// # Errors
+    /// There is none of this number, or it is damaged.
+    pub fn named_entry(&mut self, number: i64) -> Result<String> {
+        let (what, device, date) = match self.entry(number)?.content {
+            Content::Device(d) => return Ok(format!("device {number} ({})", d.line())),
+            Content::Certificate(c) => ("certificate", Some(c.standard), c.valid_from),
+            Content::Result(r) => ("result", Some(r.device), r.date),
+            Content::Check(c) => ("check", Some(c.device), c.date),
+            Content::Event(e) => ("event", Some(e.device), e.date),
+            Content::InUse(u) => ("use", Some(u.device), u.date),
+            Content::Supersession(s) => return Ok(format!("supersession {number} of {}", s.old)),
+            Content::Rule(_) => return Ok(format!("rule {number}")),
+            Content::Campaign(c) => return Ok(format!("campaign {number} ({})", c.title)),
+        };
+        let name = match device {
+            Some(device) => name_of(&mut *self.engine, device)?,
+            None => String::new(),
+        };
+        Ok(format!("{what} {number} ({name}, {date})"))
+    }
+
     /// Bytes of a file by its digest, `None` where only the digest is kept.
     ///
     /// # Errors
@@ -207,6 +231,11 @@ impl Records {
             ));
         }
         need_chain(&mut *self.engine, 1)?;
+        if let Some(damage) = self.damaged_files()?.into_iter().next() {
+            return Err(Trouble::data(format!("the records are damaged: {damage}")).with_hint(
+                "`proofmass records check` lists what is damaged; take the file from the last backup",
+            ));
+        }
         self.copy_as_it_is(place)
     }
 

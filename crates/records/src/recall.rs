@@ -10,6 +10,9 @@ use proofmass_jobs::{Result, Trouble};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Share by which two statements of one uncertainty may differ, for rounding.
+const SLACK: f64 = 0.05;
+
 /// What rests on a standard within a time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
@@ -25,6 +28,8 @@ pub struct Recall {
     pub since: String,
     /// Relative error of the standard, where one was given.
     pub error: Option<f64>,
+    /// What the failed check found, measured over known value, less one.
+    pub found: Option<f64>,
     /// Every result, the oldest first.
     pub results: Vec<Recalled>,
 }
@@ -63,7 +68,7 @@ pub struct RecalledEffect {
     pub quantity: String,
     /// Its unit.
     pub unit: String,
-    /// Size of the change, in the unit.
+    /// What the stated value is wrong by (stated less true), in the unit; of other quantities than sensitivities the size.
     pub effect: f64,
     /// The same as a share of the value.
     pub relative: Option<f64>,
@@ -74,6 +79,9 @@ pub struct RecalledEffect {
     /// Effect over the standard uncertainty that was stated.
     #[serde(skip)]
     ratio: Option<f64>,
+    /// Relative standard uncertainty that was stated.
+    #[serde(skip)]
+    u: Option<f64>,
 }
 
 impl Records {
@@ -81,9 +89,14 @@ impl Records {
     /// where a check failed, from the last good one of the same quantity before it to the first good one after it; else since the last good
     /// check of a sensitivity, or the certificate. `error` is the relative error of the standard.
     ///
-    /// The effect on a quantity is error/u · c, with the relative standard uncertainty u of the certificate that was used and the part c
-    /// of the uncertainty that the stored budget gives to the reference: the sensitivity of the result to the standard. A relative error
-    /// turns no phase. Where the result was the reference of another, its own effect over its u takes the place of error/u there.
+    /// The error is that of the sensitivity of the standard: measured over certificate, less one. What was found with it is wrong by the
+    /// other sign: a sensitivity by −error.
+    ///
+    /// The effect on a quantity is error/u · c, with the relative standard uncertainty u of the certificate that was used, or of the own
+    /// result of the standard, and the part c of the uncertainty that the stored budget gives to the reference: the sensitivity of the
+    /// result to the standard. Where c of a sensitivity is another share of it than u, the budget rests on another certificate than the
+    /// one that is filed, and nothing is stated. A relative error turns no phase. Where the result was the reference of another, its own
+    /// effect over its u takes the place of error/u there.
     ///
     /// # Errors
     /// The database refuses; a first day behind the last, an error that is not finite.
@@ -99,12 +112,12 @@ impl Records {
                 .with_hint("give it in percent, such as --error 0.8"));
         }
         let engine = &mut *self.engine;
-        let ([from, found], why) = match since {
+        let ([from, found], why, error_found) = match since {
             Some(day) if day > found => {
                 return Err(Trouble::request("the first day lies behind the last")
                     .with_hint("give --since before --until"));
             }
-            Some(day) => ([day, found], "the day that was given".to_owned()),
+            Some(day) => ([day, found], "the day that was given".to_owned(), None),
             None => in_question(engine, standard, found)?,
         };
         let rows = engine.rows(
@@ -164,6 +177,7 @@ impl Records {
             days: [from, found],
             since: why,
             error,
+            found: error_found,
             results,
         })
     }
@@ -173,9 +187,13 @@ impl Records {
 ///
 /// After a failed check: from the last good check of the same quantity before it to the first good one after it. Without one: from the last
 /// good check of a sensitivity on.
-fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i64; 2], String)> {
+fn in_question(
+    engine: &mut dyn Engine,
+    standard: i64,
+    found: i64,
+) -> Result<([i64; 2], String, Option<f64>)> {
     let rows = engine.rows(
-        "SELECT day, quantity, good FROM checked WHERE device = ?1 AND day <= ?2 ORDER BY day, entry",
+        "SELECT day, quantity, good, value, reference FROM checked WHERE device = ?1 AND day <= ?2 ORDER BY day, entry",
         &[standard.into(), found.into()],
     )?;
     let checks: Vec<(i64, String, bool)> = rows
@@ -189,6 +207,11 @@ fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i
         })
         .collect();
     let failed = checks.iter().rposition(|(_, _, good)| !good);
+    let error = failed.and_then(|at| {
+        let (value, reference) = (rows[at][3].real()?, rows[at][4].real()?);
+        Some(value / reference - 1.0).filter(|e| e.is_finite())
+    });
+    let earlier = failed.map_or(0, |at| checks[..at].iter().filter(|c| !c.2).count());
     let (before, until, behind) = match failed {
         Some(at) => {
             let (day, quantity, _) = &checks[at];
@@ -196,10 +219,14 @@ fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i
             // Several that failed in a row are one time.
             let before = checks[..at].iter().rfind(good);
             let after = checks[at..].iter().find(good).map_or(found, |c| c.0);
+            let others = match earlier {
+                0 => String::new(),
+                n => format!(" (the last of {}; --until names an earlier day)", n + 1),
+            };
             (
                 before,
                 after,
-                format!(" before the one that failed on {}", date_of(*day)),
+                format!(" before the one that failed on {}{others}", date_of(*day)),
             )
         }
         None => {
@@ -210,23 +237,43 @@ fn in_question(engine: &mut dyn Engine, standard: i64, found: i64) -> Result<([i
     };
     if let Some((day, ..)) = before {
         let since = format!("its last good check{behind}, on {}", date_of(*day));
-        return Ok(([*day, until], since));
+        return Ok(([*day, until], since, error));
     }
     let rows = engine.rows(
-        "SELECT max(valid_from) FROM certificate WHERE standard = ?1 AND valid_from <= ?2",
+        "SELECT entry, valid_from FROM certificate WHERE standard = ?1 AND valid_from <= ?2 ORDER BY valid_from DESC, entry DESC LIMIT 1",
+        &[standard.into(), found.into()],
+    )?;
+    if let Some(row) = rows.first() {
+        let valid = row[1].integer().unwrap_or_default();
+        // A result may have read its table before it was valid.
+        let first = engine.rows(
+            "SELECT min(day) FROM used JOIN result ON result.entry = used.result WHERE certificate = ?1",
+            &[row[0].clone()],
+        )?;
+        let first = first.first().and_then(|row| row[0].integer());
+        let why = format!(
+            "its certificate, valid from {}: no good check stands between",
+            date_of(valid)
+        );
+        return Ok(([first.unwrap_or(valid).min(valid), until], why, error));
+    }
+    let rows = engine.rows(
+        "SELECT max(day) FROM result WHERE device = ?1 AND day <= ?2 AND entry NOT IN (SELECT old FROM supersession)",
         &[standard.into(), found.into()],
     )?;
     Ok(match rows.first().and_then(|row| row[0].integer()) {
-        Some(day) => (
-            [day, until],
-            format!(
-                "its certificate, valid from {}: no good check stands between",
+        Some(day) => {
+            let why = format!(
+                "its calibration on {}: no good check stands between",
                 date_of(day)
-            ),
-        ),
+            );
+            ([day, until], why, error)
+        }
         None => (
             [i64::MIN / 2, until],
-            "the beginning: it has neither a good check nor a certificate".to_owned(),
+            "the beginning: it has neither a good check nor a certificate nor a calibration here"
+                .to_owned(),
+            error,
         ),
     })
 }
@@ -293,6 +340,10 @@ fn effects(
         },
         None => None,
     };
+    let own = match certificate {
+        Some(_) => Vec::new(),
+        None => of_standard(engine, standard, result)?,
+    };
     let quantities = engine.rows(
         "SELECT name, unit, u_standard, expanded, u, value FROM quantity
          WHERE result = ?1 AND u_standard IS NOT NULL AND unit <> 'rad' ORDER BY place",
@@ -306,25 +357,42 @@ fn effects(
     let mut found = Vec::new();
     for row in &quantities {
         let frequency = frequency(&row[0].words());
-        let ratio = match reference {
-            Some(reference) => ratio_of(reference, frequency),
-            None => certificate
-                .as_ref()
-                .and_then(|c| c.u(frequency))
-                .map(|u| error / u),
+        // Effect over u, and u, of the sensitivity of the reference.
+        let behind = match reference {
+            Some(reference) => at(&reference.effects, frequency, |e| e.ratio.zip(e.u)),
+            None => match &certificate {
+                Some(c) => c.u(frequency),
+                None => at(&own, frequency, |p| Some((p.1, p.1))).map(|p| p.1),
+            }
+            .map(|u| (-error / u, u)),
         };
-        let Some(ratio) = ratio else {
+        let Some((ratio, u)) = behind else {
             return Ok(Err(match reference {
                 Some(reference) => format!(
                     "what the error does to its reference, result {}, is not determinable",
                     reference.result
                 ),
-                None => {
-                    "the certificate that it used states no relative uncertainty here".to_owned()
-                }
+                None => "neither certificate nor result of the standard states a relative uncertainty here".to_owned(),
             }));
         };
-        let effect = (ratio * row[2].real().unwrap_or_default()).abs();
+        let value = row[5].real().unwrap_or_default();
+        let of_sensitivity = row[0].words().starts_with("S.");
+        let share = row[2].real().unwrap_or_default() / value.abs();
+        let least = if used.len() > 1 {
+            f64::INFINITY
+        } else {
+            1.0 + SLACK
+        };
+        if of_sensitivity && value != 0.0 && !((1.0 - SLACK) * u..=least * u).contains(&share) {
+            return Ok(Err(format!(
+                "its budget has u = {:.3} % for the reference in {}, what is filed of the standard {:.3} %: it rests on another certificate",
+                1e2 * share,
+                row[0].words(),
+                1e2 * u
+            )));
+        }
+        let effect = ratio * row[2].real().unwrap_or_default();
+        let effect = if of_sensitivity { effect } else { effect.abs() };
         let share = |whole: Option<f64>| whole.filter(|w| *w != 0.0).map(|w| effect / w.abs());
         found.push(RecalledEffect {
             quantity: row[0].words(),
@@ -334,25 +402,67 @@ fn effects(
             at_most: used.len() > 1,
             expanded: row[3].real(),
             ratio: share(row[4].real()),
+            u: row[4]
+                .real()
+                .filter(|_| value != 0.0)
+                .map(|u| u / value.abs()),
         });
     }
     Ok(Ok(found))
 }
 
-/// Effect over u of what a reference states at a frequency; where it states none there, the largest of all, which lie within a twentieth.
-fn ratio_of(reference: &Recalled, at: Option<f64>) -> Option<f64> {
-    let of = |e: &RecalledEffect| e.ratio;
-    let same = reference
-        .effects
-        .iter()
-        .find(|e| at.is_some() && frequency(&e.quantity) == at);
-    if let Some(same) = same {
-        return of(same);
+/// What is known of a quantity: its name and a number.
+trait Named {
+    fn name(&self) -> &str;
+}
+
+impl Named for RecalledEffect {
+    fn name(&self) -> &str {
+        &self.quantity
     }
-    let all: Vec<f64> = reference.effects.iter().filter_map(of).collect();
-    let most = all.iter().copied().reduce(f64::max)?;
-    let least = all.iter().copied().reduce(f64::min)?;
-    (least >= 0.95 * most).then_some(most)
+}
+
+impl Named for (String, f64) {
+    fn name(&self) -> &str {
+        &self.0
+    }
+}
+
+/// The pair that belongs to a frequency; where there is none, the one of the largest size where all lie within a twentieth.
+fn at<T: Named>(
+    all: &[T],
+    frequency_of: Option<f64>,
+    pair: impl Fn(&T) -> Option<(f64, f64)>,
+) -> Option<(f64, f64)> {
+    let same = all
+        .iter()
+        .find(|e| frequency_of.is_some() && frequency(e.name()) == frequency_of);
+    if let Some(same) = same {
+        return pair(same);
+    }
+    let pairs: Vec<(f64, f64)> = all.iter().filter_map(&pair).collect();
+    let most = pairs
+        .iter()
+        .copied()
+        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let alike = |p: &(f64, f64)| p.0.abs() >= (1.0 - SLACK) * most.0.abs();
+    pairs.iter().all(alike).then_some(most)
+}
+
+/// Relative standard uncertainties of the sensitivities that a result of the standard states, whose file an input is.
+fn of_standard(engine: &mut dyn Engine, standard: i64, result: i64) -> Result<Vec<(String, f64)>> {
+    let rows = engine.rows(
+        "SELECT DISTINCT quantity.name, u, value FROM input JOIN output ON output.digest = input.digest
+         JOIN result ON result.entry = output.result JOIN quantity ON quantity.result = result.entry
+         WHERE input.result = ?1 AND result.device = ?2 AND u IS NOT NULL AND value <> 0",
+        &[result.into(), standard.into()],
+    )?;
+    let relative = rows.iter().filter_map(|row| {
+        let name = row[0].words();
+        let is_modulus = name.starts_with("S.") && name.contains("modulus");
+        Some((name, row[1].real()? / row[2].real()?.abs())).filter(|_| is_modulus)
+    });
+    Ok(relative.collect())
 }
 
 /// Frequency in the name of a quantity, such as `S.modulus[frequency=160]`.

@@ -3,7 +3,8 @@
 use crate::day::day_of;
 use crate::engine::Engine;
 use crate::entry::{
-    Content, Entry, FiledCertificate, FiledCheck, FiledResult, FiledRule, FiledSupersession,
+    Content, Entry, FiledCertificate, FiledCheck, FiledDevice, FiledResult, FiledRule,
+    FiledSupersession, Tolerance,
 };
 use crate::ledger::read_entry;
 use proofmass_io::spelling::nearest;
@@ -22,7 +23,10 @@ pub(crate) fn check(engine: &mut dyn Engine, entry: &Entry, body: &str) -> Resul
             numbers(r)?;
             campaign(engine, r)
         }
-        Content::Certificate(c) => certificate(engine, c),
+        Content::Certificate(c) => {
+            not_ahead(&c.valid_from, &entry.filed)?;
+            certificate(engine, c)
+        }
         Content::Check(c) => {
             not_ahead(&c.date, &entry.filed)?;
             unit(engine, c)
@@ -36,12 +40,19 @@ pub(crate) fn check(engine: &mut dyn Engine, entry: &Entry, body: &str) -> Resul
                     u.result
                 ))
                 .with_hint("`proofmass records show DEVICE` lists the results of a device")),
-                _ => Ok(()),
+                _ => counts(engine, u.result),
             }
         }
         Content::Supersession(s) => supersession(engine, s),
         Content::Rule(rule) => names(engine, rule),
-        Content::Device(_) | Content::Campaign(_) => Ok(()),
+        Content::Device(d) => device(engine, d),
+        Content::Campaign(c) => {
+            match c.title.trim() {
+                "" => Err(Trouble::request("a campaign needs its title")
+                    .with_hint("say it in a few words")),
+                _ => Ok(()),
+            }
+        }
     }
 }
 
@@ -60,8 +71,64 @@ fn not_ahead(date: &str, filed: &str) -> Result<()> {
     }
 }
 
+/// A device whose numbers can be typed, and are not those of another.
+fn device(engine: &mut dyn Engine, d: &FiledDevice) -> Result<()> {
+    for number in [&d.serial, &d.owner_number].into_iter().flatten() {
+        if number.starts_with('#') || number.starts_with("result:") || number.chars().count() > 200
+        {
+            let few: String = number.chars().take(20).collect();
+            return Err(
+                Trouble::request(format!("{few:?} cannot be the number of a device")).with_hint(
+                    "#12 and result:17 are numbers of these records; at most 200 characters",
+                ),
+            );
+        }
+    }
+    let Some(number) = &d.owner_number else {
+        return Ok(());
+    };
+    let others = engine.rows(
+        "SELECT entry FROM device WHERE owner_number = ?1",
+        &[number.into()],
+    )?;
+    match others.first().and_then(|row| row[0].integer()) {
+        Some(other) => Err(Trouble::request(format!(
+            "the owner's number {number} is that of the device #{other}"
+        ))
+        .with_hint("an owner's number is given once")),
+        None => Ok(()),
+    }
+}
+
+/// A result that was not superseded.
+fn counts(engine: &mut dyn Engine, result: i64) -> Result<()> {
+    let gone = engine.rows(
+        "SELECT new FROM supersession WHERE old = ?1",
+        &[result.into()],
+    )?;
+    match gone.is_empty() {
+        true => Ok(()),
+        false => Err(
+            Trouble::request(format!("result {result} no longer counts"))
+                .with_hint("name the one that counts in its place"),
+        ),
+    }
+}
+
 fn numbers(result: &FiledResult) -> Result<()> {
+    let mut names = std::collections::BTreeSet::new();
     for q in &result.quantities {
+        if !names.insert(&q.name) {
+            return refuse_number(format!("{} stands twice in the result", q.name));
+        }
+        if let (Some(u), Some(expanded), Some(k)) = (q.u, q.expanded, q.k)
+            && (k * u - expanded).abs() > 0.05 * expanded.abs()
+        {
+            return refuse_number(format!(
+                "{}: u = {u} and U = {expanded} contradict each other with k = {k}",
+                q.name
+            ));
+        }
         let uncertain = [
             ("u", q.u),
             ("U", q.expanded),
@@ -137,23 +204,34 @@ fn supersession(engine: &mut dyn Engine, s: &FiledSupersession) -> Result<()> {
         return Err(Trouble::request("a result is superseded for a reason")
             .with_hint("say it in a few words"));
     }
+    if matches!(
+        read_entry(engine, s.old)?.content,
+        Content::Device(_) | Content::Campaign(_)
+    ) {
+        return Err(
+            Trouble::request(format!("entry {} is a device or a campaign", s.old)).with_hint(
+                "a device that is out of use is withdrawn: `records add event DEVICE withdrawal`",
+            ),
+        );
+    }
     let Some(new) = s.new else {
         return Ok(());
     };
-    let gone = engine.rows("SELECT new FROM supersession WHERE old = ?1", &[new.into()])?;
-    match gone.is_empty() {
-        true => Ok(()),
-        false => Err(
-            Trouble::request(format!("result {new} is superseded itself"))
-                .with_hint("name the one that counts in its place"),
-        ),
+    if device_of(engine, s.old)?.is_none() {
+        return Err(Trouble::request(format!("entry {} is no result", s.old))
+            .with_hint("only a result has another in its place"));
     }
+    counts(engine, new)
 }
 
 /// A check is in the unit in which the quantity of this device is known.
 fn unit(engine: &mut dyn Engine, c: &FiledCheck) -> Result<()> {
+    if c.quantity.trim().is_empty() {
+        return Err(Trouble::request("the check does not say what was measured")
+            .with_hint("give --quantity, such as S.modulus"));
+    }
     let rows = engine.rows(
-        "SELECT quantity.unit FROM quantity JOIN result ON result.entry = quantity.result WHERE device = ?1 AND name = ?2
+        "SELECT quantity.unit FROM quantity JOIN result ON result.entry = quantity.result WHERE device = ?1 AND (name = ?2 OR name LIKE ?2 || '[%')
          UNION SELECT unit FROM checked WHERE device = ?1 AND quantity = ?2",
         &[c.device.into(), (&c.quantity).into()],
     )?;
@@ -178,10 +256,8 @@ fn names(engine: &mut dyn Engine, rule: &FiledRule) -> Result<()> {
         None => engine.rows("SELECT DISTINCT name FROM quantity", &[])?,
     };
     let known: Vec<&str> = rows.iter().filter_map(|row| row[0].text()).collect();
-    let unknown = rule
-        .tolerances
-        .iter()
-        .find(|t| !known.contains(&t.quantity.as_str()));
+    let is_known = |t: &Tolerance| known.iter().any(|name| t.is_of(name));
+    let unknown = rule.tolerances.iter().find(|t| !is_known(t));
     let Some(unknown) = unknown.filter(|_| !known.is_empty()) else {
         return Ok(());
     };

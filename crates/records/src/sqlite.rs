@@ -36,7 +36,14 @@ impl Sqlite {
     pub(crate) fn open(path: &Path, access: Access) -> Result<Self> {
         let size = std::fs::metadata(path).map(|m| m.len()).ok();
         match (size, access) {
-            (None | Some(0), Access::Create) => {}
+            (None, Access::Create) => {}
+            (Some(0), _) => {
+                return Err(
+                    Trouble::data(format!("{} is empty", path.display())).with_hint(
+                        "if records stood there, take the last backup; else remove the empty file",
+                    ),
+                );
+            }
             (None, _) => {
                 return Err(Trouble::request(format!(
                     "there are no records at {}",

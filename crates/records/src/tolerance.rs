@@ -51,21 +51,21 @@ pub(crate) fn doubts(
         let named = result
             .quantities
             .iter()
-            .find(|q| q.name == tolerance.quantity);
-        if let Some(q) = named
-            && let Some((false, probability)) = judge(q, limits)?
-        {
-            let name = name_of(engine, device)?;
-            let [lower, upper] = limits;
-            doubts.push(findings::tolerance_not_kept(
-                &name,
-                &q.name,
-                q.value,
-                lower,
-                upper,
-                &q.unit,
-                probability,
-            ));
+            .filter(|q| tolerance.is_of(&q.name));
+        for q in named {
+            if let Some((false, probability)) = judge(q, limits)? {
+                let name = name_of(engine, device)?;
+                let [lower, upper] = limits;
+                doubts.push(findings::tolerance_not_kept(
+                    &name,
+                    &q.name,
+                    q.value,
+                    lower,
+                    upper,
+                    &q.unit,
+                    probability,
+                ));
+            }
         }
     }
     Ok(doubts)

@@ -76,6 +76,10 @@ pub(crate) fn doubts(
     if let Some(certificate) = used.certificate {
         doubts.extend(not_valid(engine, certificate, used.standard, day)?);
     }
+    if is_withdrawn(engine, used.standard, day)? {
+        let name = name_of(engine, used.standard)?;
+        doubts.push(findings::device_withdrawn(&name));
+    }
     let rows = engine.rows(
         "SELECT day, en, good FROM checked WHERE device = ?1 AND day <= ?2 ORDER BY day DESC, entry DESC LIMIT 1",
         &[used.standard.into(), day.into()],
@@ -89,6 +93,16 @@ pub(crate) fn doubts(
         ));
     }
     Ok(doubts)
+}
+
+/// Whether a device was out of use on a day.
+pub(crate) fn is_withdrawn(engine: &mut dyn Engine, device: i64, day: i64) -> Result<bool> {
+    let rows = engine.rows(
+        "SELECT kind FROM event WHERE device = ?1 AND day <= ?2 AND kind IN ('withdrawal', 'return') ORDER BY day DESC, entry DESC LIMIT 1",
+        &[device.into(), day.into()],
+    )?;
+    let last = rows.first().and_then(|row| row[0].text());
+    Ok(last == Some("withdrawal"))
 }
 
 /// A certificate that was not valid on the day of its use.
@@ -170,6 +184,39 @@ pub(crate) fn link(engine: &mut dyn Engine, certificate: i64, c: &FiledCertifica
          AND NOT EXISTS (SELECT 1 FROM used WHERE used.result = input.result AND used.standard = ?2)",
         &[certificate.into(), c.standard.into(), (&file.sha256).into()],
     )?;
+    Ok(())
+}
+
+/// Takes a certificate from the results that it stands behind, and gives these.
+pub(crate) fn unlink(engine: &mut dyn Engine, certificate: i64) -> Result<Vec<i64>> {
+    let rows = engine.rows(
+        "SELECT result FROM used WHERE certificate = ?1 ORDER BY result",
+        &[certificate.into()],
+    )?;
+    engine.run(
+        "UPDATE used SET certificate = NULL WHERE certificate = ?1",
+        &[certificate.into()],
+    )?;
+    Ok(rows.iter().filter_map(|row| row[0].integer()).collect())
+}
+
+/// Brings the last certificate of a standard to results that lost theirs.
+pub(crate) fn link_again(engine: &mut dyn Engine, standard: i64, results: &[i64]) -> Result<()> {
+    for result in results {
+        let day = engine.rows(
+            "SELECT day FROM result WHERE entry = ?1",
+            &[(*result).into()],
+        )?;
+        let Some(day) = day.first().and_then(|row| row[0].integer()) else {
+            continue;
+        };
+        if let Some(certificate) = certificate_on(engine, standard, day)? {
+            engine.run(
+                "UPDATE used SET certificate = ?1 WHERE result = ?2 AND standard = ?3",
+                &[certificate.into(), (*result).into(), standard.into()],
+            )?;
+        }
+    }
     Ok(())
 }
 

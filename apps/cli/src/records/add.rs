@@ -1,6 +1,7 @@
 //! `proofmass records add`: what is filed.
 
 use crate::{Failure, Outcome, console};
+use proofmass::io::{LARGEST_DOCUMENT, Source};
 use proofmass::records::{
     Content, EventKind, FiledCampaign, FiledCertificate, FiledCheck, FiledDevice, FiledEvent,
     FiledRule, FiledUse, Filing, Records as Ledger, Tolerance,
@@ -78,7 +79,7 @@ struct CertificateArguments {
     #[arg(long, value_name = "NAME")]
     laboratory: Option<String>,
     /// Relative expanded uncertainty of the sensitivity (k = 2), in percent
-    #[arg(long, value_name = "PERCENT", value_parser = crate::number_arguments::positive)]
+    #[arg(long, value_name = "PERCENT", allow_negative_numbers = true, value_parser = crate::number_arguments::positive)]
     expanded_relative: Option<f64>,
     /// Its table or page
     #[arg(long, value_name = "FILE")]
@@ -94,13 +95,13 @@ struct CheckArguments {
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     value: f64,
     /// Its standard uncertainty
-    #[arg(long, value_name = "U", value_parser = crate::number_arguments::positive)]
+    #[arg(long, value_name = "U", allow_negative_numbers = true, value_parser = crate::number_arguments::positive)]
     u: f64,
     /// Known value
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     reference: f64,
     /// Its standard uncertainty
-    #[arg(long, value_name = "U", value_parser = crate::number_arguments::positive)]
+    #[arg(long, value_name = "U", allow_negative_numbers = true, value_parser = crate::number_arguments::positive)]
     u_reference: f64,
     /// Unit of all numbers
     #[arg(long, value_name = "UNIT")]
@@ -143,11 +144,11 @@ struct RuleArguments {
     #[arg(long, value_name = "RULE", value_parser = ["fixed", "drift", "staircase"])]
     rule: Option<String>,
     /// Months [default: as before, or 12]
-    #[arg(long, value_name = "MONTHS", value_parser = crate::number_arguments::positive)]
+    #[arg(long, value_name = "MONTHS", allow_negative_numbers = true, value_parser = crate::number_arguments::positive)]
     months: Option<f64>,
-    /// Longest interval of the staircase, in months
-    #[arg(long, value_name = "MONTHS", default_value_t = 36.0, value_parser = crate::number_arguments::positive)]
-    longest: f64,
+    /// Longest interval of the staircase, in months [default: as before, or 36]
+    #[arg(long, value_name = "MONTHS", allow_negative_numbers = true, value_parser = crate::number_arguments::positive)]
+    longest: Option<f64>,
     /// Quantity that is not tolerated by this rule any more; may be repeated
     #[arg(long, value_name = "NAME")]
     without: Vec<String>,
@@ -207,8 +208,10 @@ fn limits(text: &str) -> Result<(String, [f64; 2]), String> {
 
 impl Add {
     pub(super) fn run(self, place: &str, today: &str) -> Result<Outcome, Failure> {
-        let mut records = Ledger::open_or_make(place)?;
-        let records = &mut records;
+        super::made(place, |records| self.add_to(records, today))
+    }
+
+    fn add_to(self, records: &mut Ledger, today: &str) -> Result<Outcome, Failure> {
         let on = |date: Option<String>| date.unwrap_or_else(|| today.to_owned());
         let mut all = Vec::new();
         let content = match self.what {
@@ -219,8 +222,11 @@ impl Add {
                         .map_err(|trouble| trouble.detail(place.display().to_string()))?;
                     filed.findings.iter().for_each(console::finding);
                     let said = &results.filing;
-                    let more =
-                        !said.standard.is_empty() || said.number.is_some() || said.device.is_some();
+                    let more = !said.standard.is_empty()
+                        || said.number.is_some()
+                        || said.device.is_some()
+                        || said.date.is_some()
+                        || said.supersedes.is_some();
                     if filed.known && more {
                         return Err(Failure::new(format!(
                             "{} is here already as result {}, and nothing is changed",
@@ -231,6 +237,10 @@ impl Add {
                             "to file it anew with what you say now: --supersedes {} --reason \"…\"",
                             filed.number
                         )));
+                    }
+                    if let Some(device) = filed.new_device {
+                        let name = records.filed_device(device)?.line();
+                        console::note(format!("new device #{device}: {name}"));
                     }
                     let how = if filed.known {
                         "is here already as"
@@ -278,8 +288,7 @@ impl Add {
                 Content::Certificate(match &c.file {
                     Some(file) => {
                         let name = file.display().to_string();
-                        let bytes = std::fs::read(file)
-                            .map_err(|e| Failure::new(format!("{name}: {e}")))?;
+                        let (bytes, _) = Source::open(file)?.into_bytes(LARGEST_DOCUMENT)?;
                         let mut filed = filed.reading(&name, &bytes, &device)?;
                         for doubt in FiledCertificate::doubts(&name, &bytes)? {
                             console::finding(&doubt);
@@ -314,10 +323,21 @@ impl Add {
                 date: on(u.date),
             }),
         };
-        if let Content::Rule(rule) = &content {
-            console::note(said(rule));
+        let filed = records.file_content(today, None, content.clone())?;
+        match &content {
+            Content::Rule(rule) => console::note(rule.words()),
+            Content::Certificate(_) => {
+                let behind = records.results_behind(filed.number)?;
+                if !behind.is_empty() {
+                    let numbers: Vec<String> = behind.iter().map(i64::to_string).collect();
+                    console::note(format!(
+                        "it stands behind the results {}",
+                        numbers.join(", ")
+                    ));
+                }
+            }
+            _ => {}
         }
-        let filed = records.file_content(today, None, content)?;
         filed.findings.iter().for_each(console::finding);
         console::print(&format!("#{}\n", filed.number))?;
         Ok(Outcome::of(self.strict, &filed.findings))
@@ -332,7 +352,10 @@ pub(super) fn is_digital(place: &std::path::Path) -> bool {
 }
 
 /// A device that can be found again, and is not here yet.
-fn named(records: &mut Ledger, device: FiledDevice) -> Result<FiledDevice, Failure> {
+fn named(records: &mut Ledger, mut device: FiledDevice) -> Result<FiledDevice, Failure> {
+    for number in [&mut device.serial, &mut device.owner_number] {
+        *number = number.take().map(|n| n.trim().to_owned());
+    }
     let number = |text: &Option<String>| text.as_ref().is_some_and(|t| !t.trim().is_empty());
     if !number(&device.serial) && !number(&device.owner_number) {
         return Err(Failure::new("a device needs a number by which it is found")
@@ -355,19 +378,36 @@ impl RuleArguments {
             .map(|called| records.device(called))
             .transpose()?;
         let before = records.own_rule(device)?;
-        let (kind, months) = match before.as_ref().map(|b| b.rule) {
-            Some(RecalibrationRule::Drift { longest }) => ("drift", longest),
-            Some(RecalibrationRule::Staircase { first, .. }) => ("staircase", first),
-            Some(RecalibrationRule::Fixed { months }) => ("fixed", months),
-            _ => ("fixed", 12.0),
+        let (kind, months, longest) = match before.as_ref().map(|b| b.rule) {
+            Some(RecalibrationRule::Drift { longest }) => ("drift", longest, 36.0),
+            Some(RecalibrationRule::Staircase { first, longest }) => ("staircase", first, longest),
+            Some(RecalibrationRule::Fixed { months }) => ("fixed", months, 36.0),
+            _ => ("fixed", 12.0, 36.0),
         };
         let kind = self.rule.as_deref().unwrap_or(kind);
         let months = self.months.unwrap_or(months);
+        if self.longest.is_some() && kind != "staircase" {
+            return Err(Failure::new("--longest belongs to the staircase")
+                .hint("the longest interval of `drift` is --months"));
+        }
+        let longest = self.longest.unwrap_or(longest);
+        if kind == "staircase" && months > longest {
+            return Err(Failure::new(format!(
+                "the first interval of {months} months is longer than the longest of {longest}"
+            ))
+            .hint("make --longest at least --months"));
+        }
+        if months > 600.0 {
+            return Err(
+                Failure::new(format!("an interval of {months} months is out of place"))
+                    .hint("at most 600 months"),
+            );
+        }
         let rule = match kind {
             "drift" => RecalibrationRule::Drift { longest: months },
             "staircase" => RecalibrationRule::Staircase {
                 first: months,
-                longest: self.longest,
+                longest,
             },
             _ => RecalibrationRule::Fixed { months },
         };
@@ -387,7 +427,7 @@ impl RuleArguments {
         }
         if kind != "fixed" && tolerances.iter().all(|t| t.change.is_none()) {
             return Err(Failure::new(format!("the rule `{kind}` needs a tolerance"))
-                .hint("say what may change, such as --change S.modulus=0.0001"));
+                .hint("say what may change, such as --change S.modulus=0.0001, which is that of every frequency"));
         }
         Ok(FiledRule {
             device,
@@ -409,25 +449,4 @@ fn of(tolerances: &mut Vec<Tolerance>, quantity: String) -> &mut Tolerance {
         tolerances.len() - 1
     });
     &mut tolerances[at]
-}
-
-/// A rule in words.
-fn said(rule: &FiledRule) -> String {
-    let interval = match rule.rule {
-        RecalibrationRule::Fixed { months } => format!("due after {months} months"),
-        RecalibrationRule::Drift { longest } => {
-            format!("due by the drift, at most after {longest} months")
-        }
-        RecalibrationRule::Staircase { first, longest } => {
-            format!("due by the staircase from {first} months, at most after {longest}")
-        }
-        _ => "due by a rule".to_owned(),
-    };
-    let tolerated = rule.tolerances.iter().map(|t| {
-        let change = t.change.map(|c| format!(" may change by {c}"));
-        let limits = t.limits.map(|[low, high]| format!(" from {low} to {high}"));
-        let words: Vec<String> = change.into_iter().chain(limits).collect();
-        format!("; {}{}", t.quantity, words.join(","))
-    });
-    interval + &tolerated.collect::<String>()
 }

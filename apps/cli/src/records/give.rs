@@ -44,10 +44,9 @@ pub(super) struct Backup {
 }
 
 impl Export {
-    pub(super) fn run(self, records: &mut Ledger, today: &str) -> Result<(), Failure> {
+    pub(super) fn run(self, records: &mut Ledger, place: &str, today: &str) -> Result<(), Failure> {
         if self.json {
-            console::keep(&self.output, self.force)?;
-            return write_file(&self.output, &records.export_json()?);
+            return write_file(&self.output, &records.export_json()?, place, self.force);
         }
         let out = OutputFolder::create(&self.output, self.force)?;
         if self.html {
@@ -76,9 +75,23 @@ impl Backup {
     }
 }
 
-/// Writes one file, whole or not at all.
-pub(super) fn write_file(place: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let mut file = AtomicFile::create(place, &[])?;
+/// How a page begins.
+pub(super) const PAGE: &[u8] = b"<!DOCTYPE html>";
+
+/// Writes one file, whole or not at all; never over the records, and over another file only where that was said.
+pub(super) fn write_file(
+    place: &Path,
+    bytes: &[u8],
+    records: &str,
+    force: bool,
+) -> Result<(), Failure> {
+    let own: Vec<PathBuf> = ["", "-wal", "-shm"]
+        .iter()
+        .map(|end| PathBuf::from(format!("{records}{end}")))
+        .collect();
+    let kept: Vec<&Path> = own.iter().map(PathBuf::as_path).collect();
+    let mut file = AtomicFile::create(place, &kept)?;
+    console::keep(place, force)?;
     file.write_all(bytes)?;
     file.commit()?;
     console::note(format!("written: {}", place.display()));

@@ -18,14 +18,14 @@ findings! {
     /// Two results claim the same number.
     number_taken(number: &str, other: &str) =
         "number-taken", [Decision],
-        what "the number {number} is that of another result",
-        evidence "result {other} has it",
-        advice "give the result a number of its own, or supersede the other one with the reason";
+        what "the number {number} is taken",
+        evidence "entry {other} has it",
+        advice "give it a number of its own, or supersede the other one with the reason";
 
     /// A serial number that differs from a known one in its spelling alone.
     serial_spelled_otherwise(serial: &str, known: &str, device: &str) =
         "serial-spelled-otherwise", [Decision],
-        what "the serial number {serial} is that of another device in another spelling",
+        what "the serial number {serial} is, but for spelling or type, that of another device",
         evidence "device {device} has the serial number {known}",
         advice "if they are one device, file the result again with --device, --supersedes and --reason; if not, nothing is to be done (--new-device says so at once)";
 
@@ -36,6 +36,36 @@ findings! {
         evidence "superseded because: {reason}",
         advice "evaluate it again with the result that took its place",
         false_alarms "none: digests are compared";
+
+    /// The known value of a check is another than before.
+    check_against_another(device: &str, quantity: &str, reference: f64, before: f64, unit: &str) =
+        "check-against-another", [Decision],
+        what "{device}: {quantity} was checked against another known value than before",
+        evidence "{reference:.5e} {unit} now, {before:.5e} {unit} before",
+        advice "look at value and unit; a wrong entry is taken back with `records supersede`";
+
+    /// A result is filed for another device than it names.
+    device_named_otherwise(device: &str, named: &str) =
+        "device-named-otherwise", [Decision],
+        what "the result names another device than {device}, for which it was filed",
+        evidence "it names {named}",
+        advice "supersede it and file it for its own device, or let it stand with the reason in the campaign",
+        false_alarms "none: serial numbers are compared";
+
+    /// A quantity of a device comes in another unit.
+    unit_otherwise(device: &str, quantity: &str, unit: &str, known: &str) =
+        "unit-otherwise", [Decision],
+        what "{device}: {quantity} comes in another unit than before",
+        evidence "in {unit}; before in {known}",
+        advice "convert the numbers: in two units a quantity has two histories",
+        false_alarms "none: units are compared";
+
+    /// A device is used after it was withdrawn.
+    device_withdrawn(device: &str) =
+        "device-withdrawn", [Warning],
+        what "{device} was out of use on that day",
+        evidence "the last event before is its withdrawal",
+        advice "file its return (`records add event DEVICE return`), or look at the day";
 
     /// Results rest on one that was just superseded.
     rests_on_superseded(result: &str, others: &str) =
@@ -49,7 +79,7 @@ findings! {
     standard_not_named(result: &str) =
         "standard-not-named", [Note],
         what "no standard of these records stands behind the result {result}",
-        evidence "none of its inputs is the file of a certificate or result filed here, and none was named",
+        evidence "none of its inputs is the file of a certificate, or the result of a standard, filed here, and none was named",
         advice "name the standard with --standard, so that a recall finds the result";
 
     /// A standard was used after a check in which it failed.

@@ -43,6 +43,9 @@ pub fn device(records: &mut Records, device: i64, today: &str) -> Result<Report>
             page = page.meta(label, text.clone());
         }
     }
+    if let Some(rule) = records.rule_of(device)? {
+        page = page.meta("rule", rule.words());
+    }
     if let Some(section) = results_section(records, device)? {
         page = page.section(section);
     }
@@ -175,12 +178,11 @@ fn limits(records: &mut Records, device: i64, result: i64) -> Result<Option<Tabl
     };
     let mut rows: Vec<Judged> = Vec::new();
     for tolerance in &rule.tolerances {
-        let named = filed
-            .quantities
-            .iter()
-            .find(|q| q.name == tolerance.quantity);
-        if let (Some(limits), Some(q)) = (tolerance.limits, named) {
-            rows.push((q.clone(), limits, judge(q, limits)?));
+        if let Some(limits) = tolerance.limits {
+            let named = filed.quantities.iter().filter(|q| tolerance.is_of(&q.name));
+            for q in named {
+                rows.push((q.clone(), limits, judge(q, limits)?));
+            }
         }
     }
     if rows.is_empty() {

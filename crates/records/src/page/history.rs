@@ -63,8 +63,16 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
     for h in &found {
         charts = charts.figure(format!("Control chart of {}", h.series.name), chart(h));
     }
-    let page = Report::new(format!("History of {name}"))
+    // What moves most beside its U is shown first.
+    let most = found.iter().max_by(|a, b| moved(a).total_cmp(&moved(b)));
+    let first = most.map(|h| (h.series.name.clone(), chart(h)));
+    let jumps = found.iter().filter(|h| h.jump.is_some()).count();
+    let mut page = Report::new(format!("History of {name}"))
         .question(match drifting {
+            _ if jumps > 0 => match jumps {
+                1 => "One quantity has jumped.".to_owned(),
+                n => format!("{n} quantities have jumped."),
+            },
             0 if found.iter().all(|h| h.drift.is_none()) => {
                 "Fewer than three calibrations with U: no drift can be told.".to_owned()
             }
@@ -76,7 +84,21 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
         .section(Section::new("Quantities").table(table).summarised())
         .section(charts)
         .section(Section::new("Calibrations").table(points(&found)));
+    if let Some((name, chart)) = first {
+        page = page.shown_by(format!("Control chart of {name}"), chart);
+    }
     Ok(page)
+}
+
+/// How far a quantity has moved: its jump or its drift over their standard uncertainty.
+fn moved(h: &History) -> f64 {
+    let jump = h
+        .jump
+        .map_or(0.0, |j| (j.height / j.standard_uncertainty).abs());
+    let drift = h.drift.as_ref().map_or(0.0, |d| {
+        (d.drift.value / d.drift.standard_uncertainty).abs()
+    });
+    jump.max(drift)
 }
 
 fn points(found: &[History]) -> Table {

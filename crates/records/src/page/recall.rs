@@ -31,7 +31,7 @@ pub fn recall(recall: &Recall) -> Report {
                     let most = if e.at_most { "at most " } else { "" };
                     let percent = e
                         .relative
-                        .map_or(String::new(), |r| format!(" ({:.2} %)", 1e2 * r));
+                        .map_or(String::new(), |r| format!(" ({:+.2} %)", 1e2 * r));
                     format!(
                         "{most}{:.2e} {}{percent} in {}",
                         e.effect, e.unit, e.quantity
@@ -80,8 +80,15 @@ pub fn recall(recall: &Recall) -> Report {
     let mut table = Table::of("", fields, &recall.results).file("recall.csv");
     if let Some(error) = recall.error {
         table = table.note(format!(
-            "For an error of the standard of {:+.3} %. Sizes: a sensitivity is too large where that of the standard is.",
+            "For a standard whose sensitivity is {:+.3} % of what its certificate says away from it. Effects are stated less true: a \
+             sensitivity is stated too small where that of the standard is too large.",
             1e2 * error
+        ));
+    } else if let Some(found) = recall.found {
+        table = table.note(format!(
+            "The failed check found {:+.3} %: --error {:.3} gives the effect on each result.",
+            1e2 * found,
+            1e2 * found
         ));
     }
     let mut page = Report::new(format!("What rests on {}", recall.name))
@@ -102,7 +109,7 @@ pub fn recall(recall: &Recall) -> Report {
 
 /// The effect that is largest beside its U.
 fn worst(r: &Recalled) -> Option<&crate::recall::RecalledEffect> {
-    let share = |e: &crate::recall::RecalledEffect| e.expanded.map_or(0.0, |u| e.effect / u);
+    let share = |e: &crate::recall::RecalledEffect| e.expanded.map_or(0.0, |u| e.effect.abs() / u);
     r.effects
         .iter()
         .max_by(|a, b| share(a).total_cmp(&share(b)))
@@ -113,5 +120,5 @@ fn largest(r: &Recalled) -> Option<f64> {
     worst
         .expanded
         .filter(|u| *u > 0.0)
-        .map(|u| worst.effect / u)
+        .map(|u| worst.effect.abs() / u)
 }

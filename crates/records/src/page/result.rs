@@ -47,6 +47,7 @@ pub fn result(records: &mut Records, result: i64) -> Result<Report> {
             .rounded(Rounding::Power(1)),
     ];
     let table = Table::of("", fields, &filed.quantities);
+    page = page.findings(records.doubts_about(&filed, result)?);
     let rests = records.rests_on(result)?;
     page = page.section(Section::new("Quantities").table(table).summarised());
     if !rests.is_empty() {

