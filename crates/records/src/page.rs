@@ -30,7 +30,7 @@ pub fn write(records: &mut Records, sink: &dyn Sink, today: &str) -> Result<()> 
     };
     let leads = |text: &str, page: &str| {
         let table = Table::new("", [Column::text("")]).row([Cell::linked(text, page)]);
-        Section::new("Other pages").table(table)
+        Section::new("Other pages").table(table).summarised()
     };
     let index = list(records, false, today)?.section(leads("What is due", "due.html"));
     put("index.html".to_owned(), index)?;
@@ -42,9 +42,12 @@ pub fn write(records: &mut Records, sink: &dyn Sink, today: &str) -> Result<()> 
     for row in records.devices(false)? {
         let mut page = device(records, row.number, today)?;
         if row.results > 0 {
-            let history = history(records, row.number, None)?;
+            let told = history(records, row.number, None)?;
             page = page.findings(history_findings(records, row.number)?);
-            page.sections.extend(history.sections);
+            if let Some((name, chart)) = history::first(records, row.number)? {
+                page = page.shown_by(format!("Control chart of {name}"), chart);
+            }
+            page.sections.extend(told.sections);
         }
         put(format!("device-{}.html", row.number), page.section(back()))?;
     }

@@ -47,7 +47,7 @@ pub fn recomputed(result: i64, found: &Recomputed) -> Report {
             Field::shown("unit", "", |d: &Difference| d.unit.as_str().into()),
             Field::shown("difference / U", "", |d: &Difference| d.share.into())
                 .rounded(Rounding::TwoDigits),
-            Field::shown("", "", |d: &Difference| {
+            Field::shown("judgement", "", |d: &Difference| {
                 if d.is_within() {
                     "within U"
                 } else {

@@ -87,7 +87,7 @@ pub fn device(records: &mut Records, device: i64, today: &str) -> Result<Report>
             Field::shown("reference", "", |r: &Vec<_>| pair(r, 5)),
             Field::shown("unit", "", |r: &Vec<_>| text(r, 2)),
             Field::shown("E_n", "", |r: &Vec<_>| real(r, 7).into()).decimals(2),
-            Field::shown("", "", |r: &Vec<_>| {
+            Field::shown("judgement", "", |r: &Vec<_>| {
                 if integer(r, 8) == Some(1) {
                     "agrees"
                 } else {
@@ -107,7 +107,9 @@ pub fn device(records: &mut Records, device: i64, today: &str) -> Result<Report>
         let fields = [
             Field::shown("day", "", |e: &(i64, String, String)| date(Some(e.0))),
             Field::shown("event", "", |e: &(i64, String, String)| e.1.as_str().into()),
-            Field::shown("", "", |e: &(i64, String, String)| e.2.as_str().into()),
+            Field::shown("in words", "", |e: &(i64, String, String)| {
+                e.2.as_str().into()
+            }),
         ];
         page = page.section(
             Section::new("Events")
@@ -201,7 +203,7 @@ fn limits(records: &mut Records, device: i64, result: i64) -> Result<Option<Tabl
             r.2.map(|d| d.1).into()
         })
         .decimals(3),
-        Field::shown("", "", |r: &Judged| {
+        Field::shown("decision", "", |r: &Judged| {
             match r.2 {
                 Some((true, _)) => "accepted",
                 Some((false, _)) => "NOT ACCEPTED",

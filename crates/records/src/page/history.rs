@@ -63,9 +63,7 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
     for h in &found {
         charts = charts.figure(format!("Control chart of {}", h.series.name), chart(h));
     }
-    // What moves most beside its U is shown first.
-    let most = found.iter().max_by(|a, b| moved(a).total_cmp(&moved(b)));
-    let first = most.map(|h| (h.series.name.clone(), chart(h)));
+    let first = first_of(&found);
     let jumps = found.iter().filter(|h| h.jump.is_some()).count();
     let mut page = Report::new(format!("History of {name}"))
         .question(match drifting {
@@ -88,6 +86,16 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
         page = page.shown_by(format!("Control chart of {name}"), chart);
     }
     Ok(page)
+}
+
+/// The chart of the quantity of a device that has moved most beside its U.
+pub(super) fn first(records: &mut Records, device: i64) -> Result<Option<(String, XyPlot)>> {
+    Ok(first_of(&records.history(device)?))
+}
+
+fn first_of(found: &[History]) -> Option<(String, XyPlot)> {
+    let most = found.iter().max_by(|a, b| moved(a).total_cmp(&moved(b)))?;
+    Some((most.series.name.clone(), chart(most)))
 }
 
 /// How far a quantity has moved: its jump or its drift over their standard uncertainty.

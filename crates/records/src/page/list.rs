@@ -20,9 +20,9 @@ pub fn list(records: &mut Records, standards_alone: bool, today: &str) -> Result
         .filter(|d| d.due.is_some_and(|due| due < day))
         .count();
     let verdict = match over {
-        0 => "No device is overdue.".to_owned(),
-        1 => "One device is overdue.".to_owned(),
-        n => format!("{n} devices are overdue."),
+        0 => "Nothing is overdue.".to_owned(),
+        1 => "One device or standard is overdue.".to_owned(),
+        n => format!("{n} devices and standards are overdue."),
     };
     Ok(Report::new("Devices")
         .subtitle(format!(
@@ -45,17 +45,17 @@ fn device_table(devices: &[DeviceRow], today: i64) -> Table {
             d.owner_number.clone().into()
         })
         .page("owner's no.", ""),
-        Field::shown("", "", |d: &DeviceRow| {
-            if d.standard { "standard" } else { "" }.into()
+        Field::shown("kind", "", |d: &DeviceRow| {
+            if d.standard { "standard" } else { "device" }.into()
         }),
         Field::new("calibrations", |d: &DeviceRow| number(d.results)).page("calibrations", ""),
         Field::new("last", |d: &DeviceRow| date(d.last)).page("last", ""),
         Field::new("due", |d: &DeviceRow| date(d.due)).page("due", ""),
-        Field::shown("", "", move |d: &DeviceRow| {
-            if d.due.is_some_and(|due| due < today) {
-                "OVERDUE"
-            } else {
-                ""
+        Field::shown("state", "", move |d: &DeviceRow| {
+            match (d.due, d.last) {
+                (Some(due), _) if due < today => "OVERDUE",
+                (_, None) => "never calibrated",
+                _ => "",
             }
             .into()
         }),
@@ -76,7 +76,7 @@ pub fn due(records: &mut Records, today: &str, within: i64) -> Result<Report> {
         Field::new("number", |d: &Due| number(d.device)).page("no.", ""),
         Field::new("due", |d: &Due| date(Some(d.day))).page("due", ""),
         Field::new("days", move |d: &Due| number(d.day - day)).page("in", "d"),
-        Field::shown("", "", move |d: &Due| {
+        Field::shown("state", "", move |d: &Due| {
             if d.is_over(day) { "OVERDUE" } else { "" }.into()
         }),
         Field::new("evidence", |d: &Due| d.evidence.as_str().into()).page("by the rule", ""),

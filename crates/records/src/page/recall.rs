@@ -41,7 +41,7 @@ pub fn recall(recall: &Recall) -> Report {
             }
             .into()
         }),
-        Field::shown("", "", |r: &Recalled| {
+        Field::shown("state", "", |r: &Recalled| {
             if r.superseded { "superseded" } else { "" }.into()
         }),
     ];

@@ -67,7 +67,7 @@ pub(super) fn rests_table(rests: &[Rest]) -> Table {
         Field::new("name", |r: &Rest| r.name.as_str().into()).page("file", ""),
         Field::new("sha256", |r: &Rest| r.sha256.as_str().into()),
         Field::shown("SHA-256", "", |r: &Rest| short(&r.sha256).into()),
-        Field::shown("", "", |r: &Rest| {
+        Field::shown("kept as", "", |r: &Rest| {
             match (r.kept, r.from) {
                 (_, Some(from)) => format!("of result {from}"),
                 (true, None) => "kept".to_owned(),
