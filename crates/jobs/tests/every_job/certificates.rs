@@ -176,9 +176,15 @@ fn law_numbers_are_the_same_to_the_digit_wherever_they_stand() {
             );
         }
         assert!(sheet.contains("rounded up to two significant digits"));
+        // A slope in m/s²/K is one per kelvin.
+        let per_kelvin = "<si:unit>\\metre\\second\\tothe{-2}\\kelvin\\tothe{-1}</si:unit>";
+        assert!(kind != "temperature" || outcome.xml().contains(per_kelvin));
         // Text from outside stays text.
         assert!(!outcome.xml().contains("<b>") && !result.html().unwrap().contains("<b>&"));
-        assert!(!sheet.contains("\"math\""), "no formula comes from outside");
+        // No formula comes from outside.
+        let formulas = sheet.matches("\"math\"").count();
+        let symbols = ["U", "k"].map(|s| sheet.matches(&format!("{{\"math\":\"{s}\"}}")).count());
+        assert_eq!(formulas, symbols[0] + symbols[1]);
         assert_eq!(whole["attachments"].as_array().unwrap().len(), 2);
         // The same inputs, the same bytes.
         assert_eq!(
