@@ -11,6 +11,20 @@ pub fn days(year: i64, month: i64, day: i64) -> i64 {
     365 * year + leaps + (153 * month + 2) / 5 + day - BEFORE_1970
 }
 
+/// Days from 1970-01-01 to a date written as 2026-03-31; `None` for another form, or a day that is not in the calendar.
+pub fn day_of(date: &str) -> Option<i64> {
+    let mut parts = date.split('-');
+    let mut number = |digits: usize| -> Option<i64> {
+        let part = parts.next()?;
+        let plain = part.len() == digits && part.bytes().all(|b| b.is_ascii_digit());
+        plain.then(|| part.parse().ok())?
+    };
+    let (year, month, day) = (number(4)?, number(2)?, number(2)?);
+    let days = days(year, month, day);
+    let back = date_time(days.checked_mul(86_400)?);
+    (back.split('T').next() == Some(date)).then_some(days)
+}
+
 /// Days that the count of years from zero on has at 1970-01-01.
 const BEFORE_1970: i64 = 719_469;
 
@@ -33,7 +47,7 @@ pub fn date_time(seconds: i64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{date_time, days};
+    use super::{date_time, day_of, days};
 
     #[test]
     fn published_times_since_1970() {
@@ -47,6 +61,28 @@ mod tests {
             (-1, "1969-12-31T23:59:59"),
         ] {
             assert_eq!(date_time(seconds), text);
+        }
+    }
+
+    #[test]
+    fn known_dates_and_what_is_none() {
+        for (date, day) in [
+            ("1970-01-01", 0),
+            ("2000-02-29", 11_016),
+            ("2026-01-01", 20_454),
+        ] {
+            assert_eq!(day_of(date), Some(day));
+        }
+        for wrong in [
+            "2026-02-30",
+            "2026-1-1",
+            "1.1.2026",
+            "2026-13-01",
+            "",
+            "2026-01-01-01",
+            "+026-01-01",
+        ] {
+            assert_eq!(day_of(wrong), None, "{wrong}");
         }
     }
 

@@ -43,7 +43,15 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ),
     (
         "records",
-        &["core", "uncertainty", "static", "io", "report", "jobs"],
+        &[
+            "core",
+            "uncertainty",
+            "dynamic",
+            "static",
+            "io",
+            "report",
+            "jobs",
+        ],
     ),
 ];
 

@@ -3,7 +3,7 @@
 use crate::contribution::from_standards;
 use crate::day::day_of;
 use crate::entry::{FiledQuantity, sha256};
-use crate::filing::Filing;
+use crate::filing::{CERTIFICATE, Filing};
 use proofmass_io::{
     Device, Fate, LARGEST_DOCUMENT, MANIFEST, Manifest, Source, StatedQuantity, Verification,
 };
@@ -17,6 +17,8 @@ pub struct Candidate {
     pub device: Device,
     /// Kind, as in result.json.
     pub kind: String,
+    /// Number of its certificate, where it is one.
+    pub number: Option<String>,
     /// Title.
     pub title: Option<String>,
     /// Day of the evaluation, ISO 8601.
@@ -105,6 +107,16 @@ impl Candidate {
         }
         let date = record.date.clone().unwrap_or_else(|| today.to_owned());
         day_of(&date)?;
+        // A certificate is the document of a result, whose quantities are filed with that.
+        let is_certificate = result.kind() == CERTIFICATE;
+        let section = result.section(CERTIFICATE).filter(|_| is_certificate);
+        let number = section
+            .and_then(|s| s["number"].as_str())
+            .map(str::to_owned);
+        if is_certificate && number.is_none() {
+            return Err(Trouble::request("a draft is no certificate")
+                .with_hint("`proofmass certificate release` gives it its number; file the result itself until then"));
+        }
         Ok(Self {
             device: record.device.clone(),
             kind: result.kind().to_owned(),
@@ -112,7 +124,11 @@ impl Candidate {
             date,
             sha256: sha256(&[&bytes]),
             source: record.software.to_string(),
-            quantities: quantities(&result)?,
+            quantities: match is_certificate {
+                true => Vec::new(),
+                false => quantities(&result)?,
+            },
+            number,
             files,
             inputs,
             signer,

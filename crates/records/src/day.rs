@@ -8,26 +8,11 @@ use proofmass_jobs::{Result, Trouble};
 /// # Errors
 /// Another form, or a day that is not in the calendar.
 pub fn day_of(date: &str) -> Result<i64> {
-    let refuse = || {
+    let date_alone = date.split('T').next().unwrap_or_default();
+    calendar::day_of(date_alone).ok_or_else(|| {
         Trouble::request(format!("{date:?} is no date"))
             .with_hint("write year, month and day as in 2026-03-31")
-    };
-    let date_alone = date.split('T').next().unwrap_or_default();
-    let parts: Vec<&str> = date_alone.split('-').collect();
-    let [year, month, day] = parts[..] else {
-        return Err(refuse());
-    };
-    let number = |text: &str, digits: usize| -> Result<i64> {
-        match text.len() == digits && text.bytes().all(|b| b.is_ascii_digit()) {
-            true => text.parse().map_err(|_| refuse()),
-            false => Err(refuse()),
-        }
-    };
-    let days = calendar::days(number(year, 4)?, number(month, 2)?, number(day, 2)?);
-    match date_of(days) == date_alone {
-        true => Ok(days),
-        false => Err(refuse()),
-    }
+    })
 }
 
 /// The date of a day from 1970-01-01.

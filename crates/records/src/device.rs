@@ -52,7 +52,7 @@ impl Records {
             "SELECT device.entry, manufacturer, model, serial, owner_number, device.standard, calibrated.number, calibrated.last, due.day, certified.last
              FROM device
              LEFT JOIN (SELECT device, count(*) AS number, max(day) AS last FROM result
-                        WHERE entry NOT IN (SELECT old FROM supersession) GROUP BY device) AS calibrated
+                        WHERE kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession) GROUP BY device) AS calibrated
                ON calibrated.device = device.entry
              LEFT JOIN (SELECT standard, max(valid_from) AS last FROM certificate GROUP BY standard) AS certified
                ON certified.standard = device.entry

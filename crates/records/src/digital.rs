@@ -2,7 +2,7 @@
 
 use crate::candidate::Candidate;
 use crate::entry::{FiledCertificate, FiledQuantity, sha256};
-use crate::filing::{CERTIFICATE, Filed, Filing};
+use crate::filing::{Filed, Filing, OTHERS};
 use crate::ledger::Records;
 use proofmass_io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
 use proofmass_jobs::{Result, Trouble};
@@ -42,7 +42,7 @@ pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
     };
     let candidate = Candidate {
         device: said.item.clone(),
-        kind: CERTIFICATE.to_owned(),
+        kind: OTHERS.to_owned(),
         title: said
             .laboratory
             .clone()

@@ -109,8 +109,7 @@ fn not_kept(engine: &mut dyn Engine, rule: &FiledRule) -> Result<Vec<Finding>> {
     if rule.tolerances.iter().all(|t| t.limits.is_none()) {
         return Ok(Vec::new());
     }
-    let last =
-        "SELECT entry, device, day FROM result WHERE entry NOT IN (SELECT old FROM supersession)";
+    let last = "SELECT entry, device, day FROM result WHERE kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)";
     let rows = match rule.device {
         Some(device) => engine.rows(
             &format!("{last} AND device = ?1 ORDER BY day, entry"),

@@ -134,7 +134,7 @@ pub(crate) fn update(engine: &mut dyn Engine, device: i64) -> Result<()> {
         return Ok(());
     }
     let results = engine.rows(
-        "SELECT max(day) FROM result WHERE device = ?1 AND entry NOT IN (SELECT old FROM supersession)",
+        "SELECT max(day) FROM result WHERE device = ?1 AND kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)",
         &[device.into()],
     )?;
     // What another laboratory certified counts as a calibration, too.
@@ -189,14 +189,16 @@ pub(crate) fn update(engine: &mut dyn Engine, device: i64) -> Result<()> {
     Ok(())
 }
 
-/// Changes between successive calibrations as shares of the tolerance: of all quantities the largest.
-fn changes(series: &[Series], rule: &FiledRule) -> Vec<f64> {
-    let mut all: std::collections::BTreeMap<i64, f64> = Default::default();
+/// Changes between successive calibrations, the oldest first: days between the two, and the share of the tolerance, of all quantities the
+/// largest.
+fn changes(series: &[Series], rule: &FiledRule) -> Vec<(f64, f64)> {
+    let mut all: std::collections::BTreeMap<i64, (f64, f64)> = Default::default();
     for (s, tolerance) in tolerated(series, rule) {
         for pair in s.points.windows(2) {
             let share = (pair[1].value - pair[0].value).abs() / tolerance;
-            let day = all.entry(pair[1].day).or_default();
-            *day = day.max(share);
+            let days = (pair[1].day - pair[0].day) as f64;
+            let known = all.entry(pair[1].day).or_insert((days, share));
+            *known = (known.0.max(days), known.1.max(share));
         }
     }
     all.into_values().collect()

@@ -72,6 +72,8 @@ fn megabytes(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// Kind of a result that is the certificate of another laboratory.
+pub(crate) const OTHERS: &str = "certificate-of-others";
+/// Kind of a certificate that was made of a result: it is a document, and no calibration of its own.
 pub(crate) const CERTIFICATE: &str = "certificate";
 
 /// What became of a result.
@@ -95,6 +97,10 @@ impl Records {
     /// As [`Candidate::read`] and [`Records::file_candidate`].
     pub fn add_result(&mut self, place: &Path, filing: &Filing, today: &str) -> Result<Filed> {
         let mut candidate = Candidate::read(place, filing, today)?;
+        let filing = &Filing {
+            number: filing.number.clone().or(candidate.number.take()),
+            ..filing.clone()
+        };
         if let Some(date) = &filing.date {
             candidate.date.clone_from(date);
         }
@@ -150,7 +156,7 @@ impl Records {
             }
             doubts.extend(used::superseded(engine, c)?);
             // The certificate of another laboratory has its standards there.
-            if uses.is_empty() && c.kind != CERTIFICATE {
+            if uses.is_empty() && ![CERTIFICATE, OTHERS].contains(&c.kind.as_str()) {
                 doubts.push(findings::standard_not_named(&c.kind));
             }
             if used::is_withdrawn(engine, device, day)? {

@@ -258,7 +258,7 @@ fn in_question(
         return Ok(([first.unwrap_or(valid).min(valid), until], why, error));
     }
     let rows = engine.rows(
-        "SELECT max(day) FROM result WHERE device = ?1 AND day <= ?2 AND entry NOT IN (SELECT old FROM supersession)",
+        "SELECT max(day) FROM result WHERE device = ?1 AND day <= ?2 AND kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)",
         &[standard.into(), found.into()],
     )?;
     Ok(match rows.first().and_then(|row| row[0].integer()) {

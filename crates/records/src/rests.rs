@@ -36,13 +36,13 @@ impl Records {
         Ok(found)
     }
 
-    /// The results of a device that count, the newest first.
+    /// The results of a device that count, the newest first; certificates made of them are left out.
     ///
     /// # Errors
     /// The database refuses.
     pub fn results_of(&mut self, device: i64) -> Result<Vec<i64>> {
         let rows = self.engine.rows(
-            "SELECT entry FROM result WHERE device = ?1 AND entry NOT IN (SELECT old FROM supersession) ORDER BY day DESC, entry DESC",
+            "SELECT entry FROM result WHERE device = ?1 AND kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession) ORDER BY day DESC, entry DESC",
             &[device.into()],
         )?;
         Ok(rows.iter().filter_map(|row| row[0].integer()).collect())

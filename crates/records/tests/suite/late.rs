@@ -632,3 +632,49 @@ fn refuses_an_exported_folder_that_lacks_a_file() {
     assert!(refused.to_string().contains("is not in"), "{refused}");
     assert!(copy.entries(1).unwrap().is_empty());
 }
+
+#[test]
+fn law_a_certificate_is_the_document_of_its_result() {
+    each(|place, _| {
+        let mut records = make(place);
+        let r = standard(&mut records, "R");
+        certificate(&mut records, r, "C", ["2025-01-01", "2027-01-01"], 0.005);
+        let rule = FiledRule {
+            device: None,
+            rule: RecalibrationRule::default(),
+            tolerances: Vec::new(),
+        };
+        records.add(TODAY, None, Content::Rule(rule)).unwrap();
+        let mut result = candidate("1", "2026-01-05", 1.0, 0.01, 0.005);
+        result.files = vec![("result.json".into(), b"the result".to_vec())];
+        let filed = file(&mut records, &result, Some("R"));
+        let Content::Result(there) = records.entry(filed.number).unwrap().content else {
+            panic!()
+        };
+        let device = records.device("1").unwrap();
+        let due = records.due_of(device).unwrap();
+        let document = Candidate {
+            kind: "certificate".into(),
+            date: "2026-02-01".into(),
+            sha256: "its own".into(),
+            quantities: Vec::new(),
+            files: vec![("certificate.xml".into(), b"<dcc/>".to_vec())],
+            inputs: vec![("result.json".into(), there.files[0].sha256.clone(), None)],
+            ..result.clone()
+        };
+        let filing = Filing {
+            number: Some("CAL-2026-0042".into()),
+            ..Default::default()
+        };
+        let document = records.file_candidate(&document, &filing, TODAY).unwrap();
+        assert!(codes(&document).is_empty(), "{:?}", codes(&document));
+        // No calibration of its own, and part of a recall.
+        assert_eq!(records.due_of(device).unwrap(), due);
+        assert_eq!(records.results_of(device).unwrap(), [filed.number]);
+        assert_eq!(records.history(device).unwrap()[0].series.points.len(), 1);
+        let recall = records.recall(r, day_of(TODAY).unwrap(), None, None).unwrap();
+        let numbers: Vec<Option<&str>> =
+            recall.results.iter().map(|r| r.number.as_deref()).collect();
+        assert_eq!(numbers, [None, Some("CAL-2026-0042")]);
+    });
+}
