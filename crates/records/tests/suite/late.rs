@@ -672,7 +672,9 @@ fn law_a_certificate_is_the_document_of_its_result() {
         assert_eq!(records.due_of(device).unwrap(), due);
         assert_eq!(records.results_of(device).unwrap(), [filed.number]);
         assert_eq!(records.history(device).unwrap()[0].series.points.len(), 1);
-        let recall = records.recall(r, day_of(TODAY).unwrap(), None, None).unwrap();
+        let recall = records
+            .recall(r, day_of(TODAY).unwrap(), None, None)
+            .unwrap();
         let numbers: Vec<Option<&str>> =
             recall.results.iter().map(|r| r.number.as_deref()).collect();
         assert_eq!(numbers, [None, Some("CAL-2026-0042")]);
