@@ -43,6 +43,13 @@ pub const SHEET: &str = "sheet.json";
 /// Name of the typeset certificate in a folder of results.
 pub const PAPER: &str = "certificate.pdf";
 
+/// Whether a number is the word that a draft has in the place of one, in any language.
+pub(crate) fn is_draft(number: &str) -> bool {
+    Language::ALL
+        .iter()
+        .any(|l| texts::Text::Draft.of(*l) == number)
+}
+
 /// A certificate that is replaced, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Replaced {
