@@ -283,9 +283,14 @@ fn product(unit: &str, sign: i32) -> Option<String> {
     let mut add = |part: &mut String, below: bool| -> Option<()> {
         let sign = if below { -sign } else { sign };
         let whole = std::mem::take(part);
-        let inner = whole.strip_prefix('(').and_then(|p| p.strip_suffix(')'));
+        // A power may stand behind brackets: (m/s²)².
+        let powers = [(")", 1), (")²", 2), (")³", 3)];
+        let inner = whole.strip_prefix('(').and_then(|rest| {
+            let mut found = powers.iter();
+            found.find_map(|(end, power)| Some((rest.strip_suffix(end)?, power)))
+        });
         text += &match (inner, whole.as_str()) {
-            (Some(inner), _) => product(inner, sign)?,
+            (Some((inner, power)), _) => product(inner, sign * power)?,
             (None, "" | "1" | "count") => String::new(),
             (None, one) => word(one, sign)?,
         };
@@ -465,6 +470,7 @@ mod tests {
             ("m/(s²·K)", "m/(s²·K)"),
             ("V/(m/s²)/K", "V·s²/(m·K)"),
             ("1/(m/s²)", "s²/m"),
+            ("1/(m/s²)²", "s⁴/m²"),
             ("1/K", "1/K"),
             ("", "1"),
             ("1", "1"),
