@@ -229,7 +229,7 @@ def add_rule(
     *,
     rule: str | None = None,
     months: float | None = None,
-    longest: float = 36,
+    longest: float | None = None,
     without: str | Sequence[str | int | float] | None = None,
     change: str | Sequence[str | int | float] | None = None,
     limits: str | Sequence[str | int | float] | None = None,
@@ -251,7 +251,7 @@ def add_rule(
         rule: How the time to the next calibration is found [default: as before, or fixed]. One of fixed, drift,
             staircase.
         months: Months [default: as before, or 12].
-        longest: Longest interval of the staircase, in months.
+        longest: Longest interval of the staircase, in months [default: as before, or 36].
         without: Quantity that is not tolerated by this rule any more; may be repeated.
         change: Largest tolerated change of a quantity in its unit, such as bias.x=0.01; may be repeated.
         limits: Limits of a quantity in its unit, such as bias.x=-0.1,0.1; may be repeated.
@@ -419,7 +419,8 @@ def recall(
 
     Args:
         standard: Serial number, owner's number or number here (#12) of the standard.
-        error: Relative error that was found, in percent.
+        error: Relative error of its sensitivity in percent, measured over certificate: 1.5 where it is 1.5 % larger
+            than its certificate says.
         since: First day [default: the last good check before the failed one, else the certificate].
         until: Day as of which it is asked, and the last one where since= is given [default: today].
         html: Write the page.
@@ -440,8 +441,10 @@ def supersede(
 ) -> Any:
     """State that a result no longer counts, and why.
 
+    A check, an event, a certificate, a rule or an earlier supersession is taken back in the same way.
+
     Args:
-        result: Number of the result.
+        result: Number of the result, or of another entry, as it was printed when it was added.
         reason: Why.
         by_result: Result in its place, by its number.
         records: File of the records, or URL of a database [default: PROOFMASS_RECORDS, or lab.records here].
