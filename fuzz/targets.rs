@@ -7,9 +7,9 @@ use proofmass_core::{SensorModel, Watch};
 use proofmass_io::formats::Container;
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
-    CalibrationFile, ColumnRef, GmshMesh, Layout, LayoutOptions, Manifest, Provenance, Recording,
-    RecordingOptions, ResultDocument, SegmentRow, Source, Waveform, WaveformFormat,
-    WaveformOptions, inspect_source, read_budget, read_model,
+    CalibrationFile, ColumnRef, DigitalCertificate, GmshMesh, Layout, LayoutOptions, Manifest,
+    Provenance, Recording, RecordingOptions, ResultDocument, SegmentRow, Source, Waveform,
+    WaveformFormat, WaveformOptions, inspect_source, read_budget, read_model,
 };
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Memory, StoredResult};
@@ -127,6 +127,19 @@ pub fn documents(data: &[u8]) {
     if let Ok(provenance) = Provenance::from_json(data) {
         let bytes = provenance.to_json().expect("text");
         assert_eq!(Provenance::from_json(&bytes).expect("our own"), provenance);
+    }
+    if let Ok(certificate) = DigitalCertificate::from_source(source(data)) {
+        let all = certificate.quantities.iter().flat_map(|q| &q.values);
+        assert!(all.into_iter().all(|v| v.is_finite()));
+        if let Ok(table) = certificate.sensitivity(None) {
+            assert!(!table.rows.is_empty());
+            let sound = |v: f64| v.is_finite() && v >= 0.0;
+            for row in &table.rows {
+                assert!(row.frequency > 0.0 && row.sensitivity > 0.0);
+                assert!(sound(row.sensitivity_uncertainty));
+                assert!(row.phase.is_none_or(|[p, u]| p.is_finite() && sound(u)));
+            }
+        }
     }
     let _ = Sheet::from_source(source(data), "table");
     if let Ok(text) = std::str::from_utf8(data) {

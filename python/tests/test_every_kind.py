@@ -39,6 +39,7 @@ CALLS = {
     "level-linearity": "test levels {sim}/levels.csv --level a --output-column V --output-u u",
     "motion": "test motion {sim}/shock/recording.csv --column reference",
     "comparison": "compare {sim}/certificate-1.csv {sim}/certificate-2.csv",
+    "certificate": "certificate {sim}/calibrated/result.json --lab {sim}/LAB.toml --issued 2026-02-01",
     "deconvolution": "test deconvolve {sim}/random/result/result.json {sim}/shock/recording.csv --column output",
 }
 AXIS = "--position encoder --counts-per-turn 2000 --radius 0.3 --acceleration acceleration"
@@ -54,6 +55,8 @@ def world(simulated, command_line, examples):
     for motion in ("shock", "random", "step"):
         proofmass.simulate.transducer(motion=motion, output=sim / motion)
     proofmass.simulate.axis(radius=0.02, eccentricity=0.02, output=sim / "wheel")
+    laboratory = '[laboratory]\nname = "Laboratory"\ntown = "Pisa"\ncountry = "IT"\n'
+    (sim / "LAB.toml").write_text(laboratory, encoding="utf-8")
     rng = np.random.default_rng(2)
     seconds = np.arange(3600.0)
     heat = 20 + 20 * np.sin(np.pi * seconds / 3600)

@@ -38,6 +38,8 @@ ANSWERS = {
     "explain": "Any",
     "verify": "dict[str, Any]",
     "keygen": "str",
+    "certificate read": "dict[str, Any]",
+    "certificate check": "list[str]",
     "calibrate": "Result | Any",
     **dict.fromkeys((words for words in descriptions() if words.startswith("simulate ")), "Path"),
     **dict.fromkeys((words for words in descriptions() if words.startswith("records ")), "Any"),

@@ -11,7 +11,7 @@ use proofmass::jobs::certificate::{CertificateOutcome, PAPER, reading};
 use proofmass::jobs::{Outcome as _, StoredResult};
 use release::Release;
 use request::Request;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Draft, check and release calibration certificates, and read those of others.
 ///
@@ -92,9 +92,6 @@ impl Certificate {
 
 impl Draft {
     fn run(self, request: &Request) -> Result<Outcome, Failure> {
-        if let Some(place) = &self.delivery.output {
-            keep_released(place)?;
-        }
         let certified = request.read()?;
         let outcome = certified.evaluate(None)?;
         let files = certified.files();
@@ -146,29 +143,6 @@ fn commit(folder: OutputFolder, result: &StoredResult) -> Result<PathBuf, Failur
         folder.write(&name, bytes)?;
     }
     Ok(folder.commit()?)
-}
-
-/// Refuses a folder with a certificate that was released: it is never overwritten.
-fn keep_released(place: &Path) -> Result<(), Failure> {
-    let file = place.join(proofmass::jobs::RESULT);
-    if !file.is_file() {
-        return Ok(());
-    }
-    let (bytes, _) = Source::open(&file)?.into_bytes(proofmass::io::LARGEST_DOCUMENT)?;
-    let Ok(result) = StoredResult::from_json(&bytes) else {
-        return Ok(());
-    };
-    let number = result
-        .section("certificate")
-        .and_then(|c| c.get("number")?.as_str());
-    match number {
-        None => Ok(()),
-        Some(number) => Err(Failure::new(format!(
-            "{} holds the certificate {number}, which was released and is never overwritten",
-            place.display()
-        ))
-        .hint("name another folder; a certificate that is wrong is replaced by a new one: `proofmass certificate release --replaces`")),
-    }
 }
 
 impl ReadCertificate {

@@ -1,8 +1,8 @@
 //! Where the results of a command go: a folder, standard output, the exit code.
 
 use crate::{Failure, Outcome, console, host};
-use proofmass::io::{OutputFolder, SigningKey};
-use proofmass::jobs::StoredResult;
+use proofmass::io::{LARGEST_DOCUMENT, OutputFolder, SigningKey, Source};
+use proofmass::jobs::{RESULT, StoredResult};
 use std::path::{Path, PathBuf};
 
 /// Options that every command with results has.
@@ -60,6 +60,7 @@ impl Delivery {
         kind: &str,
         inputs: &[&Path],
     ) -> Result<OutputFolder, Failure> {
+        keep_released(&place)?;
         let mut folder = OutputFolder::create(place, self.force)?;
         folder.expect_kind(kind)?;
         if let Some(key) = &self.sign {
@@ -105,5 +106,28 @@ impl Delivery {
             console::note(format!("written: {}", place.display()));
         }
         Ok(Outcome::of(self.strict, result.findings()))
+    }
+}
+
+/// Refuses a folder with a certificate that was released: it is never overwritten.
+fn keep_released(place: &Path) -> Result<(), Failure> {
+    let file = place.join(RESULT);
+    if !file.is_file() {
+        return Ok(());
+    }
+    let (bytes, _) = Source::open(&file)?.into_bytes(LARGEST_DOCUMENT)?;
+    let Ok(result) = StoredResult::from_json(&bytes) else {
+        return Ok(());
+    };
+    let number = result
+        .section("certificate")
+        .and_then(|c| c.get("number")?.as_str());
+    match number {
+        None => Ok(()),
+        Some(number) => Err(Failure::new(format!(
+            "{} holds the certificate {number}, which was released and is never overwritten",
+            place.display()
+        ))
+        .hint("name another folder; a certificate that is wrong is replaced by a new one: `proofmass certificate release --replaces`")),
     }
 }

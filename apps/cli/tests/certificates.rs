@@ -377,6 +377,8 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
     let mut draft = asked(&["certificate"], &places, &["--force", "-o"]);
     draft.push(text(&one));
     assert!(refuse(&draft).contains("never overwritten"));
+    let render = ["render", text(&one), "--force", "-o", text(&one)];
+    assert!(refuse(&render).contains("never overwritten"));
     // The same again is the same certificate.
     let again = release("again", &["--issued", "2026-02-01"]);
     assert!(

@@ -94,9 +94,10 @@ impl DigitalCertificate {
             let name = root.at(Namespace::Dcc, names)?;
             content(name)
         };
-        let signed = root
-            .descendants()
-            .filter(|e| e.is(Namespace::Signature, "Signature"));
+        // Whatever calls itself a signature is one that is not checked.
+        let signed = root.descendants().filter(|e| {
+            e.name() == "Signature" && !matches!(e.namespace(), Namespace::Dcc | Namespace::Si)
+        });
         Ok(Self {
             version,
             identifier: day("uniqueIdentifier"),

@@ -454,9 +454,8 @@ fn covariance(element: Element, values: usize) -> Result<Option<[Vec<f64>; 3]>> 
             "rectangularRegionMUXMLList",
         ];
         regions.contains(&e.name())
-            && !e
-                .parent()
-                .is_some_and(|p| p.name() == "measurementUncertaintyMultivariateXMLList")
+            && e.parent()
+                .is_none_or(|p| p.name() != "measurementUncertaintyMultivariateXMLList")
     };
     let mut regions = element.descendants().filter(bivariate);
     let Some(region) = regions.next() else {

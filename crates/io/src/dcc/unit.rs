@@ -341,11 +341,11 @@ fn word(symbol: &str, sign: i32) -> Option<String> {
     let mut text = match unit(symbol) {
         Some(name) => format!("\\{name}"),
         None => {
-            let prefixed = PREFIXES.iter().filter_map(|p| {
+            let mut prefixed = PREFIXES.iter().filter_map(|p| {
                 let rest = symbol.strip_prefix(p.1)?;
                 Some(format!("\\{}\\{}", p.0, unit(rest)?))
             });
-            prefixed.last()?
+            prefixed.next_back()?
         }
     };
     if sign * power != 1 {

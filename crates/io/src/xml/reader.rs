@@ -19,8 +19,6 @@ pub(crate) enum Namespace {
     Dcc,
     /// Quantities with units (D-SI).
     Si,
-    /// XML signatures.
-    Signature,
     /// Any other, or none.
     Other,
 }
@@ -30,7 +28,6 @@ impl Namespace {
         match uri {
             "https://ptb.de/dcc" => Self::Dcc,
             "https://ptb.de/si" => Self::Si,
-            "http://www.w3.org/2000/09/xmldsig#" => Self::Signature,
             _ => Self::Other,
         }
     }

@@ -102,7 +102,7 @@ pub(super) fn sheet(
         Some(number) => number.clone(),
         None => words.of(Text::NoNumber),
     };
-    let mut blocks = vec![heading(&words, Text::Title)];
+    let mut blocks = Vec::new();
     if job.number.is_none() {
         blocks.push(paragraph(words.of(Text::DraftNotice)));
     }
@@ -136,7 +136,7 @@ pub(super) fn sheet(
     };
     let running = SheetRunning {
         head: [name, number.clone()],
-        foot: [words.of(Text::Title), issued.clone()],
+        foot: [words.of(Text::Title), words.digits(&issued)],
     };
     let mut sheet = Sheet::new(words.of(Text::Title), running, issuer, blocks);
     job.language.code().clone_into(&mut sheet.language);
@@ -333,9 +333,19 @@ fn tables(words: &Words, stated: &StatedResults, blocks: &mut Vec<SheetBlock>) {
     }
 }
 
+/// Numbers under a word.
 fn numbers(heading: impl Into<String>, unit: &str) -> SheetColumn {
+    under(Run::text(heading), unit)
+}
+
+/// Numbers under the symbol of a quantity.
+fn symbol(symbol: &str, unit: &str) -> SheetColumn {
+    under(vec![Run::Math(symbol.to_owned())], unit)
+}
+
+fn under(heading: Vec<Run>, unit: &str) -> SheetColumn {
     SheetColumn {
-        heading: Run::text(heading),
+        heading,
         unit: unit.to_owned(),
         align: SheetAlign::Number,
     }
@@ -400,8 +410,8 @@ fn over_frequency(words: &Words, table: &StatedTable) -> SheetBlock {
         .collect();
     for column in &table.columns {
         columns.push(numbers(words.of(column.meaning.text()), &column.unit));
-        columns.push(numbers("U", &column.unit));
-        columns.push(numbers("k", ""));
+        columns.push(symbol("U", &column.unit));
+        columns.push(symbol("k", ""));
         for (row, number) in rows.iter_mut().zip(&column.numbers) {
             let k = number
                 .k
@@ -465,8 +475,8 @@ fn singles(words: &Words, stated: &StatedResults) -> SheetBlock {
         columns: vec![
             text(Text::Quantity),
             numbers(words.of(Text::Value), ""),
-            numbers("U", ""),
-            numbers("k", ""),
+            symbol("U", ""),
+            symbol("k", ""),
             text(Text::Unit),
         ],
         rows: rows.collect(),

@@ -276,8 +276,21 @@ impl Content {
     }
 }
 
-/// Refuses a k or a probability that the result does not have.
+/// Refuses a result that contradicts itself, and a k or a probability that it does not have.
 fn contradiction(job: &CertificateJob, result: &StoredResult) -> Result<()> {
+    result.estimate()?;
+    for q in super::results::stated(result) {
+        let product = q.k.zip(q.u).map(|(k, u)| k * u);
+        if let Some(product) = product.filter(|_| q.interval.is_none())
+            && (q.expanded - product).abs() > 1e-6 * product
+        {
+            return Err(Trouble::data(format!(
+                "the result states {} with U = {}, but k u is {product}",
+                q.name, q.expanded
+            ))
+            .with_hint("take a copy of the result, or evaluate it again"));
+        }
+    }
     let Some(expected) = job.file.statement else {
         return Ok(());
     };

@@ -2,8 +2,11 @@
 
 use proofmass_io::{DccQuantity, DccSensitivity, DigitalCertificate};
 use proofmass_report::number::two_digits;
-use proofmass_report::{Cell, Column, Field, Report, Rounding, Section, Table};
+use proofmass_report::{Cell, Column, Field, Report, Rounding, Section, Table, scientific};
 use serde::Serialize;
+
+/// Digits of a value in the table of all quantities; JSON has them all.
+const DIGITS: usize = 8;
 
 /// A certificate that was read, as JSON has it. Numbers of the table are in SI, those of quantities in their unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -193,8 +196,13 @@ fn quantities(certificate: &DigitalCertificate) -> Table {
             .filter(|l| !l.is_empty())
             .unwrap_or_else(|| q.name.clone());
         let values = match &q.values[..] {
-            [one] => one.to_string(),
-            [first, .., last] => format!("{first} … {last} ({})", q.values.len()),
+            [one] => scientific(*one, DIGITS),
+            [first, .., last] => format!(
+                "{} … {} ({})",
+                scientific(*first, DIGITS),
+                scientific(*last, DIGITS),
+                q.values.len()
+            ),
             [] => String::new(),
         };
         let u = q.uncertainty.as_ref().map(|u| {

@@ -188,7 +188,7 @@ pub(crate) fn method(kind: &str) -> Option<(Text, &'static [&'static str])> {
 
 /// What a certificate states of a result: everything with an uncertainty; of a triaxial accelerometer on a shaker the elements of its matrix,
 /// since the rest follows from them and stands in the embedded result.
-pub(crate) fn stated<'a>(result: &'a StoredResult) -> impl Iterator<Item = &'a StatedQuantity> {
+pub(crate) fn stated(result: &StoredResult) -> impl Iterator<Item = &StatedQuantity> {
     let elements = result.kind() == "shaker-triaxial";
     let all = result.quantities().iter();
     all.filter(move |q| q.expanded > 0.0 && (!elements || q.name.starts_with("S.")))
