@@ -105,6 +105,17 @@ fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// A sentence of ours with symbols and a number in it, which is printed from left to right.
+fn with_number(sentence: &str, number: &str, printed: String) -> Vec<Run> {
+    let Some((before, after)) = sentence.split_once(number) else {
+        return with_symbols(sentence);
+    };
+    let mut runs = with_symbols(before);
+    runs.push(Run::Number(printed));
+    runs.extend(with_symbols(after));
+    runs
+}
+
 /// A sentence of ours with the symbols U and k in it.
 fn with_symbols(sentence: &str) -> Vec<Run> {
     let symbol = |word: &str| {
@@ -126,7 +137,9 @@ fn with_symbols(sentence: &str) -> Vec<Run> {
         runs.push(Run::Math(symbol));
         text.push_str(after);
     }
-    runs.push(Run::Text(text));
+    if !text.is_empty() {
+        runs.push(Run::Text(text));
+    }
     runs
 }
 
@@ -564,10 +577,9 @@ fn conformity(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
             words,
             rows: Vec::new(),
         };
-        rows.text(
-            Text::Rule,
-            Some(&entry.rule(words.language, |r| words.digits(r))),
-        );
+        let rule = entry.rule(words.language, |r| words.digits(r));
+        let rule = with_number(&rule, "50 %", words.digits("50 %"));
+        rows.rows.push((words.of(Text::Rule), rule));
         let space = if entry.unit == "°" { "" } else { " " };
         let limit =
             |l: Option<f64>| l.map(|l| format!("{}{space}{}", minus(&l.to_string()), entry.unit));
@@ -613,7 +625,7 @@ fn uncertainty(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
     let probability = words.digits(&content.results.per_cent());
     for text in content.uncertainty_statement(words.language, &probability) {
         blocks.push(SheetBlock::Paragraph {
-            text: with_symbols(&text),
+            text: with_number(&text, &probability, probability.clone()),
         });
     }
 }
@@ -628,8 +640,13 @@ fn remarks(words: &Words, digest: &str, content: &Content, blocks: &mut Vec<Shee
     let lines = own.iter().flat_map(|remarks| remarks.lines());
     blocks.extend(lines.map(one_line).filter(|l| !l.is_empty()).map(paragraph));
     blocks.push(paragraph(words.of(Text::Validity)));
-    let evidence = format!("{}: result.json, SHA-256 ", words.of(Text::Evidence));
+    let evidence = format!("{}: ", words.of(Text::Evidence));
     blocks.push(SheetBlock::Paragraph {
-        text: vec![Run::Text(evidence), Run::Number(digest.to_owned())],
+        text: vec![
+            Run::Text(evidence),
+            Run::Number("result.json, SHA-256".to_owned()),
+            Run::Text(" ".to_owned()),
+            Run::Number(digest.to_owned()),
+        ],
     });
 }
