@@ -21,7 +21,10 @@ __all__ = [
     "apply",
     "bias",
     "calibrate",
+    "certificate",
+    "certificate_check",
     "certificate_read",
+    "certificate_release",
     "compare",
     "convert",
     "explain",
@@ -469,12 +472,53 @@ def compare(
     raise NotImplementedError
 
 
+@command("certificate")
+def certificate(
+    result: Data,
+    *,
+    lab: Data,
+    order: Data | None = None,
+    language: str = "en",
+    persian_digits: bool = False,
+    as_found: Data | None = None,
+    issued: str | None = None,
+    xml: bool = False,
+    pdf: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:
+    """Draft, check and release calibration certificates, and read those of others.
+
+    From the result of a calibration and LAB.toml: laboratory, customer, item, standards. A draft has a watermark and
+    no number; `release` gives it the next number of the register. The digital certificate (DCC 3.3.0) has the same
+    numbers as the paper, to the digit.
+
+    Args:
+        result: result.json of a calibration, or the folder that holds it.
+        lab: Laboratory, standards, numbering; what it leaves out may stand in the file of the order.
+        order: Customer, item, dates of one order; its sections hold before those of LAB.toml.
+        language: Language of the certificate. One of en, it, fa.
+        persian_digits: Numbers of a certificate in Persian with the digits of Persian.
+        as_found: The result before the item was adjusted: result.json, or the folder that holds it.
+        issued: Day of issue, YYYY-MM-DD [default: today].
+        xml: Print the digital certificate (DCC, XML) instead of the summary.
+        pdf: Write certificate.pdf as well, by the program proofmass-certificate.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
 @command("certificate read")
 def certificate_read(
     file: Data,
     *,
     watch: Watch | None = None,
-) -> Result:
+) -> dict[str, Any]:
     """Show what a digital calibration certificate (DCC, XML) says.
 
     Versions 2.3 to 3.3. Lists of unequal length, wrong units, numbers that are not finite, frequencies that stand
@@ -483,6 +527,73 @@ def certificate_read(
 
     Args:
         file: Digital calibration certificate; `-` is standard input.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("certificate check")
+def certificate_check(
+    result: Data,
+    *,
+    lab: Data,
+    order: Data | None = None,
+    language: str = "en",
+    persian_digits: bool = False,
+    as_found: Data | None = None,
+    issued: str | None = None,
+    watch: Watch | None = None,
+) -> list[str]:
+    """List what is missing to a certificate: exit code 1 where anything is.
+
+    Args:
+        result: result.json of a calibration, or the folder that holds it.
+        lab: Laboratory, standards, numbering; what it leaves out may stand in the file of the order.
+        order: Customer, item, dates of one order; its sections hold before those of LAB.toml.
+        language: Language of the certificate. One of en, it, fa.
+        persian_digits: Numbers of a certificate in Persian with the digits of Persian.
+        as_found: The result before the item was adjusted: result.json, or the folder that holds it.
+        issued: Day of issue, YYYY-MM-DD [default: today].
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("certificate release")
+def certificate_release(
+    result: Data,
+    *,
+    lab: Data,
+    output: Place,
+    order: Data | None = None,
+    language: str = "en",
+    persian_digits: bool = False,
+    as_found: Data | None = None,
+    issued: str | None = None,
+    pdf: bool = False,
+    replaces: str | None = None,
+    reason: str | None = None,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:
+    """Release a certificate: the next number of the register, and files that are never overwritten.
+
+    Nothing is released while anything is missing; `check` lists it. The number is entered in the register beside
+    LAB.toml, which only grows. The same request again writes the same certificate under the same number.
+
+    Args:
+        result: result.json of a calibration, or the folder that holds it.
+        lab: Laboratory, standards, numbering; what it leaves out may stand in the file of the order.
+        output: Folder of the certificate, which must not be there yet.
+        order: Customer, item, dates of one order; its sections hold before those of LAB.toml.
+        language: Language of the certificate. One of en, it, fa.
+        persian_digits: Numbers of a certificate in Persian with the digits of Persian.
+        as_found: The result before the item was adjusted: result.json, or the folder that holds it.
+        issued: Day of issue, YYYY-MM-DD [default: today].
+        pdf: Write certificate.pdf as well, by the program proofmass-certificate.
+        replaces: Number of the certificate that this one replaces.
+        reason: Why it is replaced.
+        sign: Sign the list of files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

@@ -430,6 +430,17 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
     let register = std::fs::read_to_string(folder.join("certificates.jsonl")).unwrap();
     assert_eq!(register.lines().count(), 2);
     assert!(register.contains("CAL-2026-002"));
+    // A draft is no standard.
+    let draft = says(&asked(
+        &["certificate"],
+        &places,
+        &["--xml", "--language", "it"],
+    ));
+    std::fs::write(folder.join("draft.xml"), draft).unwrap();
+    let later = folder.join("later");
+    std::fs::create_dir(&later).unwrap();
+    comparison(&later, "certificate = \"../draft.xml\"");
+    assert!(refuse(&["calibrate", text(&later)]).contains("is the draft of a certificate"));
     // A register that was changed releases nothing.
     std::fs::write(
         folder.join("certificates.jsonl"),

@@ -34,7 +34,6 @@ use proofmass_io::{StatedQuantity, base64};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use sheet::{Sheet, SheetAttachment};
 
 /// Name of the digital certificate in a folder of results.
@@ -43,6 +42,13 @@ pub const DIGITAL: &str = "certificate.xml";
 pub const SHEET: &str = "sheet.json";
 /// Name of the typeset certificate in a folder of results.
 pub const PAPER: &str = "certificate.pdf";
+
+/// Whether a number is the word that a draft has in the place of one, in any language.
+pub(crate) fn is_draft(number: &str) -> bool {
+    Language::ALL
+        .iter()
+        .any(|l| texts::Text::Draft.of(*l) == number)
+}
 
 /// A certificate that is replaced, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -131,10 +137,7 @@ impl Job for CertificateJob {
             );
         }
         let bytes = result.to_json()?;
-        let digest = Sha256::digest(&bytes)
-            .iter()
-            .map(|b| format!("{b:02x}"))
-            .collect();
+        let digest = register::sha256(&bytes);
         let outcome = CertificateOutcome {
             sheet: blocks::sheet(self, &content, digest)?,
             xml: digital::certificate(self, &content, result, &bytes)?.to_xml(),

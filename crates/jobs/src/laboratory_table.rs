@@ -1,5 +1,6 @@
 //! The table of a laboratory: sensitivity of one axis over frequency, as certificates print it.
 
+use crate::certificate;
 use crate::device_output::DeviceOutput;
 use crate::findings;
 use proofmass_dynamic::FrequencyResponse;
@@ -74,8 +75,26 @@ impl LaboratoryTable {
             .map_err(|e| e.at(&path))
     }
 
-    fn of_certificate(certificate: &DigitalCertificate, result: Option<&str>) -> Result<Self> {
-        let stated = certificate.sensitivity(result)?;
+    fn of_certificate(read: &DigitalCertificate, result: Option<&str>) -> Result<Self> {
+        if read.version.is_none() {
+            return Err(
+                Error::new(ErrorKind::Format, "holds quantities, but is no certificate").with_hint(
+                    "name a digital calibration certificate: who states a value has to be said",
+                ),
+            );
+        }
+        if read
+            .identifier
+            .as_deref()
+            .is_some_and(certificate::is_draft)
+        {
+            return Err(Error::new(
+                ErrorKind::Format,
+                "is the draft of a certificate, and no certificate",
+            )
+            .with_hint("release it: `proofmass certificate release`"));
+        }
+        let stated = read.sensitivity(result)?;
         let point = |row: &SensitivityRow| {
             let [phase, phase_uncertainty] = row.phase.unwrap_or_default();
             ReferencePoint {
@@ -88,25 +107,22 @@ impl LaboratoryTable {
         };
         let table = ReferenceTable::new(stated.rows.iter().map(point).collect())
             .map_err(|e| Error::new(ErrorKind::Format, e.to_string()))?;
-        let number = certificate
-            .identifier
-            .as_deref()
-            .unwrap_or("without a number");
+        let number = read.identifier.as_deref().unwrap_or("without a number");
         let who = [
-            certificate.item.line(),
+            read.item.line(),
             format!("certificate {number}"),
-            certificate.laboratory.clone().unwrap_or_default(),
+            read.laboratory.clone().unwrap_or_default(),
         ];
         let who: Vec<String> = who.into_iter().filter(|w| !w.is_empty()).collect();
         let output = OUTPUTS.into_iter().find(|o| o.of_device() == stated.output);
         Ok(Self {
-            input: certificate.input.clone(),
+            input: read.input.clone(),
             output: output.unwrap_or_default(),
             table,
             phase_stated: stated.rows.iter().all(|r| r.phase.is_some()),
-            findings: certificate.findings(),
+            findings: read.findings(),
             description: Some(who.join(", ")),
-            signed: (!certificate.signatures.is_empty()).then(|| number.to_owned()),
+            signed: (!read.signatures.is_empty()).then(|| number.to_owned()),
         })
     }
 

@@ -262,48 +262,52 @@ fn factors(text: &str, per_takes_all: bool) -> Option<Vec<Factor>> {
 pub fn dsi_text(unit: &str) -> Option<String> {
     let unit = unit.trim();
     // In the order of the examples for accelerometers: the unit of the output, then s²/m.
-    if let Some(output) = unit.strip_suffix("/(m/s²)") {
-        let output = output.trim_start_matches('(').trim_end_matches(')');
-        return match output {
-            "m/s²" => Some("\\one".to_owned()),
-            "count" => Some("\\second\\tothe{2}\\metre\\tothe{-1}".to_owned()),
-            _ => Some(format!(
-                "{}\\second\\tothe{{2}}\\metre\\tothe{{-1}}",
-                word(output, 1)?
-            )),
-        };
-    }
-    match unit {
-        "" | "1" | "count" => return Some("\\one".to_owned()),
-        "m/s²" => return Some("\\metre\\second\\tothe{-2}".to_owned()),
-        _ => {}
-    }
-    let mut depth = 0;
-    let slash = unit.char_indices().find(|(_, c)| {
-        depth += i32::from(*c == '(') - i32::from(*c == ')');
-        depth == 0 && *c == '/'
-    });
-    let (above, below) = slash.map_or((unit, ""), |(at, _)| (&unit[..at], &unit[at + 1..]));
-    let mut text = String::new();
-    for (part, sign) in [(above, 1), (below, -1)] {
-        let part = part.trim_start_matches('(').trim_end_matches(')');
-        // A quotient within brackets: its own denominator.
-        if let Some((over, under)) = part.split_once('/') {
-            let _ = write!(text, "{}{}", word(over, sign)?, word(under, -sign)?);
-            continue;
-        }
-        for one in part
-            .split('·')
-            .filter(|p| !p.is_empty() && *p != "1" && *p != "count")
-        {
-            let _ = write!(text, "{}", word(one, sign)?);
-        }
-    }
-    Some(if text.is_empty() {
-        "\\one".to_owned()
-    } else {
-        text
+    let text = match unit.strip_suffix("/(m/s²)") {
+        Some("(m/s²)") => String::new(),
+        Some(output) => format!(
+            "{}\\second\\tothe{{2}}\\metre\\tothe{{-1}}",
+            product(output, 1)?
+        ),
+        None => product(unit, 1)?,
+    };
+    Some(match text.is_empty() {
+        true => "\\one".to_owned(),
+        false => text,
     })
+}
+
+/// The factors of a unit, each to its power or, with a `sign` of −1, to the opposite of it. What stands behind a stroke is below it up to
+/// the end of the unit: m/s²/K is m/(s²·K).
+fn product(unit: &str, sign: i32) -> Option<String> {
+    let (mut text, mut part, mut depth, mut below) = (String::new(), String::new(), 0, false);
+    let mut add = |part: &mut String, below: bool| -> Option<()> {
+        let sign = if below { -sign } else { sign };
+        let whole = std::mem::take(part);
+        // A power may stand behind brackets: (m/s²)².
+        let powers = [(")", 1), (")²", 2), (")³", 3)];
+        let inner = whole.strip_prefix('(').and_then(|rest| {
+            let mut found = powers.iter();
+            found.find_map(|(end, power)| Some((rest.strip_suffix(end)?, power)))
+        });
+        text += &match (inner, whole.as_str()) {
+            (Some((inner, power)), _) => product(inner, sign * power)?,
+            (None, "" | "1" | "count") => String::new(),
+            (None, one) => word(one, sign)?,
+        };
+        Some(())
+    };
+    for c in unit.chars() {
+        depth += i32::from(c == '(') - i32::from(c == ')');
+        match c {
+            '/' | '·' if depth == 0 => {
+                add(&mut part, below)?;
+                below |= c == '/';
+            }
+            c => part.push(c),
+        }
+    }
+    add(&mut part, below)?;
+    (depth == 0).then_some(text)
 }
 
 /// The square of a unit in the notation of D-SI, `None` for a text in another one.
@@ -460,6 +464,16 @@ mod tests {
             ("1/K", "1/K"),
             ("(m/s²)/V", "m/(s²·V)"),
             ("V/°C", "V/°C"),
+            ("m/s²/K", "m/(s²·K)"),
+            ("(m/s²)/K", "m/(s²·K)"),
+            ("(m/s²)/K²", "m/(s²·K²)"),
+            ("m/(s²·K)", "m/(s²·K)"),
+            ("V/(m/s²)/K", "V·s²/(m·K)"),
+            ("1/(m/s²)", "s²/m"),
+            ("1/(m/s²)²", "s⁴/m²"),
+            ("1/K", "1/K"),
+            ("", "1"),
+            ("1", "1"),
             ("mV", "mV"),
             ("m/s²", "m/s²"),
             ("rad", "rad"),
@@ -470,6 +484,9 @@ mod tests {
         ] {
             let text = dsi_text(unit).expect(unit);
             assert_eq!(DsiUnit::new(&text).symbol(), symbol, "{unit}");
+        }
+        for no in ["parsec", "m/(s²", "m)/s", "m^2", "mV/g", "m/s²)"] {
+            assert_eq!(dsi_text(no), None, "{no}");
         }
     }
 }

@@ -34,7 +34,7 @@ pub struct Registered {
 impl Registered {
     /// Whether it is the entry of this digital certificate.
     pub fn is_of(&self, certificate: &[u8]) -> bool {
-        self.certificate_sha256 == hex(certificate)
+        self.certificate_sha256 == sha256(certificate)
     }
 }
 
@@ -47,7 +47,8 @@ pub struct Register {
     place: String,
 }
 
-fn hex(bytes: &[u8]) -> String {
+/// SHA-256 of bytes in hexadecimal digits.
+pub(super) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes)
         .iter()
         .map(|b| format!("{b:02x}"))
@@ -78,7 +79,7 @@ impl Register {
             ));
         }
         let mut entries: Vec<Registered> = Vec::new();
-        let mut last = hex(b"");
+        let mut last = sha256(b"");
         for (i, line) in text.lines().enumerate() {
             let entry: Registered =
                 serde_json::from_str(line).map_err(|_| damaged(i + 1, "is no entry"))?;
@@ -91,7 +92,7 @@ impl Register {
             if entries.iter().any(|e| e.number == entry.number) {
                 return Err(damaged(i + 1, "has a number that is used already"));
             }
-            last = hex(line.as_bytes());
+            last = sha256(line.as_bytes());
             entries.push(entry);
         }
         Ok(Self {
@@ -148,8 +149,8 @@ impl Register {
             sequence: self.entries.len() as u64 + 1,
             number: number.to_owned(),
             issued: issued.to_owned(),
-            certificate_sha256: hex(certificate),
-            result_sha256: hex(result),
+            certificate_sha256: sha256(certificate),
+            result_sha256: sha256(result),
             replaces,
             previous: self.last.clone(),
         };
@@ -157,7 +158,7 @@ impl Register {
             Trouble::data(format!("the entry cannot be written: {e}")).detail(&self.place)
         })?;
         self.log.append(&format!("{line}\n"))?;
-        self.last = hex(line.as_bytes());
+        self.last = sha256(line.as_bytes());
         self.entries.push(entry);
         Ok(())
     }

@@ -177,6 +177,9 @@ fn law_numbers_are_the_same_to_the_digit_wherever_they_stand() {
             );
         }
         assert!(sheet.contains("rounded up to two significant digits"));
+        // A slope in m/s²/K is one per kelvin.
+        let per_kelvin = "<si:unit>\\metre\\second\\tothe{-2}\\kelvin\\tothe{-1}</si:unit>";
+        assert!(kind != "temperature" || outcome.xml().contains(per_kelvin));
         // Text from outside stays text.
         assert!(!outcome.xml().contains("<b>") && !result.html().unwrap().contains("<b>&"));
         // No formula comes from outside.
