@@ -56,6 +56,8 @@ impl Meaning {
             "misalignment" => Self::Misalignment,
             "gravity" => Self::Gravity,
             "curvature" | "quadratic" => Self::Curvature,
+            "slope" => Self::Temperature,
+            "output" if name.contains(".T") => Self::Temperature,
             name if name.starts_with("temperature") => Self::Temperature,
             _ => Self::Other,
         }
@@ -358,7 +360,7 @@ impl StatedSingle {
         let text = self.meaning.text().of(language);
         match self.name.split_once('.') {
             _ if self.meaning == Meaning::Other => format!("{text}: {}", self.name),
-            Some((_, which)) => format!("{text} {which}"),
+            Some((_, which)) => format!("{text} {}", which.replace('.', ", ")),
             None => text.to_owned(),
         }
     }
