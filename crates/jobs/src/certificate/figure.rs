@@ -20,10 +20,7 @@ impl Meaning {
 }
 
 /// What is drawn of one quantity: tables of one element or, of a matrix, those on its diagonal.
-fn panel<'a>(
-    results: &'a StatedResults,
-    meaning: Meaning,
-) -> Vec<(&'a StatedTable, &'a StatedColumn)> {
+fn panel(results: &StatedResults, meaning: Meaning) -> Vec<(&StatedTable, &StatedColumn)> {
     let main = |t: &&StatedTable| {
         let mut letters = t.element.as_deref().unwrap_or_default().chars();
         letters.next() == letters.next()
