@@ -7,6 +7,7 @@ mod blocks;
 mod conformity;
 mod content;
 mod digital;
+mod figure;
 mod laboratory;
 pub mod reading;
 pub mod register;
@@ -136,11 +137,9 @@ impl Job for CertificateJob {
             );
         }
         let bytes = result.to_json()?;
-        let figure = result.report().answer.figure;
-        let figure = figure.map(|f| f.svg("result")).transpose()?;
         let digest = register::sha256(&bytes);
         let outcome = CertificateOutcome {
-            sheet: blocks::sheet(self, &content, figure, digest),
+            sheet: blocks::sheet(self, &content, digest)?,
             xml: digital::certificate(self, &content, result, &bytes)?.to_xml(),
             number: self.number.clone(),
             language: self.language,

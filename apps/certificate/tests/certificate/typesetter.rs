@@ -9,12 +9,19 @@ use std::sync::{LazyLock, OnceLock};
 
 use serde_json::Value;
 
-pub const SHEETS: [&str; 5] = [
+/// Sheets written by hand, then those that `proofmass certificate` writes of every kind of calibration.
+pub const SHEETS: [&str; 11] = [
     "one-page-en",
     "forty-frequencies-en",
     "long-names-en",
     "certificate-it",
     "certificate-fa",
+    "shaker-single-en",
+    "shaker-primary-it",
+    "shaker-triaxial-fa",
+    "transverse-sensitivity-fa",
+    "multi-position-en",
+    "temperature-it",
 ];
 
 pub fn path(name: &str) -> PathBuf {

@@ -34,17 +34,25 @@ pub(super) fn write(outcome: &CertificateOutcome, place: &Path) -> Result<(), Fa
     if ended.status.success() && place.is_file() {
         return Ok(());
     }
-    let said = String::from_utf8_lossy(&ended.stderr);
-    let said = said
-        .trim()
+    Err(refused(&String::from_utf8_lossy(&ended.stderr)))
+}
+
+/// What the program says: what is wrong, where in the sheet, what to do.
+fn refused(said: &str) -> Failure {
+    let mut lines: Vec<&str> = said
         .lines()
-        .next()
-        .unwrap_or("it says nothing")
-        .to_owned();
-    Err(
-        Failure::new(format!("{PROGRAM} has not typeset the certificate: {said}"))
-            .hint("without --pdf every other file is written; sheet.json is what it was given"),
-    )
+        .map(str::trim)
+        .filter(|l| !l.is_empty())
+        .collect();
+    let hint = lines.iter().position(|l| l.starts_with("hint: "));
+    let hint = hint.map(|i| lines.remove(i).trim_start_matches("hint: ").to_owned());
+    let mut lines = lines.into_iter();
+    let what = lines.next().unwrap_or("it says nothing");
+    let what = what.trim_start_matches("error: ");
+    let failure = Failure::new(format!("{PROGRAM} has not typeset the certificate: {what}"));
+    let rest = "without --pdf every other file is written, sheet.json too, which is what was to be typeset";
+    let hint = hint.map_or_else(|| rest.to_owned(), |hint| format!("{hint}; {rest}"));
+    lines.fold(failure, |f, line| f.detail(line)).hint(hint)
 }
 
 /// Beside the own binary, else wherever the system finds it.

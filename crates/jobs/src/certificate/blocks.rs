@@ -1,14 +1,16 @@
 //! The document of a certificate in its language: what stands where.
 
 use super::content::Content;
+use super::figure;
 use super::results::{Meaning, StatedNumber, StatedResults, StatedTable};
 use super::sheet::{
     Run, Sheet, SheetAlign, SheetBlock, SheetColumn, SheetIssuer, SheetRunning, SheetSignature,
 };
 use super::texts::{Language, Text, persian_digits};
 use super::{CertificateJob, laboratory::CalibrationPlace};
+use crate::trouble::Result;
 use proofmass_report::KeyFigure;
-use proofmass_report::number::minus;
+use proofmass_report::number::{minus, plain};
 
 /// Writes numbers and texts in the language of the certificate.
 pub(super) struct Words {
@@ -39,6 +41,11 @@ impl Words {
         self.digits(&minus(text))
     }
 
+    /// `Table 3`.
+    fn label(&self, text: Text, n: usize) -> String {
+        self.with(text, &[("n", &self.digits(&n.to_string()))])
+    }
+
     fn run(&self, text: &str) -> Vec<Run> {
         vec![Run::Number(self.number(text))]
     }
@@ -48,7 +55,7 @@ impl Words {
         let text = match low == high {
             true => format!("{} {unit}", minus(&low.to_string())),
             false => format!(
-                "{} … {} {unit}",
+                "({} … {}) {unit}",
                 minus(&low.to_string()),
                 minus(&high.to_string())
             ),
@@ -68,6 +75,7 @@ struct Rows<'a> {
 impl Rows<'_> {
     fn text(&mut self, label: Text, value: Option<&str>) {
         if let Some(value) = value.filter(|v| !v.trim().is_empty()) {
+            let value = one_line(value);
             self.rows.push((self.words.of(label), Run::text(value)));
         }
     }
@@ -82,22 +90,71 @@ impl Rows<'_> {
     fn block(self) -> SheetBlock {
         SheetBlock::Fields { rows: self.rows }
     }
+
+    /// The rows under a heading, where there are any.
+    fn section(self, text: Text, blocks: &mut Vec<SheetBlock>) {
+        if !self.rows.is_empty() {
+            blocks.push(heading(self.words, text));
+            blocks.push(self.block());
+        }
+    }
+}
+
+/// A text without the ends of lines that it may have had in a file.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A sentence of ours with symbols and a number in it, which is printed from left to right.
+fn with_number(sentence: &str, number: &str, printed: String) -> Vec<Run> {
+    let Some((before, after)) = sentence.split_once(number) else {
+        return with_symbols(sentence);
+    };
+    let mut runs = with_symbols(before);
+    runs.push(Run::Number(printed));
+    runs.extend(with_symbols(after));
+    runs
+}
+
+/// A sentence of ours with the symbols U and k in it.
+fn with_symbols(sentence: &str) -> Vec<Run> {
+    let symbol = |word: &str| {
+        let inner = word.trim_matches(|c: char| !c.is_alphanumeric());
+        matches!(inner, "U" | "k").then(|| inner.to_owned())
+    };
+    let mut runs = Vec::new();
+    let mut text = String::new();
+    for word in sentence.split_inclusive(' ') {
+        let Some(symbol) = symbol(word) else {
+            text.push_str(word);
+            continue;
+        };
+        let (before, after) = word.split_once(&symbol).unwrap_or_default();
+        text.push_str(before);
+        if !text.is_empty() {
+            runs.push(Run::Text(std::mem::take(&mut text)));
+        }
+        runs.push(Run::Math(symbol));
+        text.push_str(after);
+    }
+    if !text.is_empty() {
+        runs.push(Run::Text(text));
+    }
+    runs
 }
 
 /// The document.
 /// `digest` is that of the result.
-pub(super) fn sheet(
-    job: &CertificateJob,
-    content: &Content,
-    figure: Option<String>,
-    digest: String,
-) -> Sheet {
+pub(super) fn sheet(job: &CertificateJob, content: &Content, digest: String) -> Result<Sheet> {
     let words = Words {
         language: job.language,
         persian: job.persian_digits && job.language == Language::Persian,
     };
     let laboratory = content.file.laboratory.clone().unwrap_or_default();
-    let name = laboratory.name.clone().unwrap_or_default();
+    // A draft may lack what nothing is typeset without.
+    let lacking = || format!("{} …", words.of(Text::Laboratory));
+    let name = laboratory.name.as_deref().map(one_line);
+    let name = name.filter(|n| !n.is_empty()).unwrap_or_else(lacking);
     let number = match &job.number {
         Some(number) => number.clone(),
         None => words.of(Text::NoNumber),
@@ -108,7 +165,7 @@ pub(super) fn sheet(
     }
     head(&words, job, content, &number, &mut blocks);
     traceability(&words, content, &mut blocks);
-    results(&words, content, figure, &mut blocks);
+    results(&words, content, &mut blocks)?;
     conformity(&words, content, &mut blocks);
     uncertainty(&words, content, &mut blocks);
     remarks(&words, &digest, content, &mut blocks);
@@ -116,8 +173,8 @@ pub(super) fn sheet(
     let signatures = content.file.signatories.iter().take(1);
     let signatures: Vec<SheetSignature> = signatures
         .map(|s| SheetSignature {
-            name: s.name.clone(),
-            role: s.role.clone(),
+            name: one_line(&s.name),
+            role: one_line(&s.role),
             date: words.digits(&issued),
         })
         .collect();
@@ -128,11 +185,16 @@ pub(super) fn sheet(
     blocks.push(SheetBlock::End {
         text: words.of(Text::End),
     });
+    let accreditation = laboratory.accreditation.clone().unwrap_or_default();
     let issuer = SheetIssuer {
         name: name.clone(),
-        lines: laboratory.lines(),
+        lines: laboratory.lines().iter().map(|l| one_line(l)).collect(),
         logo_svg: None,
-        marks: laboratory.accreditation.iter().cloned().collect(),
+        marks: accreditation
+            .lines()
+            .map(one_line)
+            .filter(|l| !l.is_empty())
+            .collect(),
     };
     let running = SheetRunning {
         head: [name, number.clone()],
@@ -142,11 +204,15 @@ pub(super) fn sheet(
     job.language.code().clone_into(&mut sheet.language);
     job.language.direction().clone_into(&mut sheet.direction);
     sheet.digits = if words.persian { "persian" } else { "latin" }.to_owned();
-    sheet.issued = issued;
+    // A file has a date: of a draft without one the last day that is known.
+    let days = content.file.calibration.iter();
+    let mut days = days.flat_map(|c| [&c.end, &c.begin, &c.received]).flatten();
+    let issued = content.issued.as_ref().or_else(|| days.next());
+    sheet.issued = issued.cloned().unwrap_or_default();
     sheet.number = number;
     sheet.page_of = words.of(Text::PageOf);
     sheet.watermark = job.number.is_none().then(|| words.of(Text::Draft));
-    sheet
+    Ok(sheet)
 }
 
 fn heading(words: &Words, text: Text) -> SheetBlock {
@@ -175,9 +241,6 @@ fn head(
         rows: Vec::new(),
     };
     rows.text(Text::Number, Some(number));
-    let laboratory = file.laboratory.clone().unwrap_or_default();
-    rows.text(Text::Laboratory, laboratory.name.as_deref());
-    rows.text(Text::Address, Some(&laboratory.lines().join(", ")));
     let customer = file.customer.clone().unwrap_or_default();
     rows.text(Text::Customer, customer.name.as_deref());
     rows.text(Text::Address, Some(&customer.lines().join(", ")));
@@ -203,7 +266,7 @@ fn head(
     if let Some(replaced) = &job.replaces {
         let told = [
             ("number", replaced.number.as_str()),
-            ("reason", replaced.reason.as_str()),
+            ("reason", &one_line(&replaced.reason)),
         ];
         // Number and reason are words of the laboratory, and keep their digits.
         blocks.push(paragraph(Text::Replaces.with(words.language, &told)));
@@ -242,7 +305,6 @@ fn head(
     );
     blocks.push(rows.block());
 
-    blocks.push(heading(words, Text::Environment));
     let mut rows = Rows {
         words,
         rows: Vec::new(),
@@ -260,10 +322,13 @@ fn head(
         .as_deref()
         .or(content.conditions.as_deref());
     rows.text(Text::Conditions, conditions);
-    blocks.push(rows.block());
+    rows.section(Text::Environment, blocks);
 }
 
 fn traceability(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
+    if content.file.standards.is_empty() {
+        return;
+    }
     blocks.push(heading(words, Text::Traceability));
     blocks.push(paragraph(words.of(Text::TraceabilityStatement)));
     let column = |text: Text| SheetColumn {
@@ -276,60 +341,82 @@ fn traceability(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) 
         .map(|s| {
             let until = s.valid_until.as_deref().unwrap_or("–");
             vec![
-                s.name.clone(),
-                s.certificate.clone(),
-                s.issuer.clone(),
+                one_line(&s.name),
+                one_line(&s.certificate),
+                one_line(&s.issuer),
                 words.digits(until),
             ]
         })
         .collect();
-    if !rows.is_empty() {
-        blocks.push(SheetBlock::Table {
-            caption: Vec::new(),
-            label: String::new(),
-            columns: vec![
-                column(Text::Standard),
-                column(Text::CertificateOfStandard),
-                column(Text::IssuedBy),
-                column(Text::ValidUntil),
-            ],
-            rows,
-            notes: Vec::new(),
-        });
-    }
+    blocks.push(SheetBlock::Table {
+        caption: Vec::new(),
+        label: String::new(),
+        columns: vec![
+            column(Text::Standard),
+            column(Text::CertificateOfStandard),
+            column(Text::IssuedBy),
+            column(Text::ValidUntil),
+        ],
+        rows,
+        notes: Vec::new(),
+    });
 }
 
-fn results(words: &Words, content: &Content, figure: Option<String>, blocks: &mut Vec<SheetBlock>) {
+fn results(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) -> Result<()> {
     blocks.push(heading(words, Text::Results));
-    let two = content.as_found.is_some();
+    let mut n = 0;
     if let Some(found) = &content.as_found {
         blocks.push(SheetBlock::Heading {
             level: 2,
             text: words.of(Text::AsFound),
         });
-        tables(words, found, blocks);
+        tables(words, found, &mut n, blocks);
         blocks.push(SheetBlock::Heading {
             level: 2,
             text: words.of(Text::AsLeft),
         });
     }
-    tables(words, &content.results, blocks);
-    if let (Some(svg), false) = (figure, two) {
+    tables(words, &content.results, &mut n, blocks);
+    let is_transverse = content
+        .results
+        .tables
+        .iter()
+        .any(StatedTable::is_transverse);
+    let what = match is_transverse {
+        true => Text::TransverseOverFrequency,
+        false => Text::SensitivityOverFrequency,
+    };
+    let caption = words.with(Text::PlotCaption, &[("what", &words.of(what))]);
+    if let Some(svg) = figure::drawing(&content.results, &caption)? {
         blocks.push(SheetBlock::Figure {
-            caption: Run::text(words.of(Text::PlotCaption)),
-            label: String::new(),
+            caption: Run::text(caption.clone()),
+            label: words.label(Text::FigureLabel, 1),
             svg,
-            alternative: words.of(Text::PlotCaption),
+            alternative: caption,
         });
+    }
+    Ok(())
+}
+
+/// `n` counts the tables.
+fn tables(words: &Words, stated: &StatedResults, n: &mut usize, blocks: &mut Vec<SheetBlock>) {
+    let mut label = || {
+        *n += 1;
+        words.label(Text::TableLabel, *n)
+    };
+    for table in &stated.tables {
+        blocks.push(over_frequency(words, table, label()));
+    }
+    if !stated.singles.is_empty() {
+        blocks.push(singles(words, stated, label()));
     }
 }
 
-fn tables(words: &Words, stated: &StatedResults, blocks: &mut Vec<SheetBlock>) {
-    for table in &stated.tables {
-        blocks.push(over_frequency(words, table));
-    }
-    if !stated.singles.is_empty() {
-        blocks.push(singles(words, stated));
+impl StatedTable {
+    fn is_transverse(&self) -> bool {
+        self.columns
+            .iter()
+            .any(|c| c.meaning == Meaning::Transverse)
     }
 }
 
@@ -401,7 +488,7 @@ fn spread(words: &Words, number: &StatedNumber) -> String {
     }
 }
 
-fn over_frequency(words: &Words, table: &StatedTable) -> SheetBlock {
+fn over_frequency(words: &Words, table: &StatedTable, label: String) -> SheetBlock {
     let mut columns = vec![numbers(words.of(Text::Frequency), "Hz")];
     let mut rows: Vec<Vec<String>> = table
         .frequency
@@ -420,10 +507,6 @@ fn over_frequency(words: &Words, table: &StatedTable) -> SheetBlock {
             row.extend([words.number(&number.value), spread(words, number), k]);
         }
     }
-    let is_transverse = table
-        .columns
-        .iter()
-        .any(|c| c.meaning == Meaning::Transverse);
     let caption = match &table.element {
         // S.xy: acceleration along x, output along y.
         Some(element) => {
@@ -437,19 +520,19 @@ fn over_frequency(words: &Words, table: &StatedTable) -> SheetBlock {
                 &[("element", element), ("output", &output), ("axis", &axis)],
             )
         }
-        None if is_transverse => words.of(Text::TransverseOverFrequency),
+        None if table.is_transverse() => words.of(Text::TransverseOverFrequency),
         None => words.of(Text::SensitivityOverFrequency),
     };
     SheetBlock::Table {
         caption: Run::text(caption),
-        label: String::new(),
+        label,
         columns,
         rows,
         notes: Vec::new(),
     }
 }
 
-fn singles(words: &Words, stated: &StatedResults) -> SheetBlock {
+fn singles(words: &Words, stated: &StatedResults, label: String) -> SheetBlock {
     let text = |text: Text| SheetColumn {
         heading: Run::text(words.of(text)),
         unit: String::new(),
@@ -471,7 +554,7 @@ fn singles(words: &Words, stated: &StatedResults) -> SheetBlock {
     });
     SheetBlock::Table {
         caption: Run::text(words.of(Text::Parameters)),
-        label: String::new(),
+        label,
         columns: vec![
             text(Text::Quantity),
             numbers(words.of(Text::Value), ""),
@@ -494,28 +577,43 @@ fn conformity(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
             words,
             rows: Vec::new(),
         };
-        rows.text(
-            Text::Rule,
-            Some(&entry.rule(words.language, |r| words.digits(r))),
-        );
-        let limit = |l: Option<f64>| l.map(|l| format!("{} {}", minus(&l.to_string()), entry.unit));
+        let rule = entry.rule(words.language, |r| words.digits(r));
+        let rule = with_number(&rule, "50 %", words.digits("50 %"));
+        rows.rows.push((words.of(Text::Rule), rule));
+        let space = if entry.unit == "°" { "" } else { " " };
+        let limit =
+            |l: Option<f64>| l.map(|l| format!("{}{space}{}", minus(&l.to_string()), entry.unit));
         rows.number(Text::LowerLimit, limit(entry.entry.lower).as_deref());
         rows.number(Text::UpperLimit, limit(entry.entry.upper).as_deref());
-        rows.text(Text::Evidence, entry.entry.source.as_deref());
+        rows.text(Text::LimitsFrom, entry.entry.source.as_deref());
         blocks.push(rows.block());
         let text = |text: Text| SheetColumn {
             heading: Run::text(words.of(text)),
             unit: String::new(),
             align: SheetAlign::Text,
         };
+        let frequency = |name: &str| super::results::frequency(name).map(|(_, f)| plain(f));
+        let has_frequencies = entry
+            .decisions
+            .iter()
+            .any(|d| frequency(&d.quantity).is_some());
+        let quantity = content
+            .results
+            .name_of(&entry.entry.quantity, words.language);
         let rows = entry.decisions.iter().map(|d| {
             let word = if d.pass { Text::Pass } else { Text::Fail };
-            vec![d.quantity.clone(), words.of(word), words.digits(&d.risk)]
+            let mut row = vec![quantity.clone()];
+            row.extend(frequency(&d.quantity).map(|f| words.number(&f)));
+            row.extend([words.of(word), words.digits(&d.risk)]);
+            row
         });
+        let mut columns = vec![text(Text::Quantity)];
+        columns.extend(has_frequencies.then(|| numbers(words.of(Text::Frequency), "Hz")));
+        columns.extend([text(Text::Decision), text(Text::Risk)]);
         blocks.push(SheetBlock::Table {
             caption: Vec::new(),
             label: String::new(),
-            columns: vec![text(Text::Quantity), text(Text::Decision), text(Text::Risk)],
+            columns,
             rows: rows.collect(),
             notes: Vec::new(),
         });
@@ -526,7 +624,9 @@ fn uncertainty(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
     blocks.push(heading(words, Text::UncertaintyTitle));
     let probability = words.digits(&content.results.per_cent());
     for text in content.uncertainty_statement(words.language, &probability) {
-        blocks.push(paragraph(text));
+        blocks.push(SheetBlock::Paragraph {
+            text: with_number(&text, &probability, probability.clone()),
+        });
     }
 }
 
@@ -537,17 +637,16 @@ fn remarks(words: &Words, digest: &str, content: &Content, blocks: &mut Vec<Shee
         .calibration
         .as_ref()
         .and_then(|c| c.remarks.clone());
-    if let Some(remarks) = own {
-        blocks.push(paragraph(remarks));
-    }
+    let lines = own.iter().flat_map(|remarks| remarks.lines());
+    blocks.extend(lines.map(one_line).filter(|l| !l.is_empty()).map(paragraph));
     blocks.push(paragraph(words.of(Text::Validity)));
-    let mut rows = Rows {
-        words,
-        rows: Vec::new(),
-    };
-    rows.text(
-        Text::Evidence,
-        Some(&format!("result.json, SHA-256 {digest}")),
-    );
-    blocks.push(rows.block());
+    let evidence = format!("{}: ", words.of(Text::Evidence));
+    blocks.push(SheetBlock::Paragraph {
+        text: vec![
+            Run::Text(evidence),
+            Run::Number("result.json, SHA-256".to_owned()),
+            Run::Text(" ".to_owned()),
+            Run::Number(digest.to_owned()),
+        ],
+    });
 }

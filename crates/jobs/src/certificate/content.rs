@@ -123,7 +123,9 @@ impl Content {
                 missing.push(what.to_owned());
             }
         };
-        let said = |text: Option<&String>| text.is_some_and(|t| !t.trim().is_empty());
+        // The dots of an example say nothing.
+        let said =
+            |text: Option<&String>| text.is_some_and(|t| t.chars().any(char::is_alphanumeric));
         for (contact, name) in [
             (&self.file.laboratory, "laboratory"),
             (&self.file.customer, "customer"),

@@ -349,17 +349,16 @@ pub(crate) fn is_day(text: &str) -> bool {
 }
 
 impl Contact {
-    /// Street, post code and town, country, as lines.
+    /// Street, then post code, town and country, as lines.
     pub(crate) fn lines(&self) -> Vec<String> {
-        let town: Vec<&str> = [&self.post_code, &self.town]
-            .into_iter()
-            .flatten()
-            .map(String::as_str)
-            .collect();
+        let joined = |parts: [Option<&str>; 2], between: &str| {
+            let parts: Vec<&str> = parts.into_iter().flatten().collect();
+            (!parts.is_empty()).then(|| parts.join(between))
+        };
+        let town = joined([self.post_code.as_deref(), self.town.as_deref()], " ");
         let lines = [
             self.street.clone(),
-            (!town.is_empty()).then(|| town.join(" ")),
-            self.country.clone(),
+            joined([town.as_deref(), self.country.as_deref()], ", "),
             self.phone.clone(),
             self.email.clone(),
         ];

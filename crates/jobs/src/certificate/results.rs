@@ -56,6 +56,8 @@ impl Meaning {
             "misalignment" => Self::Misalignment,
             "gravity" => Self::Gravity,
             "curvature" | "quadratic" => Self::Curvature,
+            "slope" => Self::Temperature,
+            "output" if name.contains(".T") => Self::Temperature,
             name if name.starts_with("temperature") => Self::Temperature,
             _ => Self::Other,
         }
@@ -135,7 +137,7 @@ pub struct StatedColumn {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StatedTable {
-    /// Element of the sensitivity matrix, `xy`: output x, acceleration y; none for one axis.
+    /// Element of the sensitivity matrix, `xy`: acceleration along x, output along y; none for one axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<String>,
     /// Frequencies, Hz.
@@ -272,6 +274,19 @@ impl StatedResults {
         tables.chain(self.singles.iter().map(|s| &s.number))
     }
 
+    /// What a quantity is, in words; a name of a column stands for all its frequencies.
+    pub(crate) fn name_of(&self, name: &str, language: Language) -> String {
+        let mut tables = self.tables.iter();
+        let column = tables.find_map(|t| Some((t, t.columns.iter().find(|c| c.name == name)?)));
+        if let Some((table, column)) = column {
+            let text = column.meaning.text().of(language);
+            let element = table.element.as_deref().unwrap_or_default();
+            return format!("{text} {element}").trim_end().to_owned();
+        }
+        let single = self.singles.iter().find(|s| s.name == name);
+        single.map_or_else(|| name.to_owned(), |s| s.words(language))
+    }
+
     /// Whether an interval is not symmetric.
     pub(crate) fn has_intervals(&self) -> bool {
         self.numbers().any(|n| n.interval.is_some())
@@ -345,7 +360,7 @@ impl StatedSingle {
         let text = self.meaning.text().of(language);
         match self.name.split_once('.') {
             _ if self.meaning == Meaning::Other => format!("{text}: {}", self.name),
-            Some((_, which)) => format!("{text} {which}"),
+            Some((_, which)) => format!("{text} {}", which.replace('.', ", ")),
             None => text.to_owned(),
         }
     }

@@ -159,7 +159,9 @@ impl Sheet {
 
     /// The same on a page and in a terminal.
     pub(crate) fn report(&self, mut page: Report) -> Report {
-        page = page.subtitle(format!("{} · {}", self.issuer.name, self.number));
+        let mut head = vec![self.issuer.name.as_str()];
+        head.extend(self.issuer.lines.iter().map(String::as_str));
+        page = page.subtitle(format!("{} · {}", head.join(", "), self.number));
         let mut section: Option<Section> = None;
         for block in &self.blocks {
             if let SheetBlock::Heading { level: 1, text } = block {

@@ -74,7 +74,7 @@ texts! {
     PageOf: "Page {page} of {pages}", "Pagina {page} di {pages}", "صفحهٔ {page} از {pages}";
     End: "End of the certificate", "Fine del certificato", "پایان گواهی";
     Number: "Certificate number", "Numero del certificato", "شمارهٔ گواهی";
-    NoNumber: "none: draft", "nessuno: bozza", "بدون شماره: پیش‌نویس";
+    NoNumber: "draft, no number", "bozza, senza numero", "پیش‌نویس، بدون شماره";
     Laboratory: "Laboratory", "Laboratorio", "آزمایشگاه";
     Address: "Address", "Indirizzo", "نشانی";
     Place: "Place of calibration", "Luogo della taratura", "محل کالیبراسیون";
@@ -132,7 +132,9 @@ texts! {
     TemperatureCoefficient: "Temperature term", "Termine di temperatura", "جملهٔ دمایی";
     CurvatureTerm: "Second-order term", "Termine del secondo ordine", "جملهٔ مرتبهٔ دوم";
     OtherQuantity: "Quantity of the result", "Grandezza del risultato", "کمیت نتیجه";
-    PlotCaption: "The principal result, drawn", "Il risultato principale, in grafico", "نمودار نتیجهٔ اصلی";
+    PlotCaption: "{what}; bars: expanded uncertainty", "{what}; barre: incertezza estesa", "{what}؛ میله‌ها: عدم قطعیت گسترده";
+    TableLabel: "Table {n}", "Tabella {n}", "جدول {n}";
+    FigureLabel: "Figure {n}", "Figura {n}", "شکل {n}";
     UncertaintyTitle: "Uncertainty of measurement", "Incertezza di misura", "عدم قطعیت اندازه‌گیری";
     UncertaintyStatement: "The reported uncertainty is the expanded uncertainty U: the standard uncertainty multiplied by the coverage factor k stated beside it, for a coverage probability of {probability}. It was evaluated according to JCGM 100 (GUM). It refers to the conditions and the time of the calibration and includes no long-term drift of the item.",
         "L'incertezza dichiarata è l'incertezza estesa U: l'incertezza tipo moltiplicata per il fattore di copertura k riportato accanto, per una probabilità di copertura di {probability}. È stata valutata secondo JCGM 100 (GUM). Si riferisce alle condizioni e al momento della taratura e non comprende derive a lungo termine dell'oggetto.",
@@ -153,6 +155,7 @@ texts! {
         "banda di guardia w = r·U con r = {r}: il valore misurato è entro i limiti ristretti di w (JCGM 106, 8.3).",
         "نوار محافظ w = r·U با r = {r}: مقدار اندازه‌گیری‌شده درون حدودی است که به اندازهٔ w تنگ‌تر شده‌اند (JCGM 106، بند 8.3).";
     LowerLimit: "Lower limit", "Limite inferiore", "حد پایین";
+    LimitsFrom: "Source of the limits", "Origine dei limiti", "منبع حدود";
     UpperLimit: "Upper limit", "Limite superiore", "حد بالا";
     Decision: "Decision", "Decisione", "تصمیم";
     Pass: "pass", "conforme", "منطبق";

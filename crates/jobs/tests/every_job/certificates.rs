@@ -7,8 +7,9 @@ use proofmass_io::{DigitalCertificate, Source};
 use proofmass_jobs::certificate::{
     CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Replaced,
 };
-use proofmass_jobs::{AnyData, Job, StoredResult, Unwatched};
+use proofmass_jobs::{AnyData, Job, Outcome as _, StoredResult, Unwatched};
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// A file of a laboratory with everything that a certificate must state, and markup in its names.
 pub fn laboratory() -> CertificateFile {
@@ -215,7 +216,7 @@ fn law_every_mandatory_item_stands_in_every_language() {
         assert_eq!(sheet["language"], language.code());
         assert_eq!(sheet["direction"], language.direction());
         assert!(sheet["watermark"].is_null());
-        let text = sheet["blocks"].to_string();
+        let text = format!("{} {}", sheet["issuer"], sheet["blocks"]);
         for item in [
             "CAL-2026-0001",
             "Via 1",
@@ -392,4 +393,48 @@ fn known_decisions_are_printed_with_their_rule_and_risk() {
         trouble.hint().unwrap().contains("did you mean `S.modulus`"),
         "{trouble}"
     );
+}
+
+/// Sheets of every kind are the test sheets of the typesetter, which is a workspace of its own: what is written here is accepted there.
+#[test]
+fn law_sheets_are_those_that_the_typesetter_is_tested_with() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../apps/certificate/tests/sheets");
+    let languages = [
+        (Language::English, false),
+        (Language::Italian, false),
+        (Language::Persian, false),
+        (Language::Persian, true),
+    ];
+    for (i, result) in calibrated().iter().enumerate() {
+        let (language, persian_digits) = languages[i % languages.len()];
+        let mut request = job(language, result);
+        request.persian_digits = persian_digits;
+        if result.kind() == "shaker-single" {
+            let limits = r#"[{"quantity": "S.modulus", "lower": 1, "upper": 1000, "rule": "guard-band", "r": 1, "source": "datasheet"}]"#;
+            request.file.conformity = serde_json::from_str(limits).unwrap();
+            request.number = Some("CAL-2026-0001".into());
+        }
+        let data = CertificateData {
+            result,
+            as_found: (result.kind() == "multi-position").then_some(result),
+        };
+        let outcome = request.evaluate(&data, &Unwatched).expect("a certificate");
+        let sheet = outcome.attachments(&record()).expect("files").remove(1).1;
+        // The digest is that of a result with all its digits, which are those of one machine.
+        let sheet = String::from_utf8(sheet).unwrap();
+        let digest = sheet
+            .split('"')
+            .find(|t| t.len() == 64 && t.bytes().all(|b| b.is_ascii_hexdigit()));
+        let sheet = sheet.replace(digest.expect("a digest"), &"0".repeat(64)) + "\n";
+        let place = folder.join(format!("{}-{}.json", result.kind(), language.code()));
+        if std::env::var_os("PROOFMASS_WRITE_SHEETS").is_some() {
+            std::fs::write(&place, &sheet).unwrap();
+        }
+        let kept = std::fs::read_to_string(&place).unwrap_or_default();
+        assert!(
+            kept == sheet,
+            "{} is not what is written now: look at the difference, and set PROOFMASS_WRITE_SHEETS to write it anew",
+            place.display()
+        );
+    }
 }
