@@ -32,8 +32,8 @@ pub struct Axis {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) range: Option<(f64, f64)>,
     /// Positions with their labels, such as dates; those of the division where there are none.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) marks: Vec<(f64, String)>,
+    #[serde(default, skip_serializing_if = "<[_]>::is_empty")]
+    pub(crate) marks: Box<[(f64, String)]>,
 }
 
 impl Axis {

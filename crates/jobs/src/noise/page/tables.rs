@@ -176,11 +176,9 @@ fn read_lines(analysis: &Analysis) -> Vec<ReadLine<'_>> {
     let mut lines = Vec::new();
     for channel in &analysis.channels {
         for reading in of(channel).unwrap_or_default() {
-            let fitted = channel.whittle.iter().flat_map(|fit| &fit.coefficients);
-            let stated = fitted
-                .filter(|c| c.term == reading.term)
-                .map(|c| &c.verdict);
-            lines.push((channel, reading, stated.last()));
+            let mut fitted = channel.whittle.iter().flat_map(|fit| &fit.coefficients);
+            let stated = fitted.find(|c| c.term == reading.term);
+            lines.push((channel, reading, stated.map(|c| &c.verdict)));
         }
     }
     lines
