@@ -12,7 +12,7 @@ import numpy as np
 
 from ._command import command
 from ._result import Result
-from ._types import Data, Place, Watch
+from ._types import Data, Names, Place, Watch
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -46,7 +46,7 @@ __all__ = [
 ]
 
 
-def __dir__() -> list[str]:
+def __dir__() -> Names:
     return __all__
 
 

@@ -14,3 +14,5 @@ Data = str | os.PathLike[str] | ArrayLike | Mapping[str, ArrayLike] | BinaryIO |
 Place = str | os.PathLike[str]
 #: Told the stage, the steps behind and the steps in all (0: unknown); what it raises stops the command.
 Watch = Callable[[str, int, int], object]
+#: Names of a module; one may have a function `list` of its own.
+Names = list[str]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ._command import command
-from ._types import Data, Place, Watch
+from ._types import Data, Names, Place, Watch
 
 __all__ = [
     "add_campaign",
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 
-def __dir__() -> list[str]:
+def __dir__() -> Names:
     return __all__
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from ._command import command
 from ._result import Result
-from ._types import Data, Place, Watch
+from ._types import Data, Names, Place, Watch
 
 __all__ = [
     "compare",
@@ -20,7 +20,7 @@ __all__ = [
 ]
 
 
-def __dir__() -> list[str]:
+def __dir__() -> Names:
     return __all__
 
 

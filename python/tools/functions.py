@@ -60,12 +60,12 @@ Written by tools/functions.py from the options of the commands: change those, no
 from __future__ import annotations
 
 {imports}from ._command import command
-{result}from ._types import Data, Place, Watch
+{result}from ._types import Data, Names, Place, Watch
 
 {late}__all__ = {names}
 
 
-def __dir__() -> list[str]:
+def __dir__() -> Names:
     return __all__
 '''
 
