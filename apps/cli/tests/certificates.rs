@@ -543,3 +543,63 @@ fn crosscheck_certificates_are_valid_by_the_schema() {
         String::from_utf8_lossy(&checked.stdout)
     );
 }
+
+/// What must not become a certificate, each through the command's own door; and a calibration with k = 2, which may.
+#[test]
+fn refuses_to_release_what_nobody_stands_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    calibrated(folder);
+    let places = places(folder);
+    let check = |more: &[&str]| refuse(&asked(&["certificate", "check"], &places, more));
+    for day in ["yesterday", "2026-13-01", "2999-01-01"] {
+        let said = check(&["--issued", day]);
+        assert!(said.contains("--issued"), "{day}: {said}");
+    }
+    // As found of another item.
+    let other = folder.join("other");
+    std::fs::create_dir(&other).unwrap();
+    calibrated(&other);
+    let campaign = other.join("campaign.toml");
+    let toml = std::fs::read_to_string(&campaign).unwrap();
+    let serial = toml
+        .lines()
+        .find(|l| l.starts_with("serial"))
+        .map(str::to_owned);
+    let toml = match serial {
+        Some(line) => toml.replace(&line, "serial = \"OTHER\""),
+        None => format!("{toml}\n[device]\nserial = \"OTHER\"\n"),
+    };
+    std::fs::write(&campaign, toml).unwrap();
+    succeed(&["calibrate", text(&other)]);
+    let found = text(&other.join("result")).to_owned();
+    assert!(check(&["--as-found", &found]).contains("OTHER"));
+    // A register that an order names.
+    let numbered = format!("{ORDER}[numbering]\npattern = \"C-{{number}}\"\n");
+    std::fs::write(folder.join("order.toml"), numbered).unwrap();
+    assert!(check(&[]).contains("belongs to LAB.toml"));
+    std::fs::write(folder.join("order.toml"), ORDER).unwrap();
+    // Guard bands that leave nothing.
+    let tight = format!(
+        "{LAB}[[conformity]]\nquantity = \"S.modulus\"\nlower = 12.49\nupper = 12.51\nrule = \"guard-band\"\nr = 1\n"
+    );
+    std::fs::write(folder.join("LAB.toml"), tight).unwrap();
+    assert!(check(&[]).contains("nothing is left"));
+    std::fs::write(folder.join("LAB.toml"), LAB).unwrap();
+    // An input that was changed since, and a result that no list vouches for.
+    let reference = std::fs::read_to_string(folder.join("reference.xml")).unwrap();
+    std::fs::write(folder.join("reference.xml"), format!("{reference}\n")).unwrap();
+    let said = check(&[]);
+    assert!(said.contains("reference.xml was changed"), "{said}");
+    std::fs::write(folder.join("reference.xml"), &reference).unwrap();
+    let manifest = folder.join("result/manifest.json");
+    let listed = std::fs::read(&manifest).unwrap();
+    std::fs::remove_file(&manifest).unwrap();
+    let place = text(&folder.join("c")).to_owned();
+    let release = asked(&["certificate", "release"], &places, &["-o", &place]);
+    assert!(refuse(&release).contains("no list of its folder"));
+    std::fs::write(&manifest, listed).unwrap();
+    // With k = 2 the probabilities of the quantities differ in their seventh digit.
+    succeed(&["calibrate", text(folder), "-k", "2"]);
+    succeed(&release);
+}

@@ -48,6 +48,10 @@ impl Release {
                     .hint("add [numbering] with pattern = \"CAL-{year}-{number:4}\""),
             );
         };
+        if !certified.listed {
+            return Err(Failure::new("no list of its folder says that the result is as it was computed")
+                .hint("release it from the folder that `proofmass calibrate` wrote, with its manifest.json"));
+        }
         // What is missing is told before a number is looked for.
         let draft = certified.evaluate(None)?;
         if !draft.missing().is_empty() {
@@ -67,25 +71,35 @@ impl Release {
             .map(|(number, reason)| Replaced { number, reason });
         let place = self.request.lab.with_file_name(&numbering.register);
         let mut register = Register::open(&place)?;
-        // A run that was ended between register and folder is brought to its end.
-        let before = match register.entries().last() {
-            Some(last) if last.replaces == replaces => {
-                let numbered = Numbered {
-                    number: last.number.clone(),
-                    issued: last.issued.clone(),
-                    replaces: replaces.clone(),
-                };
-                let outcome = certified.evaluate(Some(&numbered))?;
-                (last.is_of(outcome.xml().as_bytes())).then_some((numbered, outcome))
+        // A run that was ended between register and folder is brought to its end, and what was released is found again.
+        let mut before = None;
+        for entry in register.of_result(&certified.result.to_json()?, replaces.as_ref()) {
+            let numbered = Numbered {
+                number: entry.number.clone(),
+                issued: entry.issued.clone(),
+                replaces: replaces.clone(),
+            };
+            let outcome = certified.evaluate(Some(&numbered))?;
+            if entry.is_of(outcome.xml().as_bytes()) {
+                before = Some((numbered, outcome));
+                break;
             }
-            _ => None,
-        };
+        }
         let is_new = before.is_none();
         let (numbered, outcome) = match before {
             Some(same) => same,
             None => {
                 if let Some(replaced) = &replaces {
                     register.may_replace(replaced)?;
+                }
+                if let Some(last) = register.entries().last()
+                    && certified.issued < last.issued
+                {
+                    return Err(Failure::new(format!(
+                        "--issued: {} lies before {}, the day of the certificate {}",
+                        certified.issued, last.issued, last.number
+                    ))
+                    .hint("numbers follow the days of issue"));
                 }
                 let numbered = Numbered {
                     number: register.next(&numbering, &certified.issued)?,

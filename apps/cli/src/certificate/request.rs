@@ -2,7 +2,8 @@
 
 use crate::console::Progress;
 use crate::{Failure, clock, console};
-use proofmass::io::{Input, LARGEST_DOCUMENT, Source};
+use proofmass::io::formats::calendar::day_of;
+use proofmass::io::{Fate, Input, LARGEST_DOCUMENT, Source, Verification, unlisted};
 use proofmass::jobs::certificate::{
     CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Replaced,
 };
@@ -44,6 +45,8 @@ pub(super) struct Certified {
     persian_digits: bool,
     paths: Vec<PathBuf>,
     inputs: Vec<Input>,
+    /// Whether the list of its folder says that the result is as it was computed.
+    pub(super) listed: bool,
 }
 
 /// What makes a draft a certificate.
@@ -71,13 +74,46 @@ fn stored(path: &Path) -> Result<(StoredResult, PathBuf, Input), Failure> {
 impl Request {
     pub(super) fn read(&self) -> Result<Certified, Failure> {
         let (result, path, input) = stored(&self.result)?;
+        if let Some(issued) = &self.issued {
+            let today = day_of(&clock::today());
+            match (day_of(issued), today) {
+                (None, _) => {
+                    return Err(Failure::new(format!("--issued: {issued:?} is no day"))
+                        .hint("write YYYY-MM-DD"));
+                }
+                (Some(day), Some(today)) if day > today => {
+                    return Err(Failure::new(format!("--issued: {issued} lies ahead")).hint(
+                        "a certificate is issued on the day on which it is released, or before",
+                    ));
+                }
+                _ => {}
+            }
+        }
+        let chain = Verification::of(&path, None)?;
+        if let Some(changed) = chain.links.iter().find(|l| l.fate == Fate::Changed) {
+            return Err(Failure::new(format!(
+                "{} was changed since the result was computed from it",
+                changed.name
+            ))
+            .detail(format!("{} names it", changed.named_by.display()))
+            .hint("fetch it again as it was, or evaluate it again; `proofmass verify` follows the whole chain"));
+        }
+        let listed = unlisted(&path, &input).is_none();
         let mut file = CertificateFile::open(&self.lab)?;
         let (mut paths, mut inputs) = (
             vec![path, self.lab.clone()],
             vec![input, Input::of(&self.lab)?],
         );
         if let Some(order) = &self.order {
-            file = file.with_order(CertificateFile::open(order)?);
+            let order_file = CertificateFile::open(order)?;
+            if order_file.numbering.is_some() {
+                return Err(Failure::new(format!(
+                    "{}: [numbering] belongs to LAB.toml",
+                    order.display()
+                ))
+                .hint("an order has no register of its own: take the section out"));
+            }
+            file = file.with_order(order_file);
             paths.push(order.clone());
             inputs.push(Input::of(order)?);
         }
@@ -104,6 +140,7 @@ impl Request {
             persian_digits: self.persian_digits,
             paths,
             inputs,
+            listed,
         })
     }
 }

@@ -157,6 +157,7 @@ impl Reading {
                     reading.result = name().unwrap_or_default()
                 }
                 "influenceCondition"
+                | "comment"
                 | "itemQuantities"
                 | "measuringEquipment"
                 | "usedMethod"

@@ -231,6 +231,11 @@ impl<'a> Parts<'a> {
                 })
             };
             let sensitivity_uncertainty = u(s)?;
+            if sensitivity_uncertainty <= 0.0 {
+                return Err(refuse(s.of, "states an uncertainty of zero").with_hint(
+                    "a sensitivity is never exact: ask the laboratory for its uncertainty",
+                ));
+            }
             if sensitivity_uncertainty > 0.5 * s.value {
                 return Err(
                     refuse(s.of, "the uncertainty is more than half of the sensitivity")

@@ -7,7 +7,7 @@ use crate::StoredResult;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::StatedQuantity;
 use proofmass_report::number::plain;
-use proofmass_uncertainty::{DegreesOfFreedom, Measured, Quantity};
+use proofmass_uncertainty::{DecisionRule, DegreesOfFreedom, Measured, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// One decision.
@@ -99,6 +99,16 @@ fn decide_one(
             standard_uncertainty: u * factor,
             dof: q.nu_eff.unwrap_or(DegreesOfFreedom::INFINITE),
         });
+        if let (DecisionRule::GuardBand { factor: r }, Some(lower), Some(upper)) =
+            (rule, entry.lower, entry.upper)
+            && 2.0 * r * q.expanded * factor >= upper - lower
+        {
+            return Err(Trouble::data(format!(
+                "conformity: between {lower} and {upper} {unit} nothing is left behind guard bands of {r} U of {}",
+                q.name
+            ))
+            .with_hint("the uncertainty is too large for these limits: state them in the unit of the certificate, or choose another r"));
+        }
         let decision = limits.decide(&measured, q.expanded * factor, rule, None)?;
         decisions.push(Decided {
             quantity: q.name.clone(),

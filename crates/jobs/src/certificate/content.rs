@@ -51,6 +51,19 @@ impl Content {
                 result.kind()
             )));
         }
+        if let Some(found) = as_found {
+            let serial = |r: &StoredResult| r.record().device.serial.clone();
+            let (found, left) = (serial(found), serial(result));
+            if found != left {
+                let named = |s: Option<String>| s.unwrap_or_else(|| "none".to_owned());
+                return Err(Trouble::request(format!(
+                    "the result as found is of the serial number {}, that as left of {}",
+                    named(found),
+                    named(left)
+                ))
+                .with_hint("name the result of the same item before it was adjusted"));
+            }
+        }
         contradiction(job, result)?;
         let (text, norms) = method(result.kind()).unwrap_or((Text::Method, &[]));
         let mut file = job.file.clone();

@@ -208,6 +208,7 @@ pub(super) fn certificate(
             false => file
                 .signatories
                 .iter()
+                .take(1)
                 .map(|s| (s.name.clone(), s.role.clone()))
                 .collect(),
         },

@@ -402,7 +402,8 @@ impl Numbering {
         }
         out.push_str(rest);
         let plain = |c: char| c.is_alphanumeric() || "-_./ ".contains(c);
-        match has_number && out.chars().all(plain) && !out.trim().is_empty() {
+        let is_path = out.starts_with('/') || out.split('/').any(|part| part.starts_with('.'));
+        match has_number && out.chars().all(plain) && !out.trim().is_empty() && !is_path {
             true => Ok(out),
             false => Err(wrong()),
         }

@@ -108,6 +108,26 @@ impl Register {
         &self.entries
     }
 
+    /// The certificates of a result that replace the same, the last one first; those that were replaced themselves are left out.
+    pub fn of_result<'a>(
+        &'a self,
+        result: &[u8],
+        replaces: Option<&'a Replaced>,
+    ) -> impl Iterator<Item = &'a Registered> {
+        let digest = sha256(result);
+        let entries = self.entries.iter().rev();
+        entries.filter(move |e| {
+            e.result_sha256 == digest
+                && e.replaces.as_ref() == replaces
+                && !self.is_replaced(&e.number)
+        })
+    }
+
+    fn is_replaced(&self, number: &str) -> bool {
+        let replaced = self.entries.iter().filter_map(|e| e.replaces.as_ref());
+        replaced.into_iter().any(|r| r.number == number)
+    }
+
     /// The certificate of a number.
     pub fn find(&self, number: &str) -> Option<&Registered> {
         self.entries.iter().find(|e| e.number == number)

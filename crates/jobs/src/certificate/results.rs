@@ -196,6 +196,9 @@ pub(crate) fn stated(result: &StoredResult) -> impl Iterator<Item = &StatedQuant
     all.filter(move |q| q.expanded > 0.0 && (!elements || q.name.starts_with("S.")))
 }
 
+/// What probabilities may differ by and be one: those of a fixed k differ with their degrees of freedom. The smallest is stated.
+const SAME: f64 = 0.01;
+
 /// The frequency in a name, and the name without it.
 pub(crate) fn frequency(name: &str) -> Option<(String, f64)> {
     let (before, rest) = name.split_once("[frequency=")?;
@@ -222,15 +225,19 @@ impl StatedResults {
                 "the result states no quantity with an uncertainty",
             ));
         };
-        if let Some(other) = all.iter().find(|q| q.probability != first.probability) {
+        if let Some(other) = all
+            .iter()
+            .find(|q| (q.probability - first.probability).abs() > SAME)
+        {
             return Err(Trouble::data(format!(
                 "the result states intervals of different probabilities: {} at {}, {} at {}",
                 first.name, first.probability, other.name, other.probability
             ))
             .with_hint("calibrate with one probability"));
         }
+        let least = all.iter().map(|q| q.probability).fold(1.0, f64::min);
         let mut stated = Self {
-            probability: plain_probability(first.probability),
+            probability: plain_probability(least),
             ..Self::default()
         };
         let mut families: Vec<(String, Vec<(f64, &StatedQuantity)>)> = Vec::new();
@@ -299,8 +306,9 @@ impl StatedResults {
     }
 }
 
+/// A probability downwards to a tenth of a per cent.
 fn plain_probability(p: f64) -> String {
-    let text = format!("{p:.6}");
+    let text = format!("{:.3}", (1e3 * p + 1e-6).floor() / 1e3);
     text.trim_end_matches('0').to_owned()
 }
 
