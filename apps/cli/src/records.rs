@@ -4,7 +4,7 @@ mod add;
 mod give;
 
 use crate::{Failure, Outcome, clock, console};
-use proofmass::io::Source;
+use proofmass::io::{DigitalCertificate, Source};
 use proofmass::records::{Content, FiledSupersession, Filing, Records as Ledger, day_of, page};
 use proofmass::report::Report;
 use serde::Serialize;
@@ -416,7 +416,7 @@ impl Import {
                 }
                 continue;
             }
-            if given.is_file() && add::is_digital(given) {
+            if given.is_file() && DigitalCertificate::is_named(given) {
                 let result = records
                     .add_digital(Source::open(given)?, &self.filing, today)
                     .map_err(|trouble| trouble.detail(given.display().to_string()))?;

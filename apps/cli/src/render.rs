@@ -20,11 +20,7 @@ pub(crate) struct Render {
 
 impl Render {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let path = if self.result.is_dir() {
-            self.result.join("result.json")
-        } else {
-            self.result.clone()
-        };
+        let path = StoredResult::place(&self.result);
         let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         match (&input.doubt, &self.delivery.output) {
             (Some(doubt), Some(_)) => return Err(Failure::new(doubt).hint(

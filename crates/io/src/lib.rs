@@ -38,6 +38,7 @@ mod column_head;
 mod conversion;
 mod dcc;
 mod device;
+mod digest;
 mod error;
 mod export;
 mod field;
@@ -97,6 +98,7 @@ pub use dcc::{
     dsi_squared, dsi_text,
 };
 pub use device::{Ambient, Device};
+pub use digest::sha256;
 pub use error::{Error, ErrorKind, Result};
 pub use export::{
     ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, SelfCheck, export,
@@ -126,7 +128,8 @@ pub use proofmass_uncertainty::DecimalMark;
 pub use reading::{ReadColumn, ReadGravity, ReadStream, ReadTime, Reading};
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions};
 pub use result_document::{
-    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, is_result,
+    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, at_frequency,
+    is_result,
 };
 pub use rewriter::Rewriter;
 pub use rows::{BadRow, RowBlock, RowReader};

@@ -12,6 +12,5 @@ mod unfinished;
 
 pub use file::AtomicFile;
 pub use folder::OutputFolder;
-pub(crate) use manifest::SIMULATION;
 pub use manifest::{Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest};
 pub use unfinished::discard_unfinished;

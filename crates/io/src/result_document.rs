@@ -14,6 +14,19 @@ const CHANGED: &str =
 /// Version of the form.
 pub const RESULT_VERSION: u32 = 2;
 
+/// The frequency in the name of a quantity, Hz, and the name without it.
+///
+/// ```
+/// let found = proofmass_io::at_frequency("S.xy.modulus[frequency=160]");
+/// assert_eq!(found, Some(("S.xy.modulus".to_owned(), 160.0)));
+/// assert_eq!(proofmass_io::at_frequency("bias.x"), None);
+/// ```
+pub fn at_frequency(name: &str) -> Option<(String, f64)> {
+    let (before, rest) = name.split_once("[frequency=")?;
+    let (number, after) = rest.split_once(']')?;
+    Some((format!("{before}{after}"), number.parse().ok()?))
+}
+
 /// A quantity as stated in a result.
 ///
 /// k and U stand in a file only where the interval is value ± k u.

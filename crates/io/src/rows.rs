@@ -632,16 +632,6 @@ pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
     Error::new(ErrorKind::Field, what).with_hint(hint)
 }
 
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    bytes
-        .iter()
-        .fold(String::with_capacity(2 * bytes.len()), |mut text, b| {
-            let _ = write!(text, "{b:02x}");
-            text
-        })
-}
-
 /// Cuts a chunk at line ends into pieces of about [`PIECE`] bytes: (offset, bytes).
 fn pieces(chunk: &[u8]) -> Vec<(usize, &[u8])> {
     let mut pieces = Vec::new();

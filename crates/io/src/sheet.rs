@@ -67,17 +67,18 @@ const COHERENT: [(&str, Endings); 8] = [
     ("1", PERCENT),
 ];
 
-/// The unit in which results state what has this one, and what a number is multiplied with; `None` for a unit that is not known.
-pub fn coherent(unit: &str) -> Option<(&'static str, f64)> {
+/// The unit in which results state what has this one, and what a number is multiplied with; a unit that is not known stays as it is.
+pub fn coherent(unit: &str) -> (&str, f64) {
     let plain = unit
         .trim()
         .replace('²', "2")
         .replace("^2", "2")
         .replace(['µ', 'μ'], "u");
-    COHERENT.iter().find_map(|(coherent, endings)| {
+    let known = COHERENT.iter().find_map(|(coherent, endings)| {
         let (_, factor) = endings.iter().find(|(ending, _)| *ending == plain)?;
         Some((*coherent, *factor))
-    })
+    });
+    known.unwrap_or((unit, 1.0))
 }
 
 /// Headings that are for people and never read.

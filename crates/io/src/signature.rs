@@ -5,7 +5,7 @@
 //! that laying the file out anew does no harm and any other program can check it. Keys are PEM files as OpenSSL writes
 //! and reads them (`openssl genpkey -algorithm ed25519`, `openssl pkeyutl -verify -rawin`).
 
-use crate::rows::hexadecimal;
+use crate::digest::hexadecimal;
 use crate::{Error, ErrorKind, Result, Source};
 use ed25519_compact::{KeyPair, Seed};
 use serde::{Deserialize, Serialize};

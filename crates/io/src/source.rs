@@ -2,8 +2,8 @@
 
 mod zstd;
 
+use crate::digest::hexadecimal;
 use crate::loan::{self, Content, ContentReader};
-use crate::rows::hexadecimal;
 use crate::stream::Opened;
 use crate::verification::doubt_of;
 use crate::{Error, ErrorKind, Input, Result};

@@ -4,7 +4,7 @@
 //! SHA-256, and a folder of results lists its files. One changed byte anywhere is found and named. A signature of the list
 //! says who vouches for it: digests alone can be written anew by whoever changes a file.
 
-use crate::output::{MANIFEST, Manifest, SIMULATION};
+use crate::output::{MANIFEST, Manifest};
 use crate::signature::{Signature, SigningKey, VerifyingKey, quoted};
 use crate::software::{Schema, Software};
 use crate::{
@@ -362,8 +362,7 @@ impl Verification {
         let Some(manifest) = Manifest::read(folder)? else {
             return Ok(());
         };
-        // Files of an example or a simulation are there to be changed.
-        if manifest.kind == SIMULATION && manifest.signature.is_none() {
+        if !manifest.vouches() {
             return Ok(());
         }
         if let Some(file) = manifest.files.iter().find(|f| f.name == name) {
@@ -476,12 +475,10 @@ pub(crate) fn doubt_of(path: &Path, sha256: &str) -> Option<String> {
         Some((manifest, listed)) => {
             let statement = manifest.statement();
             let list = path.with_file_name(MANIFEST);
-            let same = listed == sha256;
-            // A simulated campaign, or an example, is there to be changed.
-            if !same && manifest.kind == SIMULATION && manifest.signature.is_none() {
+            if !manifest.vouches() {
                 return None;
             }
-            (list, same, manifest.signature, statement)
+            (list, listed == sha256, manifest.signature, statement)
         }
         None => {
             let beside = Provenance::of(path).ok()??;

@@ -2,7 +2,6 @@
 
 use crate::output::AtomicFile;
 use crate::{Error, ErrorKind, Result};
-use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// A file in the making, or bytes in memory.
@@ -56,7 +55,7 @@ impl Written {
     pub fn sha256(&self) -> String {
         match self {
             Self::File(file) => file.sha256(),
-            Self::Bytes(bytes) => crate::rows::hexadecimal(&Sha256::digest(bytes)),
+            Self::Bytes(bytes) => crate::digest::sha256(&[bytes]),
         }
     }
 

@@ -30,7 +30,7 @@ use crate::trouble::{Result, Trouble};
 use crate::{RESULT, StoredResult};
 use content::Content;
 use proofmass_core::Watch;
-use proofmass_io::{StatedQuantity, base64};
+use proofmass_io::{StatedQuantity, base64, sha256};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -137,7 +137,7 @@ impl Job for CertificateJob {
             );
         }
         let bytes = result.to_json()?;
-        let digest = register::sha256(&bytes);
+        let digest = sha256(&[&bytes]);
         let outcome = CertificateOutcome {
             sheet: blocks::sheet(self, &content, digest)?,
             xml: digital::certificate(self, &content, result, &bytes)?.to_xml(),

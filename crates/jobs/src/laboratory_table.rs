@@ -26,12 +26,8 @@ const OUTPUTS: [DeviceOutput; 3] = [
 
 /// Whether a file is the table of a laboratory by its name: rows (`.csv`) or a digital calibration certificate (`.xml`).
 pub(crate) fn is_table(name: &Path) -> bool {
-    let ending = |e: &OsStr| {
-        ["csv", "xml"]
-            .iter()
-            .any(|known| e.eq_ignore_ascii_case(known))
-    };
-    name.extension().is_some_and(ending)
+    let is_csv = |e: &OsStr| e.eq_ignore_ascii_case("csv");
+    DigitalCertificate::is_named(name) || name.extension().is_some_and(is_csv)
 }
 
 /// A table that was read.
@@ -58,8 +54,7 @@ impl LaboratoryTable {
         coverage: Option<f64>,
         result: Option<&str>,
     ) -> Result<Self> {
-        let is_xml = |e: &OsStr| e.eq_ignore_ascii_case("xml");
-        if !source.name().extension().is_some_and(is_xml) {
+        if !DigitalCertificate::is_named(source.name()) {
             return Self::of_rows(source, coverage);
         }
         let path = source.name().to_path_buf();

@@ -5,7 +5,6 @@ mod page;
 use crate::noise::read_noise;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
-use crate::stored_result::RESULT;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
@@ -13,7 +12,6 @@ use proofmass_noise::{Analysis, NoiseLimit, Sensor, Term, UnitComparison, compar
 use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// Which limits hold, and how often equal units may be called different.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,15 +82,6 @@ impl NoiseDocument {
             }
         }
         Ok(())
-    }
-
-    /// The file of a result: itself, or result.json of a folder.
-    pub fn place(path: &Path) -> std::path::PathBuf {
-        if path.is_dir() {
-            path.join(RESULT)
-        } else {
-            path.to_path_buf()
-        }
     }
 }
 

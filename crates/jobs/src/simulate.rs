@@ -26,11 +26,11 @@ use crate::record::Record;
 use crate::store::Sink;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
-use proofmass_io::{Input, StatedQuantity};
+use proofmass_io::{Input, StatedQuantity, sha256};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
+
 use std::sync::{Mutex, PoisonError};
 
 /// What is to be simulated. The same request makes the same files on every machine.
@@ -152,10 +152,7 @@ pub(crate) struct Desk<'a> {
 
 impl Desk<'_> {
     fn write(&self, name: &str, bytes: Vec<u8>) -> Result<()> {
-        let sha256 = Sha256::digest(&bytes)
-            .iter()
-            .map(|b| format!("{b:02x}"))
-            .collect();
+        let sha256 = sha256(&[&bytes]);
         self.sink.write(name, bytes)?;
         if let Ok(mut written) = self.written.lock() {
             written.push(Input {

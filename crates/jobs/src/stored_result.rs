@@ -66,6 +66,15 @@ struct Shown {
 }
 
 impl StoredResult {
+    /// The file of a result: itself, or result.json of a folder.
+    pub fn place(path: &std::path::Path) -> std::path::PathBuf {
+        if path.is_dir() {
+            path.join(RESULT)
+        } else {
+            path.to_path_buf()
+        }
+    }
+
     /// Puts an outcome beside what the caller knows: device, conditions, date, inputs, software.
     ///
     /// # Errors

@@ -1,11 +1,9 @@
 //! Coefficients as data sheets quote them: read off the Allan curve by its slopes, each by itself.
 
 use crate::deviation::{DeviationCurve, DeviationPoint};
-use crate::model::Term;
+use crate::model::{FLICKER, Term};
 use crate::statistic::Statistic;
 
-/// Floor of the Allan deviation of flicker noise over its coefficient, √(2 ln 2/π).
-const FLOOR: f64 = 0.664_282;
 /// How far a slope between neighbouring averaging times may lie from that of its term.
 const SLACK: f64 = 0.1;
 
@@ -63,7 +61,7 @@ pub fn curve_readings(curve: &DeviationCurve) -> Vec<CurveReading> {
         .filter(|at| *at > 0 && *at + 1 < points.len())
         .map(|at| CurveReading {
             term: Term::Flicker,
-            value: points[at].deviation / FLOOR,
+            value: points[at].deviation / FLICKER.sqrt(),
             taus: [points[at].tau; 2],
         });
     [white, flicker, walk].into_iter().flatten().collect()
@@ -140,7 +138,7 @@ mod tests {
     #[test]
     fn known_coefficients_are_read_off_their_curve() {
         let (n, b, k) = (1e-3, 5e-4, 2e-6_f64);
-        let of = |tau: f64| (n * n / tau + (FLOOR * b).powi(2) + k * k * tau / 3.0).sqrt();
+        let of = |tau: f64| (n * n / tau + FLICKER * b * b + k * k * tau / 3.0).sqrt();
         let read = curve_readings(&curve(of));
         let value = |term: Term| read.iter().find(|r| r.term == term).map(|r| r.value);
         assert!((value(Term::White).unwrap() / n - 1.0).abs() < 0.1);

@@ -89,7 +89,7 @@ impl NoiseLimit {
                 "one-sided amplitude density",
             )),
             Term::Flicker => all.push(in_si(
-                (2.0 * std::f64::consts::LN_2 / std::f64::consts::PI).sqrt(),
+                crate::model::FLICKER.sqrt(),
                 "floor of the Allan deviation, 0.664 B",
             )),
             _ => {}

@@ -4,6 +4,9 @@ use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LN_2, PI};
 
+/// Allan variance of flicker noise of coefficient 1, at any averaging time.
+pub(crate) const FLICKER: f64 = 2.0 * LN_2 / PI;
+
 /// One process of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -161,7 +164,7 @@ impl NoiseModel {
     pub fn allan_variance(&self, tau: f64) -> f64 {
         let power_laws = 3.0 * (self.quantisation / tau).powi(2)
             + self.white.powi(2) / tau
-            + 2.0 * LN_2 / PI * self.flicker.powi(2)
+            + FLICKER * self.flicker.powi(2)
             + self.random_walk.powi(2) * tau / 3.0
             + 0.5 * (self.ramp * tau).powi(2);
         let markov: f64 = self
@@ -202,7 +205,7 @@ impl NoiseModel {
         let mf = m as f64;
         let continuous = self.allan_variance(tau);
         continuous
-            + self.flicker.powi(2) * (sampled_flicker(m) - 2.0 * LN_2 / PI)
+            + self.flicker.powi(2) * (sampled_flicker(m) - FLICKER)
             + self.random_walk.powi(2) * tau / (6.0 * mf * mf)
     }
 
@@ -283,7 +286,7 @@ pub(crate) fn markov_density(correlation_time: f64, frequency: f64, sample_rate:
 /// ∫ 2/s |H|² df for the sampled flicker density; 2 ln 2/π for m beyond 64, within 1e-4 (4/π · ½ at m = 1).
 fn sampled_flicker(m: usize) -> f64 {
     if m > 64 {
-        return 2.0 * LN_2 / PI;
+        return FLICKER;
     }
     let points = 256 * m;
     let step = 0.5 / points as f64;

@@ -62,7 +62,7 @@ pub fn in_units(term: Term, value: f64, sensor: Sensor, sample_rate: f64) -> Vec
     let micro_g = 1e6 / STANDARD_GRAVITY;
     let degrees = 180.0 / std::f64::consts::PI;
     let root_two = std::f64::consts::SQRT_2;
-    let floor = (2.0 * std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
+    let floor = crate::model::FLICKER.sqrt();
     let mut units = vec![entry(
         value,
         &term.unit(sensor.unit()),

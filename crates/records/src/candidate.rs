@@ -8,6 +8,7 @@ use proofmass_io::{
     Device, Fate, LARGEST_DOCUMENT, MANIFEST, Manifest, Source, StatedQuantity, Verification,
 };
 use proofmass_jobs::{RESULT, Result, StoredResult, Trouble};
+use proofmass_uncertainty::Finding;
 use std::path::Path;
 
 /// A result in memory, ready to be filed.
@@ -35,6 +36,8 @@ pub struct Candidate {
     pub inputs: Vec<(String, String, Option<Vec<u8>>)>,
     /// Who signed its list of files.
     pub signer: Option<String>,
+    /// What was to be doubted when it was read.
+    pub findings: Vec<Finding>,
 }
 
 impl Candidate {
@@ -43,10 +46,7 @@ impl Candidate {
     /// # Errors
     /// No result, a changed file, a signature that does not hold, a result without a date.
     pub fn read(place: &Path, filing: &Filing, today: &str) -> Result<Self> {
-        let path = match place.is_dir() {
-            true => place.join(RESULT),
-            false => place.to_path_buf(),
-        };
+        let path = StoredResult::place(place);
         let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
         if let Some(doubt) = &input.doubt {
             return Err(Trouble::data(doubt.clone())
@@ -132,6 +132,7 @@ impl Candidate {
             files,
             inputs,
             signer,
+            findings: Vec::new(),
         })
     }
 }

@@ -6,6 +6,7 @@ use proofmass_io::{DigitalCertificate, Source};
 use proofmass_jobs::campaign::{Certificate, CertificateOptions};
 use proofmass_jobs::{Result, Trouble};
 use proofmass_uncertainty::Finding;
+use std::path::Path;
 
 /// Coverage factor of expanded uncertainties in a table that does not say it.
 const COVERAGE: f64 = 2.0;
@@ -14,17 +15,26 @@ const ROUNDING: f64 = 0.05;
 
 impl FiledCertificate {
     /// Takes the uncertainties from the file, where it is a table that campaigns read, and all that is not stated from a digital
-    /// calibration certificate; a page is left as it is.
+    /// calibration certificate; a page is left as it is. Beside it what is to be doubted, such as a signature that nobody checked.
     ///
     /// # Errors
     /// A table that cannot be read; a typed uncertainty that is none of the table; another number or serial number than that of the certificate.
-    pub fn reading(mut self, name: &str, bytes: &[u8], standard: &FiledDevice) -> Result<Self> {
+    pub fn reading(
+        mut self,
+        name: &str,
+        bytes: &[u8],
+        standard: &FiledDevice,
+    ) -> Result<(Self, Vec<Finding>)> {
         let is = |end: &str| name.to_lowercase().ends_with(end);
-        if !is(".csv") && !is(".json") && !is(".xml") {
-            return Ok(self);
+        let is_digital = DigitalCertificate::is_named(Path::new(name));
+        if !is(".csv") && !is(".json") && !is_digital {
+            return Ok((self, Vec::new()));
         }
-        if is(".xml") {
-            self.head(name, bytes, standard)?;
+        let mut doubts = Vec::new();
+        if is_digital {
+            let said = DigitalCertificate::from_source(Source::from_bytes(name, bytes.to_vec())?)?;
+            doubts = said.findings();
+            self.head(name, said, standard)?;
         }
         let read = |coverage| {
             let mut options = CertificateOptions::default();
@@ -39,7 +49,7 @@ impl FiledCertificate {
             Err(_) => match read(Some(COVERAGE)) {
                 Ok(read) => read.table,
                 // A certificate of another quantity is kept as it is.
-                Err(_) if is(".xml") => return Ok(self),
+                Err(_) if is_digital => return Ok((self, doubts)),
                 Err(other) => return Err(other),
             },
         };
@@ -71,24 +81,11 @@ impl FiledCertificate {
                 .or((most - least <= ROUNDING * most).then_some(most));
             self.u_at = each;
         }
-        Ok(self)
-    }
-
-    /// What is to be doubted about a digital calibration certificate, such as a signature that nobody checked; nothing about others.
-    ///
-    /// # Errors
-    /// As the reader.
-    pub fn doubts(name: &str, bytes: &[u8]) -> Result<Vec<Finding>> {
-        if !name.to_lowercase().ends_with(".xml") {
-            return Ok(Vec::new());
-        }
-        let said = DigitalCertificate::from_source(Source::from_bytes(name, bytes.to_vec())?)?;
-        Ok(said.findings())
+        Ok((self, doubts))
     }
 
     /// Takes number, laboratory and first day from a digital calibration certificate, where they are not stated.
-    fn head(&mut self, name: &str, bytes: &[u8], standard: &FiledDevice) -> Result<()> {
-        let said = DigitalCertificate::from_source(Source::from_bytes(name, bytes.to_vec())?)?;
+    fn head(&mut self, name: &str, said: DigitalCertificate, standard: &FiledDevice) -> Result<()> {
         if let (Some(of), Some(known)) = (&said.item.serial, &standard.serial)
             && spelling(of) != spelling(known)
         {

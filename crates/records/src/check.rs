@@ -1,7 +1,7 @@
 //! Whether the records are what was filed: chain, index, files, signatures; and a result computed again.
 
 use crate::candidate::quantities;
-use crate::engine::{Engine, Value};
+use crate::engine::{Engine, Row, Value};
 use crate::entry::{Content, FiledQuantity, FiledResult, link, sha256};
 use crate::ledger::{Records, append_body, parse};
 use crate::schema::DERIVED;
@@ -43,21 +43,31 @@ pub(crate) fn need_chain(engine: &mut dyn Engine, from: i64) -> Result<()> {
         "SELECT number, body, previous, digest FROM entry WHERE number >= ?1 ORDER BY number",
         &[from.into()],
     )?;
-    let mut before: Option<(i64, String)> = (from <= 1).then(|| (0, String::new()));
-    for row in &rows {
+    match broken(&rows, from <= 1).first() {
+        None => Ok(()),
+        Some(first) => Err(Trouble::data(format!("the records are damaged: {first}"))
+            .with_hint("`proofmass records check` lists what is damaged; take the last backup")),
+    }
+}
+
+/// The entries in a row (number, body, digest of the one before, own digest) that are not what was filed, or do not follow the one
+/// before; `whole` where nothing may stand before the first.
+fn broken(rows: &[Row], whole: bool) -> Vec<String> {
+    let mut before: Option<(i64, String)> = whole.then(|| (0, String::new()));
+    let mut found = Vec::new();
+    for row in rows {
         let (number, previous) = (row[0].integer().unwrap_or_default(), row[2].words());
         let follows = before
             .as_ref()
             .is_none_or(|(n, digest)| number == n + 1 && previous == *digest);
         if !follows || link(number, &row[1].words(), &previous) != row[3].words() {
-            return Err(Trouble::data(format!(
-                "the records are damaged: entry {number} is not what was filed, or the one before it is gone"
-            ))
-            .with_hint("`proofmass records check` lists what is damaged; take the last backup"));
+            found.push(format!(
+                "entry {number} is not what was filed, or the one before it is gone"
+            ));
         }
         before = Some((number, row[3].words()));
     }
-    Ok(())
+    found
 }
 
 impl Records {
@@ -82,17 +92,9 @@ impl Records {
             }
         };
         again.engine.begin()?;
-        let mut previous = String::new();
-        for (place, row) in rows.iter().enumerate() {
+        check.damage.extend(broken(&rows, true));
+        for row in &rows {
             let (number, body) = (row[0].integer().unwrap_or_default(), row[1].words());
-            let digest = link(number, &body, &previous);
-            if number != place as i64 + 1 || row[2].words() != previous || row[3].words() != digest
-            {
-                check.damage.push(format!(
-                    "entry {number} is not what was filed, or the one before it is gone"
-                ));
-            }
-            previous = row[3].words();
             check.entries += 1;
             match parse(number, &body)
                 .and_then(|entry| append_body(&mut *again.engine, &body, &entry))
@@ -101,7 +103,7 @@ impl Records {
                 Err(damage) => check.damage.push(damage.to_string()),
             }
         }
-        check.head = previous;
+        check.head = rows.last().map(|row| row[3].words()).unwrap_or_default();
         again.engine.commit()?;
         // Where the chain is broken the index is made from what is not what was filed.
         if check.is_whole() {

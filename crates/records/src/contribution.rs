@@ -1,6 +1,6 @@
 //! What the reference standard has to do with each quantity of a result: its part of the uncertainty, from the budget that is stored.
 
-use proofmass_io::AnyCalibration;
+use proofmass_io::{AnyCalibration, at_frequency};
 use proofmass_jobs::{Result, StoredResult};
 use proofmass_uncertainty::{Effect, Estimate, Influence};
 use std::collections::BTreeMap;
@@ -46,8 +46,7 @@ fn is_standard(key: &str) -> bool {
 
 /// Row of K that a term of S at this frequency belongs to, and whether it is a phase: `S.xy.phase[frequency=160]`, `S.modulus[…]`.
 fn term(name: &str, frequency: f64) -> Option<(usize, bool)> {
-    let (head, at) = name.split_once("[frequency=")?;
-    let at: f64 = at.strip_suffix(']')?.parse().ok()?;
+    let (head, at) = at_frequency(name)?;
     if at != frequency {
         return None;
     }

@@ -4,6 +4,7 @@ use crate::day::as_date;
 use crate::engine::Value;
 use crate::entry::{Content, FiledDevice, spelling};
 use crate::ledger::Records;
+use crate::schema::CALIBRATIONS;
 use proofmass_jobs::{Result, Trouble};
 use serde::Serialize;
 
@@ -49,15 +50,14 @@ impl Records {
     /// The database refuses.
     pub fn devices(&mut self, standards_alone: bool) -> Result<Vec<DeviceRow>> {
         let rows = self.engine.rows(
-            "SELECT device.entry, manufacturer, model, serial, owner_number, device.standard, calibrated.number, calibrated.last, due.day, certified.last
+            &format!("SELECT device.entry, manufacturer, model, serial, owner_number, device.standard, calibrated.number, calibrated.last, due.day, certified.last
              FROM device
-             LEFT JOIN (SELECT device, count(*) AS number, max(day) AS last FROM result
-                        WHERE kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession) GROUP BY device) AS calibrated
+             LEFT JOIN (SELECT device, count(*) AS number, max(day) AS last FROM {CALIBRATIONS} GROUP BY device) AS calibrated
                ON calibrated.device = device.entry
              LEFT JOIN (SELECT standard, max(valid_from) AS last FROM certificate GROUP BY standard) AS certified
                ON certified.standard = device.entry
              LEFT JOIN due ON due.device = device.entry
-             WHERE device.standard >= ?1 ORDER BY device.entry",
+             WHERE device.standard >= ?1 ORDER BY device.entry"),
             &[i64::from(standards_alone).into()],
         )?;
         let devices = rows.iter().map(|row| DeviceRow {

@@ -1,7 +1,7 @@
 //! Digital calibration certificates as results: what another laboratory found of a device.
 
 use crate::candidate::Candidate;
-use crate::entry::{FiledCertificate, FiledQuantity, sha256};
+use crate::entry::{FiledQuantity, sha256};
 use crate::filing::{Filed, Filing, OTHERS};
 use crate::ledger::Records;
 use proofmass_io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
@@ -12,7 +12,7 @@ use proofmass_jobs::{Result, Trouble};
 ///
 /// # Errors
 /// No certificate; one that names no day; as the reader.
-pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
+pub fn read_digital(source: Source) -> Result<Candidate> {
     let name = source.name().display().to_string();
     let (bytes, _) = source.into_bytes(LARGEST_DOCUMENT)?;
     let said = DigitalCertificate::from_source(Source::from_bytes(&name, bytes.clone())?)?;
@@ -40,7 +40,8 @@ pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
         }
         Err(_) => others(&said),
     };
-    let candidate = Candidate {
+    Ok(Candidate {
+        number: said.identifier.clone(),
         device: said.item.clone(),
         kind: OTHERS.to_owned(),
         title: said
@@ -52,13 +53,9 @@ pub fn read_digital(source: Source) -> Result<(Candidate, Filing)> {
         source: name.clone(),
         quantities,
         files: vec![(name, bytes)],
+        findings: said.findings(),
         ..Candidate::default()
-    };
-    let filing = Filing {
-        number: said.identifier.clone(),
-        ..Filing::default()
-    };
-    Ok((candidate, filing))
+    })
 }
 
 /// Every quantity by its label; those of a list by their place.
@@ -95,17 +92,6 @@ impl Records {
     /// # Errors
     /// As [`read_digital`]; the database refuses.
     pub fn add_digital(&mut self, source: Source, filing: &Filing, today: &str) -> Result<Filed> {
-        let (candidate, said) = read_digital(source)?;
-        let filing = Filing {
-            number: filing.number.clone().or(said.number),
-            ..filing.clone()
-        };
-        let mut filed = self.file_candidate(&candidate, &filing, today)?;
-        if let (false, Some((name, bytes))) = (filed.known, candidate.files.first()) {
-            filed
-                .findings
-                .extend(FiledCertificate::doubts(name, bytes)?);
-        }
-        Ok(filed)
+        self.file_candidate(&read_digital(source)?, filing, today)
     }
 }

@@ -4,7 +4,8 @@ use crate::engine::Engine;
 use crate::entry::{Content, FiledCheck, FiledDevice, FiledRule, spelling};
 use crate::filing::name_of;
 use crate::ledger::read_entry;
-use crate::{tolerance, used};
+use crate::schema::CALIBRATIONS;
+use crate::{rests, tolerance, used};
 use proofmass_jobs::Result;
 use proofmass_jobs::findings::filing as findings;
 use proofmass_uncertainty::Finding;
@@ -30,16 +31,12 @@ pub(crate) fn of(engine: &mut dyn Engine, number: i64, content: &Content) -> Res
         Content::Check(check) => failed(engine, number, check),
         Content::Rule(rule) => not_kept(engine, rule),
         Content::Supersession(s) => {
-            let rows = engine.rows(
-                "SELECT DISTINCT input.result FROM output JOIN input ON input.digest = output.digest
-                 WHERE output.result = ?1 AND output.name IN ('result.json', 'calibration.json') AND input.result <> ?1
-                   AND input.result NOT IN (SELECT old FROM supersession) ORDER BY input.result",
-                &[s.old.into()],
-            )?;
-            let numbers: Vec<String> = rows
-                .iter()
-                .filter_map(|row| Some(row[0].integer()?.to_string()))
-                .collect();
+            let mut numbers = Vec::new();
+            for result in rests::resting_on(engine, s.old)? {
+                if rests::superseded(engine, result)?.is_none() {
+                    numbers.push(result.to_string());
+                }
+            }
             Ok(match numbers.is_empty() {
                 true => Vec::new(),
                 false => vec![findings::rests_on_superseded(
@@ -109,10 +106,10 @@ fn not_kept(engine: &mut dyn Engine, rule: &FiledRule) -> Result<Vec<Finding>> {
     if rule.tolerances.iter().all(|t| t.limits.is_none()) {
         return Ok(Vec::new());
     }
-    let last = "SELECT entry, device, day FROM result WHERE kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)";
+    let last = format!("SELECT entry, device, day FROM {CALIBRATIONS}");
     let rows = match rule.device {
         Some(device) => engine.rows(
-            &format!("{last} AND device = ?1 ORDER BY day, entry"),
+            &format!("{last} WHERE device = ?1 ORDER BY day, entry"),
             &[device.into()],
         )?,
         None => engine.rows(&format!("{last} ORDER BY day, entry"), &[])?,

@@ -6,6 +6,7 @@ use crate::engine::{Engine, Value};
 use crate::entry::{Content, FiledRule};
 use crate::history::{self, Series};
 use crate::ledger::{Records, read_entry};
+use crate::schema::CALIBRATIONS;
 use proofmass_jobs::Result;
 use proofmass_static::static_test::{Drift, DriftQuestion, RecalibrationRule};
 use serde::Serialize;
@@ -134,7 +135,7 @@ pub(crate) fn update(engine: &mut dyn Engine, device: i64) -> Result<()> {
         return Ok(());
     }
     let results = engine.rows(
-        "SELECT max(day) FROM result WHERE device = ?1 AND kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)",
+        &format!("SELECT max(day) FROM {CALIBRATIONS} WHERE device = ?1"),
         &[device.into()],
     )?;
     // What another laboratory certified counts as a calibration, too.
@@ -150,19 +151,19 @@ pub(crate) fn update(engine: &mut dyn Engine, device: i64) -> Result<()> {
     };
     let mut found: Option<(i64, String)> = None;
     if let Some(rule) = rule(engine, device)? {
+        let is_fixed = matches!(rule.rule, RecalibrationRule::Fixed { .. });
         // A fixed interval asks for no history.
-        let series = match rule.rule {
-            RecalibrationRule::Fixed { .. } => Vec::new(),
-            _ => history::series(engine, device, true)?,
+        let series = match is_fixed {
+            true => Vec::new(),
+            false => history::series(engine, device, true)?,
         };
         let (days, evidence) = rule
             .rule
             .days(&changes(&series, &rule), drift_days(&series, &rule));
         let day = last + days.floor() as i64;
-        let none = match rule.rule {
-            RecalibrationRule::Fixed { .. } => "",
-            _ if tolerated(&series, &rule).next().is_some() => "",
-            _ => "; NO RESULT HAS A QUANTITY OF THE RULE",
+        let none = match is_fixed || tolerated(&series, &rule).next().is_some() {
+            true => "",
+            false => "; NO RESULT HAS A QUANTITY OF THE RULE",
         };
         let evidence = format!("{evidence}{none}; last calibrated on {}", date_of(last));
         found = Some((day, evidence));

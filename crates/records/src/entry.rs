@@ -1,11 +1,11 @@
 //! What is filed: one entry after another, each with the digest of the one before. No entry is ever changed.
 
 use crate::check::check_measurement;
+pub(crate) use proofmass_io::sha256;
 use proofmass_io::sheet::coherent;
 use proofmass_jobs::Result;
 use proofmass_static::static_test::RecalibrationRule;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 
 /// An entry as it is filed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -285,18 +285,15 @@ impl FiledCheck {
         [value, u]: [f64; 2],
         [reference, u_reference]: [f64; 2],
     ) -> Result<Self> {
-        let (unit, factor) = match coherent(&unit) {
-            Some((coherent, factor)) => (coherent.to_owned(), factor),
-            None => (unit, 1.0),
-        };
+        let (unit, factor) = coherent(&unit);
         let [value, u, reference, u_reference] =
             [value, u, reference, u_reference].map(|number| factor * number);
-        let en = check_measurement(&quantity, &unit, (value, u), (reference, u_reference))?.value;
+        let en = check_measurement(&quantity, unit, (value, u), (reference, u_reference))?.value;
         Ok(Self {
             device,
             date,
             quantity,
-            unit,
+            unit: unit.to_owned(),
             value,
             u,
             reference,
@@ -394,16 +391,6 @@ pub struct FiledUse {
     pub result: i64,
     /// From this day on, ISO 8601.
     pub date: String,
-}
-
-/// SHA-256 in hexadecimal digits.
-pub(crate) fn sha256(parts: &[&[u8]]) -> String {
-    let mut hash = Sha256::new();
-    parts.iter().for_each(|part| hash.update(part));
-    hash.finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
 }
 
 /// Digest of an entry with this number and body behind one with the digest `previous`.

@@ -96,15 +96,7 @@ impl Records {
     /// # Errors
     /// As [`Candidate::read`] and [`Records::file_candidate`].
     pub fn add_result(&mut self, place: &Path, filing: &Filing, today: &str) -> Result<Filed> {
-        let mut candidate = Candidate::read(place, filing, today)?;
-        let filing = &Filing {
-            number: filing.number.clone().or(candidate.number.take()),
-            ..filing.clone()
-        };
-        if let Some(date) = &filing.date {
-            candidate.date.clone_from(date);
-        }
-        self.file_candidate(&candidate, filing, today)
+        self.file_candidate(&Candidate::read(place, filing, today)?, filing, today)
     }
 
     /// Files a result that was read.
@@ -119,6 +111,8 @@ impl Records {
             .transpose()?;
         let standards = filing.standard.iter().map(|called| self.device(called));
         let standards = standards.collect::<Result<Vec<i64>>>()?;
+        let number = filing.number.as_ref().or(c.number.as_ref());
+        let date = filing.date.as_ref().unwrap_or(&c.date);
         self.writing(|engine, beside| {
             let known = engine.rows("SELECT entry FROM result WHERE digest = ?1 ORDER BY entry DESC", &[(&c.sha256).into()])?;
             let known = known.first().and_then(|row| row[0].integer());
@@ -149,7 +143,7 @@ impl Records {
                     }
                 }
             };
-            let day = day_of(&c.date)?;
+            let day = day_of(date)?;
             let uses = used::of(engine, c, &standards, day)?;
             for used in &uses {
                 doubts.extend(used::doubts(engine, used, day)?);
@@ -163,7 +157,7 @@ impl Records {
                 doubts.push(findings::device_withdrawn(&name_of(engine, device)?));
             }
             doubts.extend(told_otherwise(engine, device, c)?);
-            if let Some(number) = &filing.number {
+            if let Some(number) = number {
                 let others = engine.rows("SELECT entry FROM result WHERE number = ?1 AND entry NOT IN (SELECT old FROM supersession)", &[number.into()])?;
                 let mut others = others.iter().filter_map(|row| row[0].integer());
                 doubts.extend(
@@ -173,7 +167,7 @@ impl Records {
                 );
             }
             if let Some(due) = due_before(engine, device, day)? {
-                doubts.push(findings::device_overdue(&name_of(engine, device)?, &date_of(due), &c.date));
+                doubts.push(findings::device_overdue(&name_of(engine, device)?, &date_of(due), date));
             }
             let bare = c.quantities.iter().filter(|q| q.u.is_none() && q.expanded.is_none()).count();
             if bare > 0 {
@@ -196,8 +190,8 @@ impl Records {
                 device,
                 result_kind: c.kind.clone(),
                 title: c.title.clone(),
-                date: c.date.clone(),
-                number: filing.number.clone(),
+                date: date.clone(),
+                number: number.cloned(),
                 sha256: c.sha256.clone(),
                 source: c.source.clone(),
                 files,
@@ -208,6 +202,7 @@ impl Records {
                 signer: c.signer.clone(),
             };
             doubts.extend(crate::tolerance::doubts(engine, device, &result)?);
+            doubts.extend(c.findings.iter().cloned());
             let number = append(engine, &entry(today, by.clone(), Content::Result(Box::new(result))))?;
             if let (Some(old), Some(reason)) = (filing.supersedes, &filing.reason) {
                 let superseded = FiledSupersession {

@@ -5,6 +5,7 @@ use crate::due;
 use crate::engine::{Engine, Value};
 use crate::entry::{Content, Entry, FiledResult, spelling};
 use crate::ledger::{parse, read_entry};
+use crate::rests::device_of;
 use crate::schema::DERIVED;
 use crate::used;
 use proofmass_jobs::{Result, Trouble};
@@ -106,13 +107,7 @@ pub(crate) fn add(engine: &mut dyn Engine, number: i64, entry: &Entry) -> Result
                 "INSERT INTO supersession (entry, old, new, reason) VALUES (?1, ?2, ?3, ?4)",
                 &[n, s.old.into(), s.new.into(), (&s.reason).into()],
             )?;
-            let device = engine.rows(
-                "SELECT device FROM result WHERE entry = ?1",
-                &[s.old.into()],
-            )?;
-            if let Some(device) = device.first().and_then(|row| row[0].integer()) {
-                due::update(engine, device)?;
-            }
+            due_of_result(engine, s.old)?;
         }
         Content::Rule(r) => {
             if let Some(device) = r.device {
@@ -212,14 +207,7 @@ fn take_back(engine: &mut dyn Engine, number: i64) -> Result<()> {
         }
         Content::Supersession(s) => {
             gone(engine, "supersession")?;
-            let device = engine.rows(
-                "SELECT device FROM result WHERE entry = ?1",
-                &[s.old.into()],
-            )?;
-            match device.first().and_then(|row| row[0].integer()) {
-                Some(device) => due::update(engine, device),
-                None => Ok(()),
-            }
+            due_of_result(engine, s.old)
         }
         Content::Certificate(c) => {
             let results = used::unlink(engine, number)?;
@@ -232,6 +220,14 @@ fn take_back(engine: &mut dyn Engine, number: i64) -> Result<()> {
             due_again(engine, r.device)
         }
         _ => Ok(()),
+    }
+}
+
+/// Finds anew when the device of a result is due.
+fn due_of_result(engine: &mut dyn Engine, result: i64) -> Result<()> {
+    match device_of(engine, result)? {
+        Some(device) => due::update(engine, device),
+        None => Ok(()),
     }
 }
 

@@ -42,25 +42,13 @@ pub fn write(records: &mut Records, sink: &dyn Sink, today: &str) -> Result<()> 
     for row in records.devices(false)? {
         let mut page = device(records, row.number, today)?;
         if row.results > 0 {
-            let told = history(records, row.number, None)?;
-            page = page.findings(history_findings(records, row.number)?);
-            if let Some((name, chart)) = history::first(records, row.number)? {
-                page = page.shown_by(format!("Control chart of {name}"), chart);
-            }
+            let found = records.history(row.number)?;
+            let told = history::of(&row.name, &found);
+            page = page.findings(found.into_iter().flat_map(|h| h.findings));
+            page.answer.figure = told.answer.figure;
             page.sections.extend(told.sections);
         }
         put(format!("device-{}.html", row.number), page.section(back()))?;
     }
     Ok(())
-}
-
-fn history_findings(
-    records: &mut Records,
-    device: i64,
-) -> Result<Vec<proofmass_uncertainty::Finding>> {
-    Ok(records
-        .history(device)?
-        .into_iter()
-        .flat_map(|h| h.findings)
-        .collect())
 }

@@ -6,6 +6,9 @@ use crate::engine::Engine;
 use crate::entry::Content;
 use crate::filing::name_of;
 use crate::ledger::{Records, read_entry};
+use crate::rests::resting_on;
+use crate::schema::CALIBRATIONS;
+use proofmass_io::at_frequency;
 use proofmass_jobs::{Result, Trouble};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -139,14 +142,8 @@ impl Records {
             let mut further = path.clone();
             further.push(result);
             through.insert(result, path);
-            // Results that have a file of this one among their inputs.
-            let next = engine.rows(
-                "SELECT DISTINCT input.result FROM output JOIN input ON input.digest = output.digest
-                 WHERE output.result = ?1 AND output.name IN ('result.json', 'calibration.json') AND input.result <> ?1",
-                &[result.into()],
-            )?;
-            for row in next {
-                if let Some(next) = row[0].integer().filter(|n| !seen.contains(n)) {
+            for next in resting_on(engine, result)? {
+                if !seen.contains(&next) {
                     open.insert(0, (next, further.clone()));
                 }
             }
@@ -258,7 +255,7 @@ fn in_question(
         return Ok(([first.unwrap_or(valid).min(valid), until], why, error));
     }
     let rows = engine.rows(
-        "SELECT max(day) FROM result WHERE device = ?1 AND day <= ?2 AND kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)",
+        &format!("SELECT max(day) FROM {CALIBRATIONS} WHERE device = ?1 AND day <= ?2"),
         &[standard.into(), found.into()],
     )?;
     Ok(match rows.first().and_then(|row| row[0].integer()) {
@@ -465,8 +462,7 @@ fn of_standard(engine: &mut dyn Engine, standard: i64, result: i64) -> Result<Ve
     Ok(relative.collect())
 }
 
-/// Frequency in the name of a quantity, such as `S.modulus[frequency=160]`.
+/// Frequency in the name of a quantity.
 fn frequency(name: &str) -> Option<f64> {
-    let (_, at) = name.split_once("[frequency=")?;
-    at.strip_suffix(']')?.parse().ok()
+    Some(at_frequency(name)?.1)
 }

@@ -2,6 +2,7 @@
 
 use crate::engine::Engine;
 use crate::ledger::Records;
+use crate::schema::CALIBRATIONS;
 use proofmass_jobs::Result;
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -42,7 +43,9 @@ impl Records {
     /// The database refuses.
     pub fn results_of(&mut self, device: i64) -> Result<Vec<i64>> {
         let rows = self.engine.rows(
-            "SELECT entry FROM result WHERE device = ?1 AND kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession) ORDER BY day DESC, entry DESC",
+            &format!(
+                "SELECT entry FROM {CALIBRATIONS} WHERE device = ?1 ORDER BY day DESC, entry DESC"
+            ),
             &[device.into()],
         )?;
         Ok(rows.iter().filter_map(|row| row[0].integer()).collect())
@@ -53,12 +56,39 @@ impl Records {
     /// # Errors
     /// The database refuses.
     pub fn superseded(&mut self, result: i64) -> Result<Option<(Option<i64>, String)>> {
-        let rows = self.engine.rows(
-            "SELECT new, reason FROM supersession WHERE old = ?1",
-            &[result.into()],
-        )?;
-        Ok(rows.first().map(|row| (row[0].integer(), row[1].words())))
+        superseded(&mut *self.engine, result)
     }
+}
+
+/// What took the place of a result: the new one and the reason.
+pub(crate) fn superseded(
+    engine: &mut dyn Engine,
+    result: i64,
+) -> Result<Option<(Option<i64>, String)>> {
+    let rows = engine.rows(
+        "SELECT new, reason FROM supersession WHERE old = ?1",
+        &[result.into()],
+    )?;
+    Ok(rows.first().map(|row| (row[0].integer(), row[1].words())))
+}
+
+/// Results that have a file of this one among their inputs, in their order.
+pub(crate) fn resting_on(engine: &mut dyn Engine, result: i64) -> Result<Vec<i64>> {
+    let rows = engine.rows(
+        "SELECT DISTINCT input.result FROM output JOIN input ON input.digest = output.digest
+         WHERE output.result = ?1 AND output.name IN ('result.json', 'calibration.json') AND input.result <> ?1 ORDER BY input.result",
+        &[result.into()],
+    )?;
+    Ok(rows.iter().filter_map(|row| row[0].integer()).collect())
+}
+
+/// The device of a result, `None` where there is no such result.
+pub(crate) fn device_of(engine: &mut dyn Engine, result: i64) -> Result<Option<i64>> {
+    let rows = engine.rows(
+        "SELECT device FROM result WHERE entry = ?1",
+        &[result.into()],
+    )?;
+    Ok(rows.first().and_then(|row| row[0].integer()))
 }
 
 fn collect(

@@ -60,6 +60,9 @@ CREATE INDEX due_day ON due (day);
 #[cfg(feature = "postgres")]
 pub(crate) const FILED: [&str; 3] = ["entry", "file", "person"];
 
+/// The results that count as calibrations: neither superseded, nor the certificate of another one.
+pub(crate) const CALIBRATIONS: &str = "(SELECT * FROM result WHERE kind <> 'certificate' AND entry NOT IN (SELECT old FROM supersession)) AS result";
+
 /// The tables of the index, which are made from the entries; those that others name first.
 pub(crate) const DERIVED: &[&str] = &[
     "device",

@@ -7,6 +7,7 @@ use crate::entry::{
     FiledSupersession, Tolerance,
 };
 use crate::ledger::read_entry;
+use crate::rests::{device_of, superseded};
 use proofmass_io::spelling::nearest;
 use proofmass_jobs::{Result, Trouble};
 
@@ -102,11 +103,7 @@ fn device(engine: &mut dyn Engine, d: &FiledDevice) -> Result<()> {
 
 /// A result that was not superseded.
 fn counts(engine: &mut dyn Engine, result: i64) -> Result<()> {
-    let gone = engine.rows(
-        "SELECT new FROM supersession WHERE old = ?1",
-        &[result.into()],
-    )?;
-    match gone.is_empty() {
+    match superseded(engine, result)?.is_none() {
         true => Ok(()),
         false => Err(
             Trouble::request(format!("result {result} no longer counts"))
@@ -189,14 +186,6 @@ fn certificate(engine: &mut dyn Engine, c: &FiledCertificate) -> Result<()> {
         .with_hint("a result that reads a table rests on the standard whose table it is: each standard needs its own")),
         None => Ok(()),
     }
-}
-
-fn device_of(engine: &mut dyn Engine, result: i64) -> Result<Option<i64>> {
-    let rows = engine.rows(
-        "SELECT device FROM result WHERE entry = ?1",
-        &[result.into()],
-    )?;
-    Ok(rows.first().and_then(|row| row[0].integer()))
 }
 
 fn supersession(engine: &mut dyn Engine, s: &FiledSupersession) -> Result<()> {

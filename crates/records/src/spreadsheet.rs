@@ -102,6 +102,7 @@ pub fn read_spreadsheet(source: Source) -> Result<Vec<(Candidate, Filing)>> {
         let (candidate, _) = found.entry(key.clone()).or_insert_with(|| {
             order.push(key.clone());
             let candidate = Candidate {
+                number: text("number"),
                 device,
                 kind: "imported".to_owned(),
                 date,
@@ -109,7 +110,6 @@ pub fn read_spreadsheet(source: Source) -> Result<Vec<(Candidate, Filing)>> {
                 ..Candidate::default()
             };
             let filing = Filing {
-                number: text("number"),
                 standard: text("standard").into_iter().collect(),
                 ..Filing::default()
             };
@@ -171,14 +171,11 @@ fn quantity(columns: &Columns, k: Option<Place>, row: &SheetRow<'_>) -> Result<F
                 .with_hint("write 1 for a pure number"),
         );
     }
-    let (unit, factor) = match coherent(&unit) {
-        Some((coherent, factor)) => (coherent.to_owned(), factor),
-        None => (unit, 1.0),
-    };
+    let (unit, factor) = coherent(&unit);
     let si = |number: f64| factor * number;
     Ok(with_k(FiledQuantity {
         name,
-        unit,
+        unit: unit.to_owned(),
         value: si(row.number(column("value")?)?),
         u: row.optional(columns.texts["u"])?.map(si),
         expanded: row.optional(columns.texts["U"])?.map(si),

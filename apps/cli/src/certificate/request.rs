@@ -7,7 +7,7 @@ use proofmass::io::{Fate, Input, LARGEST_DOCUMENT, Source, Verification, unliste
 use proofmass::jobs::certificate::{
     CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Replaced,
 };
-use proofmass::jobs::{Job, RESULT, Record, StoredResult};
+use proofmass::jobs::{Job, Record, StoredResult};
 use std::path::{Path, PathBuf};
 
 /// Options of everything that is made of a result.
@@ -57,10 +57,7 @@ pub(super) struct Numbered {
 }
 
 fn stored(path: &Path) -> Result<(StoredResult, PathBuf, Input), Failure> {
-    let path = match path.is_dir() {
-        true => path.join(RESULT),
-        false => path.to_path_buf(),
-    };
+    let path = StoredResult::place(path);
     let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
     if let Some(doubt) = &input.doubt {
         return Err(Failure::new(doubt)

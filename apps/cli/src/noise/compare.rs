@@ -35,7 +35,7 @@ impl Compare {
         let places: Vec<PathBuf> = self
             .results
             .iter()
-            .map(|r| NoiseDocument::place(r))
+            .map(|r| StoredResult::place(r))
             .collect();
         let mut inputs: Vec<&Path> = places.iter().map(PathBuf::as_path).collect();
         inputs.extend(self.limits.as_deref());

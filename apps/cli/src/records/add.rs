@@ -1,7 +1,7 @@
 //! `proofmass records add`: what is filed.
 
 use crate::{Failure, Outcome, console};
-use proofmass::io::{LARGEST_DOCUMENT, Source};
+use proofmass::io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
 use proofmass::records::{
     Content, EventKind, FiledCampaign, FiledCertificate, FiledCheck, FiledDevice, FiledEvent,
     FiledRule, FiledUse, Filing, Records as Ledger, Tolerance,
@@ -280,7 +280,10 @@ impl Add {
                     u_relative: c.expanded_relative.map(|percent| percent / 200.0),
                     ..FiledCertificate::default()
                 };
-                let digital = c.file.as_ref().is_some_and(|f| is_digital(f));
+                let digital = c
+                    .file
+                    .as_ref()
+                    .is_some_and(|f| DigitalCertificate::is_named(f));
                 if !digital && (filed.number.is_empty() || filed.valid_from.is_empty()) {
                     return Err(Failure::new("a certificate needs its number and its first day")
                         .hint("give --number and --valid-from; a digital calibration certificate (--file ….xml) says both"));
@@ -289,10 +292,8 @@ impl Add {
                     Some(file) => {
                         let name = file.display().to_string();
                         let (bytes, _) = Source::open(file)?.into_bytes(LARGEST_DOCUMENT)?;
-                        let mut filed = filed.reading(&name, &bytes, &device)?;
-                        for doubt in FiledCertificate::doubts(&name, &bytes)? {
-                            console::finding(&doubt);
-                        }
+                        let (mut filed, doubts) = filed.reading(&name, &bytes, &device)?;
+                        doubts.iter().for_each(console::finding);
                         filed.file = Some(records.keep_file(&name, &bytes)?);
                         filed
                     }
@@ -342,13 +343,6 @@ impl Add {
         console::print(&format!("#{}\n", filed.number))?;
         Ok(Outcome::of(self.strict, &filed.findings))
     }
-}
-
-/// Whether a file is a digital calibration certificate, by its name.
-pub(super) fn is_digital(place: &std::path::Path) -> bool {
-    place
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("xml"))
 }
 
 /// A device that can be found again, and is not here yet.

@@ -5,7 +5,7 @@ use crate::findings;
 use crate::xml::{Element, Namespace, XmlTree};
 use crate::{Device, Error, ErrorKind, Input, LARGEST_DOCUMENT, Result, Source};
 use proofmass_uncertainty::Finding;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Versions of the form that are read: the first and the last, as whole and first part.
 const VERSIONS: [(u32, u32); 2] = [(2, 3), (3, 3)];
@@ -60,6 +60,12 @@ pub struct DigitalCertificate {
 }
 
 impl DigitalCertificate {
+    /// Whether a file is one by its name, which ends in .xml.
+    pub fn is_named(path: &Path) -> bool {
+        path.extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("xml"))
+    }
+
     /// Reads a certificate.
     ///
     /// # Errors

@@ -8,6 +8,8 @@ use crate::base64::base64;
 use crate::xml::XmlWriter;
 
 const VERSION: &str = "3.3.0";
+/// What the elements of lists end in.
+const LIST: &str = "XMLList";
 
 impl NewCertificate {
     /// The bytes of the file: the same for the same certificate.
@@ -328,6 +330,31 @@ impl Writing<'_> {
         }
     }
 
+    /// U with its k; elements of lists have an ending.
+    fn expanded(&mut self, ending: &str, expanded: &str, k: &str, probability: &str) {
+        let of = |name: &str| format!("si:{name}{ending}");
+        self.within(&of("measurementUncertaintyUnivariate"), |w| {
+            w.within(&of("expandedMU"), |w| {
+                w.leaf(&of("valueExpandedMU"), expanded);
+                w.leaf(&of("coverageFactor"), k);
+                w.leaf(&of("coverageProbability"), probability);
+            });
+        });
+    }
+
+    /// An interval that is not symmetric, with its u.
+    fn interval(&mut self, ending: &str, u: &str, [low, high]: &[String; 2], probability: &str) {
+        let of = |name: &str| format!("si:{name}{ending}");
+        self.within(&of("measurementUncertaintyUnivariate"), |w| {
+            w.within(&of("coverageIntervalMU"), |w| {
+                w.leaf(&of("valueStandardMU"), u);
+                w.leaf(&of("intervalMin"), low);
+                w.leaf(&of("intervalMax"), high);
+                w.leaf(&of("coverageProbability"), probability);
+            });
+        });
+    }
+
     fn single(&mut self, quantity: &NewQuantity, number: &NewNumber) {
         let probability = self.probability.to_owned();
         self.within("si:real", |w| {
@@ -335,23 +362,8 @@ impl Writing<'_> {
             w.leaf("si:value", &number.value);
             w.leaf("si:unit", &quantity.unit);
             match (&number.interval, &number.k, &number.standard) {
-                (Some([low, high]), _, Some(u)) => {
-                    w.within("si:measurementUncertaintyUnivariate", |w| {
-                        w.within("si:coverageIntervalMU", |w| {
-                            w.leaf("si:valueStandardMU", u);
-                            w.leaf("si:intervalMin", low);
-                            w.leaf("si:intervalMax", high);
-                            w.leaf("si:coverageProbability", &probability);
-                        });
-                    })
-                }
-                (None, Some(k), _) => w.within("si:measurementUncertaintyUnivariate", |w| {
-                    w.within("si:expandedMU", |w| {
-                        w.leaf("si:valueExpandedMU", &number.expanded);
-                        w.leaf("si:coverageFactor", k);
-                        w.leaf("si:coverageProbability", &probability);
-                    });
-                }),
+                (Some(ends), _, Some(u)) => w.interval("", u, ends, &probability),
+                (None, Some(k), _) => w.expanded("", &number.expanded, k, &probability),
                 _ => {}
             }
         });
@@ -380,24 +392,11 @@ impl Writing<'_> {
             w.leaf("si:valueXMLList", &values);
             w.leaf("si:unitXMLList", &quantity.unit);
             if let (Some(expanded), Some(ks)) = (&expanded, &ks) {
-                w.within("si:measurementUncertaintyUnivariateXMLList", |w| {
-                    w.within("si:expandedMUXMLList", |w| {
-                        w.leaf("si:valueExpandedMUXMLList", expanded);
-                        w.leaf("si:coverageFactorXMLList", ks);
-                        w.leaf("si:coverageProbabilityXMLList", &probability);
-                    });
-                });
+                w.expanded(LIST, expanded, ks, &probability);
             } else if let (Some(_), Some(standard), Some(low), Some(high)) =
-                (&expanded, &standard, &low, &high)
+                (&expanded, &standard, low, high)
             {
-                w.within("si:measurementUncertaintyUnivariateXMLList", |w| {
-                    w.within("si:coverageIntervalMUXMLList", |w| {
-                        w.leaf("si:valueStandardMUXMLList", standard);
-                        w.leaf("si:intervalMinXMLList", low);
-                        w.leaf("si:intervalMaxXMLList", high);
-                        w.leaf("si:coverageProbabilityXMLList", &probability);
-                    });
-                });
+                w.interval(LIST, standard, &[low, high], &probability);
             }
         });
     }

@@ -128,7 +128,7 @@ impl AtomicFile {
 
     /// SHA-256 of what was written so far, in hexadecimal digits.
     pub fn sha256(&self) -> String {
-        crate::rows::hexadecimal(&self.hash.clone().finalize())
+        crate::digest::hexadecimal(&self.hash.clone().finalize())
     }
 
     /// Whether a file will stand at the place afterwards: not so for a device, a pipe, standard output.

@@ -90,6 +90,11 @@ impl Manifest {
         text
     }
 
+    /// Whether it says that its files are as they were written: an example or a simulated campaign is there to be changed, unless signed.
+    pub(crate) fn vouches(&self) -> bool {
+        self.kind != SIMULATION || self.signature.is_some()
+    }
+
     /// The manifest of a folder, `None` where there is none.
     ///
     /// # Errors

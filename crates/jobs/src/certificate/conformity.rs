@@ -81,7 +81,7 @@ fn decide_one(
     let is_of = |q: &&StatedQuantity| {
         q.expanded > 0.0
             && (q.name == entry.quantity
-                || super::results::frequency(&q.name)
+                || proofmass_io::at_frequency(&q.name)
                     .is_some_and(|(name, _)| name == entry.quantity))
     };
     let mut decisions = Vec::new();

@@ -239,13 +239,6 @@ impl Content {
             .iter()
             .flat_map(Input::files)
             .collect();
-        let name_of = |input: &Input| {
-            let name = Path::new(&input.path).file_name();
-            name.map_or_else(|| input.path.clone(), |n| n.to_string_lossy().into_owned())
-        };
-        let is = |input: &Input, stated: &str| {
-            input.sha256 == stated || input.path == stated || name_of(input) == stated
-        };
         for standard in &self.file.standards {
             if let (Some(until), Some(day)) = (&standard.valid_until, day)
                 && until < day
@@ -282,13 +275,19 @@ impl Content {
     /// SHA-256 of the input that a standard names.
     pub(super) fn digest_of(stated: &str, result: &StoredResult) -> Option<String> {
         let mut inputs = result.record().inputs.iter().flat_map(Input::files);
-        let named = |i: &Input| {
-            i.sha256 == stated
-                || i.path == stated
-                || Path::new(&i.path).file_name().is_some_and(|n| n == stated)
-        };
-        inputs.find(|i| named(i)).map(|i| i.sha256.clone())
+        inputs.find(|i| is(i, stated)).map(|i| i.sha256.clone())
     }
+}
+
+/// The name of the file of an input.
+fn name_of(input: &Input) -> String {
+    let name = Path::new(&input.path).file_name();
+    name.map_or_else(|| input.path.clone(), |n| n.to_string_lossy().into_owned())
+}
+
+/// Whether an input is the one that is stated by its digest, its path or its name.
+fn is(input: &Input, stated: &str) -> bool {
+    input.sha256 == stated || input.path == stated || name_of(input) == stated
 }
 
 /// Refuses a result that contradicts itself, and a k or a probability that it does not have.

@@ -5,9 +5,8 @@
 
 use super::{Numbering, Replaced};
 use crate::trouble::{Result, Trouble};
-use proofmass_io::AppendLog;
+use proofmass_io::{AppendLog, sha256};
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// A released certificate.
@@ -34,7 +33,7 @@ pub struct Registered {
 impl Registered {
     /// Whether it is the entry of this digital certificate.
     pub fn is_of(&self, certificate: &[u8]) -> bool {
-        self.certificate_sha256 == sha256(certificate)
+        self.certificate_sha256 == sha256(&[certificate])
     }
 }
 
@@ -45,14 +44,6 @@ pub struct Register {
     entries: Vec<Registered>,
     last: String,
     place: String,
-}
-
-/// SHA-256 of bytes in hexadecimal digits.
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes)
-        .iter()
-        .map(|b| format!("{b:02x}"))
-        .collect()
 }
 
 impl Register {
@@ -79,7 +70,7 @@ impl Register {
             ));
         }
         let mut entries: Vec<Registered> = Vec::new();
-        let mut last = sha256(b"");
+        let mut last = sha256(&[b""]);
         for (i, line) in text.lines().enumerate() {
             let entry: Registered =
                 serde_json::from_str(line).map_err(|_| damaged(i + 1, "is no entry"))?;
@@ -92,7 +83,7 @@ impl Register {
             if entries.iter().any(|e| e.number == entry.number) {
                 return Err(damaged(i + 1, "has a number that is used already"));
             }
-            last = sha256(line.as_bytes());
+            last = sha256(&[line.as_bytes()]);
             entries.push(entry);
         }
         Ok(Self {
@@ -114,7 +105,7 @@ impl Register {
         result: &[u8],
         replaces: Option<&'a Replaced>,
     ) -> impl Iterator<Item = &'a Registered> {
-        let digest = sha256(result);
+        let digest = sha256(&[result]);
         let entries = self.entries.iter().rev();
         entries.filter(move |e| {
             e.result_sha256 == digest
@@ -169,8 +160,8 @@ impl Register {
             sequence: self.entries.len() as u64 + 1,
             number: number.to_owned(),
             issued: issued.to_owned(),
-            certificate_sha256: sha256(certificate),
-            result_sha256: sha256(result),
+            certificate_sha256: sha256(&[certificate]),
+            result_sha256: sha256(&[result]),
             replaces,
             previous: self.last.clone(),
         };
@@ -178,7 +169,7 @@ impl Register {
             Trouble::data(format!("the entry cannot be written: {e}")).detail(&self.place)
         })?;
         self.log.append(&format!("{line}\n"))?;
-        self.last = sha256(line.as_bytes());
+        self.last = sha256(&[line.as_bytes()]);
         self.entries.push(entry);
         Ok(())
     }

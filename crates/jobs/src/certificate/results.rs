@@ -3,7 +3,7 @@
 use super::texts::{Language, Text};
 use crate::StoredResult;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::StatedQuantity;
+use proofmass_io::{StatedQuantity, at_frequency};
 use proofmass_report::number::{plain, rounded_up, two_digits};
 use serde::{Deserialize, Serialize};
 
@@ -199,13 +199,6 @@ pub(crate) fn stated(result: &StoredResult) -> impl Iterator<Item = &StatedQuant
 /// What probabilities may differ by and be one: those of a fixed k differ with their degrees of freedom. The smallest is stated.
 const SAME: f64 = 0.01;
 
-/// The frequency in a name, and the name without it.
-pub(crate) fn frequency(name: &str) -> Option<(String, f64)> {
-    let (before, rest) = name.split_once("[frequency=")?;
-    let (number, after) = rest.split_once(']')?;
-    Some((format!("{before}{after}"), number.parse().ok()?))
-}
-
 impl StatedResults {
     /// What a certificate states of a result.
     ///
@@ -242,7 +235,7 @@ impl StatedResults {
         };
         let mut families: Vec<(String, Vec<(f64, &StatedQuantity)>)> = Vec::new();
         for q in &all {
-            match frequency(&q.name) {
+            match at_frequency(&q.name) {
                 Some((name, f)) => match families.iter_mut().find(|(n, _)| *n == name) {
                     Some((_, list)) => list.push((f, q)),
                     None => families.push((name, vec![(f, q)])),

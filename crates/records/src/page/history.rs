@@ -20,6 +20,11 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
         return Err(Trouble::request("no quantity of the device has this name")
             .with_hint("leave --quantity away to see all"));
     }
+    Ok(of(&name, &found))
+}
+
+/// The page of what was found of each quantity.
+pub(super) fn of(name: &str, found: &[History]) -> Report {
     let fields = [
         Field::new("quantity", |h: &History| h.series.name.as_str().into()).page("quantity", ""),
         Field::new("calibrations", |h: &History| {
@@ -49,7 +54,7 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
                 .into()
         }),
     ];
-    let table = Table::of("", fields, &found).file("history.csv");
+    let table = Table::of("", fields, found).file("history.csv");
     let drifting = found
         .iter()
         .filter(|h| {
@@ -60,10 +65,10 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
         .count();
     let mut charts = Section::new("Control charts")
         .paragraph("Markers with the stated U; the band is where a calibration of such uncertainty is expected. Values without U have no bar.");
-    for h in &found {
+    for h in found {
         charts = charts.figure(format!("Control chart of {}", h.series.name), chart(h));
     }
-    let first = first_of(&found);
+    let first = first(found);
     let jumps = found.iter().filter(|h| h.jump.is_some()).count();
     let mut page = Report::new(format!("History of {name}"))
         .question(match drifting {
@@ -81,19 +86,15 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
         .findings(found.iter().flat_map(|h| h.findings.iter().cloned()))
         .section(Section::new("Quantities").table(table).summarised())
         .section(charts)
-        .section(Section::new("Calibrations").table(points(&found)));
+        .section(Section::new("Calibrations").table(points(found)));
     if let Some((name, chart)) = first {
         page = page.shown_by(format!("Control chart of {name}"), chart);
     }
-    Ok(page)
+    page
 }
 
-/// The chart of the quantity of a device that has moved most beside its U.
-pub(super) fn first(records: &mut Records, device: i64) -> Result<Option<(String, XyPlot)>> {
-    Ok(first_of(&records.history(device)?))
-}
-
-fn first_of(found: &[History]) -> Option<(String, XyPlot)> {
+/// The chart of the quantity that has moved most beside its U.
+fn first(found: &[History]) -> Option<(String, XyPlot)> {
     let most = found.iter().max_by(|a, b| moved(a).total_cmp(&moved(b)))?;
     Some((most.series.name.clone(), chart(most)))
 }

@@ -84,7 +84,8 @@ fn law_a_table_of_a_certificate_says_its_uncertainty() {
             u_relative: u,
             ..Default::default()
         };
-        certificate.reading("reference.csv", table.as_bytes(), &device("R"))
+        let read = certificate.reading("reference.csv", table.as_bytes(), &device("R"));
+        read.map(|(certificate, _)| certificate)
     };
     let certificate = read(None).unwrap();
     assert_eq!(certificate.u_relative, None, "it depends on the frequency");
@@ -97,7 +98,8 @@ fn law_a_table_of_a_certificate_says_its_uncertainty() {
     assert!(refused.contains("0.500 to 0.800 %"), "{refused}");
     let page = FiledCertificate::default()
         .reading("certificate.pdf", b"%PDF", &device("R"))
-        .unwrap();
+        .unwrap()
+        .0;
     assert!(page.u_at.is_empty());
     assert!(
         FiledCertificate::default()
@@ -338,7 +340,8 @@ fn digital(signature: &str) -> String {
 fn law_a_digital_certificate_says_what_is_not_typed() {
     let text = digital("");
     let read = |certificate: FiledCertificate, of: &str| {
-        certificate.reading("c.xml", text.as_bytes(), &device(of))
+        let read = certificate.reading("c.xml", text.as_bytes(), &device(of));
+        read.map(|(certificate, _)| certificate)
     };
     let said = read(FiledCertificate::default(), "r 7").unwrap();
     assert_eq!(
