@@ -372,3 +372,25 @@ fn regress_a_signature_does_not_go_without_a_word() {
         assert!(!run(None).contains("warning:"), "there is none any more");
     }
 }
+
+/// An example is written to be changed: its result has no doubt about it, and the chain behind it holds.
+#[test]
+fn law_an_example_may_be_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = text(&folder.path().join("single")).to_owned();
+    succeed(&["init", "--kind", "shaker-single", "-o", &place]);
+    let campaign = folder.path().join("single/campaign.toml");
+    let toml = std::fs::read_to_string(&campaign).unwrap();
+    std::fs::write(
+        &campaign,
+        toml.replace("serial = \"…\"", "serial = \"0042\""),
+    )
+    .unwrap();
+    succeed(&["calibrate", &place]);
+    let result = folder.path().join("single/result");
+    assert!(!codes(&json(&result.join("result.json"))).contains(&"input-changed".to_owned()));
+    succeed(&["verify", text(&result)]);
+    // What is changed after the calibration is found, as ever.
+    std::fs::write(&campaign, toml).unwrap();
+    refuse(&["verify", text(&result)]);
+}

@@ -343,7 +343,9 @@ impl Verification {
                 // A file of a folder of results: its neighbours belong to the chain.
                 if let Some(folder) = found.parent()
                     && Manifest::read(folder).is_ok_and(|m| {
-                        m.is_some_and(|m| m.files.iter().any(|f| f.sha256 == input.sha256))
+                        m.is_some_and(|m| {
+                            m.vouches() && m.files.iter().any(|f| f.sha256 == input.sha256)
+                        })
                     })
                 {
                     self.follow(folder, data, seen)?;

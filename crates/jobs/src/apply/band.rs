@@ -67,10 +67,14 @@ pub fn calibration_of_band(
     let mut notes = vec![
         format!("Constant real matrix for {at} of a calibration over frequency; outside this band nothing is stated."),
         format!(
-            "Error of the acceleration at most {} % of its size (95 %): uncertainty of the calibration {} %, departure from it in the band {} %.",
+            "Error of the acceleration at most {} % of its size (95 %): uncertainty of the calibration {} %, departure from it in the band {} %{}.",
             percent(e.stated),
             percent(e.uncertainty),
-            percent(e.departure)
+            percent(e.departure),
+            e.interpolation.map_or(String::new(), |i| format!(
+                ", between its frequencies {} %",
+                percent(i)
+            ))
         ),
         "Without a bias, which a shaker does not measure: take the mean at rest away, or filter it out.".to_owned(),
     ];
