@@ -129,10 +129,8 @@ impl Check {
         }
         match missing.len() {
             0 => Ok(Outcome::Done),
-            n => Err(
-                Failure::new(format!("{n} things are missing to a certificate"))
-                    .hint("add them to LAB.toml or to the file of the order"),
-            ),
+            _ => Err(Failure::new(outcome.lack())
+                .hint("add them to LAB.toml or to the file of the order")),
         }
     }
 }

@@ -153,10 +153,19 @@ impl Job for CertificateJob {
     }
 }
 
+fn lack(missing: &[String]) -> String {
+    let how_much = match missing.len() {
+        0 => "nothing is".to_owned(),
+        1 => "one thing is".to_owned(),
+        n => format!("{n} things are"),
+    };
+    format!("{how_much} missing to a certificate")
+}
+
 fn incomplete(number: &str, missing: &[String]) -> Trouble {
     let trouble = Trouble::data(format!(
-        "certificate {number} cannot be released: {} things are missing",
-        missing.len()
+        "certificate {number} cannot be released: {}",
+        lack(missing)
     ))
     .with_hint(
         "add them to LAB.toml or to the file of the order; a draft can be made all the same",
@@ -168,6 +177,11 @@ impl CertificateOutcome {
     /// What is missing to a released certificate, each in one line.
     pub fn missing(&self) -> &[String] {
         &self.content.missing
+    }
+
+    /// How much is missing, in words: `one thing is missing to a certificate`.
+    pub fn lack(&self) -> String {
+        lack(self.missing())
     }
 
     /// What it states.
@@ -252,11 +266,9 @@ impl Outcome for CertificateOutcome {
     }
 
     fn page(&self, page: Report) -> Report {
-        let verdict = match (&self.number, self.missing().len()) {
-            (Some(number), _) => format!("Certificate {number} has everything that it must state."),
-            (None, 0) => "A draft: nothing is missing to a certificate.".to_owned(),
-            (None, 1) => "A draft: one thing is missing to a certificate.".to_owned(),
-            (None, n) => format!("A draft: {n} things are missing to a certificate."),
+        let verdict = match &self.number {
+            Some(number) => format!("Certificate {number} has everything that it must state."),
+            None => format!("A draft: {}.", self.lack()),
         };
         let figures = blocks::key_figures(&self.content, self.language);
         self.sheet.report(page.verdict(verdict).answers(figures))

@@ -55,11 +55,8 @@ impl Release {
         // What is missing is told before a number is looked for.
         let draft = certified.evaluate(None)?;
         if !draft.missing().is_empty() {
-            let failure = Failure::new(format!(
-                "no certificate is released: {} things are missing",
-                draft.missing().len()
-            ))
-            .hint("add them to LAB.toml or to the file of the order");
+            let failure = Failure::new(format!("no certificate is released: {}", draft.lack()))
+                .hint("add them to LAB.toml or to the file of the order");
             return Err(draft
                 .missing()
                 .iter()
