@@ -7,7 +7,7 @@ mod request;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{DigitalCertificate, OutputFolder, Source};
-use proofmass::jobs::certificate::{CertificateOutcome, PAPER, reading};
+use proofmass::jobs::certificate::{CertificateOutcome, PAPER, lack, reading};
 use proofmass::jobs::{Outcome as _, StoredResult};
 use release::Release;
 use request::Request;
@@ -115,13 +115,20 @@ impl Check {
     fn run(self) -> Result<Outcome, Failure> {
         let certified = self.request.read()?;
         let outcome = certified.evaluate(None)?;
-        let missing = outcome.missing();
+        let mut missing = outcome.missing().to_vec();
+        let mut number = String::new();
+        match certified.number(&outcome.item()) {
+            Ok(next) => number = next,
+            Err(failure) => missing.push(failure.to_string()),
+        }
         if self.json {
             let json = serde_json::to_vec_pretty(&missing)
                 .map_err(|e| Failure::new(format!("the list cannot be written: {e}")))?;
             console::print_json(&json)?;
         } else if missing.is_empty() {
-            console::print("nothing is missing: the certificate can be released\n")?;
+            console::print(&format!(
+                "nothing is missing: the certificate can be released, as {number}\n"
+            ))?;
         } else {
             missing
                 .iter()
@@ -129,8 +136,9 @@ impl Check {
         }
         match missing.len() {
             0 => Ok(Outcome::Done),
-            _ => Err(Failure::new(outcome.lack())
-                .hint("add them to LAB.toml or to the file of the order")),
+            n => {
+                Err(Failure::new(lack(n)).hint("add them to LAB.toml or to the file of the order"))
+            }
         }
     }
 }

@@ -441,17 +441,36 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
     std::fs::create_dir(&later).unwrap();
     comparison(&later, "certificate = \"../draft.xml\"");
     assert!(refuse(&["calibrate", text(&later)]).contains("is the draft of a certificate"));
-    // A register that was changed releases nothing.
-    std::fs::write(
-        folder.join("certificates.jsonl"),
-        register.replacen("CAL-2026-001", "CAL-2026-007", 1),
-    )
-    .unwrap();
+    // A register that was changed releases nothing, also where it was its last line.
+    for (from, to) in [
+        ("CAL-2026-001", "CAL-2026-007"),
+        ("CAL-2026-002", "CAL-2026-003"),
+    ] {
+        std::fs::write(
+            folder.join("certificates.jsonl"),
+            register.replacen(from, to, 1),
+        )
+        .unwrap();
+        assert!(
+            stderr(&release("three", &["--language", "fa"]))
+                .contains("register of certificates is damaged")
+        );
+    }
+    assert!(!folder.join("three").exists());
+    std::fs::write(folder.join("certificates.jsonl"), &register).unwrap();
+    // A certificate of another item takes the place of none, unless the item was what was wrong.
+    let order = format!("{ORDER}\n").replace("[item]", "[item]\ncustomer_id = \"P-2\"");
+    std::fs::write(folder.join("order.toml"), order).unwrap();
+    let replace = ["--replaces", "CAL-2026-002", "--reason", "wrong item"];
+    let said = stderr(&release("three", &replace));
     assert!(
-        stderr(&release("three", &["--language", "fa"]))
-            .contains("register of certificates is damaged")
+        said.contains("4711") && said.contains("--other-item"),
+        "{said}"
     );
     assert!(!folder.join("three").exists());
+    let last = release("three", &[&replace[..], &["--other-item"]].concat());
+    assert!(last.status.success(), "{}", stderr(&last));
+    std::fs::write(folder.join("order.toml"), ORDER).unwrap();
     // Read back, it is the standard of the next campaign.
     let next = folder.join("next");
     std::fs::create_dir(&next).unwrap();
@@ -467,6 +486,108 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
             .to_string()
             .contains("certificate CAL-2026-001")
     );
+    // It was replaced, and is that of the item itself: no standard of a certificate.
+    let lab = LAB
+        .replace("PTB-17", "CAL-2026-001")
+        .replace("\"PTB\"", "\"Lab\"");
+    let lab = lab.replace("reference.xml", "certificate.xml");
+    std::fs::write(folder.join("LAB.toml"), lab).unwrap();
+    let result = text(&next.join("result")).to_owned();
+    let check = [
+        "certificate",
+        "check",
+        &result,
+        "--lab",
+        &places[1],
+        "--order",
+        &places[2],
+    ];
+    let listed = String::from_utf8(proofmass(&check).stdout).unwrap();
+    assert!(
+        listed.contains("CAL-2026-001 of Standard 8305 was replaced by CAL-2026-002")
+            && listed.contains("the item as its own standard"),
+        "{listed}"
+    );
+}
+
+/// Standards that are not as their own certificates say; and a calibration by gravity, which needs none.
+#[test]
+fn known_standards_of_a_certificate() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    calibrated(folder);
+    let places = places(folder);
+    let check = |lab: String| {
+        std::fs::write(folder.join("LAB.toml"), lab).unwrap();
+        String::from_utf8(proofmass(&asked(&["certificate", "check"], &places, &[])).stdout)
+            .unwrap()
+    };
+    let sound = check(LAB.to_owned());
+    assert!(
+        sound.contains("can be released, as CAL-") && sound.contains("-001"),
+        "{sound}"
+    );
+    assert!(
+        !folder.join("certificates.jsonl").exists(),
+        "a check enters nothing"
+    );
+    let other = check(LAB.replace("PTB-17", "PTB-16"));
+    assert!(
+        other.contains("digital certificate has the number PTB-17"),
+        "{other}"
+    );
+    let unnumbered = LAB.replace("[numbering]\npattern = \"CAL-{year}-{number:3}\"\n", "");
+    assert!(check(unnumbered).contains("how certificates are numbered"));
+    let wrong = check(LAB.replace("{number:3}", "x"));
+    assert!(wrong.contains("no pattern of a number"), "{wrong}");
+
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let hand = folder.join("hand");
+    std::fs::create_dir(&hand).unwrap();
+    std::fs::copy(example.join("recording.csv"), hand.join("recording.csv")).unwrap();
+    let stated = std::fs::read_to_string(example.join("campaign.toml")).unwrap();
+    let by_formula = stated.replace(
+        "value = 9.80665\nstandard_uncertainty = 1e-5",
+        "latitude_deg = 45.5\nheight_m = 120\nstandard_uncertainty = 5e-4",
+    );
+    assert_ne!(by_formula, stated);
+    let (lab, _) = LAB.split_once("[[standards]]").unwrap();
+    std::fs::write(folder.join("LAB.toml"), lab).unwrap();
+    let result = text(&hand.join("result")).to_owned();
+    let check = [
+        "certificate",
+        "check",
+        &result,
+        "--lab",
+        &places[1],
+        "--order",
+        &places[2],
+    ];
+    for (campaign, needs) in [(stated, true), (by_formula, false)] {
+        std::fs::write(hand.join("campaign.toml"), campaign).unwrap();
+        succeed(&["calibrate", text(&hand)]);
+        let listed = String::from_utf8(proofmass(&check).stdout).unwrap();
+        assert_eq!(
+            listed.contains("standards: the standards"),
+            needs,
+            "{listed}"
+        );
+    }
+    let draft = [
+        "certificate",
+        &result,
+        "--lab",
+        &places[1],
+        "--order",
+        &places[2],
+        "--xml",
+    ];
+    let xml = says(&draft);
+    assert!(
+        xml.contains("normal gravity of the ellipsoid GRS 80") && xml.contains("45.5"),
+        "{xml}"
+    );
+    assert!(!xml.contains("standards named below"));
 }
 
 #[test]

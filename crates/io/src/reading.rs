@@ -102,6 +102,9 @@ pub struct ReadGravity {
     pub standard_uncertainty: f64,
     /// Where it comes from, such as `by latitude 48° and height 520 m`.
     pub by: String,
+    /// Latitude, °, and height, m, where it is normal gravity there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_at: Option<[f64; 2]>,
 }
 
 impl Reading {

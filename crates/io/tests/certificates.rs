@@ -264,6 +264,37 @@ fn known_standard_uncertainties_and_complex_quantities() {
     let [phase, u] = s.rows[0].phase.unwrap();
     assert!((phase - 30.0 * DEGREE).abs() < 1e-15 && (u - 0.01).abs() < 1e-12);
     assert!((s.rows[0].sensitivity - 0.01).abs() < 1e-17);
+    // Beside magnitudes and phases of the same values: as they are, rounded with U or another turn, and contradicting.
+    let beside = |magnitude: &str, phase: &str| {
+        let alone = format!(
+            "{}{}",
+            list("sensitivity magnitude", magnitude, MILLIVOLT, "0.2 0.4"),
+            list("sensitivity phase", phase, "\\radian", "0.02 0.04")
+        );
+        let both = polar.replacen(
+            "<d:quantity><s:complex",
+            &format!("{alone}<d:quantity><s:complex"),
+            1,
+        );
+        read(&certificate("3.3.0", &both))
+            .unwrap()
+            .sensitivity(None)
+    };
+    let s = beside("10 11", "0.5 0.6").unwrap();
+    assert_eq!((s.rows.len(), s.rows[1].sensitivity), (2, 11.0 * 1e-3));
+    assert!(beside("10.01 11", "-5.78 0.6").is_ok());
+    for (magnitude, phase) in [
+        ("10.2 11", "0.5 0.6"),
+        ("10 11", "0.5 0.7"),
+        ("10 11", "-0.5 0.6"),
+    ] {
+        let error = beside(magnitude, phase).unwrap_err();
+        assert!(
+            error.to_string().contains("a complex quantity states"),
+            "{error}"
+        );
+        assert!(error.line_number().is_some());
+    }
     // A matrix that is no covariance.
     let wrong = polar.replace("0.01 0.04", "0.01 -0.04");
     assert!(
@@ -296,7 +327,19 @@ fn refuses_with_element_line_and_reason() {
             "3 sensitivities for 4 frequencies",
         ),
         ("10 20 40", "10 20 20", "frequency", "stands twice"),
+        (
+            "10 20 40",
+            "10 20 20.00000000001",
+            "frequency",
+            "stands twice",
+        ),
         ("10 20 40", "0 20 40", "frequency", "impossible"),
+        (
+            MILLIVOLT,
+            "\\pico\\coulomb\\second\\tothe{2}\\metre\\tothe{-1}",
+            "sensitivity magnitude",
+            "no unit of a sensitivity",
+        ),
         (
             "10.1 10.2 10.4",
             "10.1 NaN 10.4",
@@ -432,6 +475,49 @@ fn refuses_with_element_line_and_reason() {
         .sensitivity(None)
         .unwrap_err();
     assert!(error.to_string().contains("2 sensitivities"), "{error}");
+}
+
+#[test]
+fn known_doubts_of_phases_and_coverage_factors() {
+    let codes = |text: &str| -> Vec<&str> {
+        let read = read(&certificate("3.3.0", text)).unwrap();
+        let table = read.sensitivity(None).unwrap();
+        let all = [read.findings(), table.findings].concat();
+        all.iter().map(|f| f.code()).collect()
+    };
+    let sound = lists();
+    assert!(codes(&sound).is_empty());
+    for (phases, unit) in [
+        ("-1 -2 -4", "\\radian"),
+        ("179 -178 176", "\\degree"),
+        ("-60 -20 -3", "\\degree"),
+    ] {
+        let text = sound.replace("-1 -2 -4", phases).replace("\\degree", unit);
+        assert_eq!(codes(&text), [""; 0], "{phases} {unit}");
+    }
+    for (phases, unit) in [
+        ("-1.9 -2.0 -2.1", "\\radian"),
+        ("-179 -178 -176", "\\radian"),
+        ("-370 -2 -4", "\\degree"),
+    ] {
+        let text = sound.replace("-1 -2 -4", phases).replace("\\degree", unit);
+        assert_eq!(codes(&text), ["phase-unlikely"], "{phases} {unit}");
+    }
+    // k of Student's t: with three degrees of freedom it is doubted, with five it is usual.
+    let student = |k: &str| {
+        let text = sound.replace(">2<", &format!(">{k}<"));
+        text.replace("<s:distributionXMLList>normal</s:distributionXMLList>", "")
+    };
+    assert!(codes(&student("2.57")).is_empty());
+    assert_eq!(codes(&student("3.18")), ["coverage-factor-large"]);
+    let found = read(&certificate("3.3.0", &student("3.182")))
+        .unwrap()
+        .findings();
+    assert!(
+        found[0].evidence_text().contains("3.0 degrees"),
+        "{:?}",
+        found[0]
+    );
 }
 
 #[test]

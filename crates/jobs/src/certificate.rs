@@ -13,6 +13,8 @@ pub mod reading;
 pub mod register;
 mod results;
 mod sheet;
+mod standards;
+mod stated;
 mod texts;
 
 pub use conformity::{Decided, DecidedEntry};
@@ -30,9 +32,10 @@ use crate::trouble::{Result, Trouble};
 use crate::{RESULT, StoredResult};
 use content::Content;
 use proofmass_core::Watch;
-use proofmass_io::{StatedQuantity, base64, sha256};
+use proofmass_io::{DigitalCertificate, StatedQuantity, base64, sha256};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
+use register::Registered;
 use serde::{Deserialize, Serialize};
 use sheet::{Sheet, SheetAttachment};
 
@@ -57,6 +60,9 @@ pub struct Replaced {
     pub number: String,
     /// Why.
     pub reason: String,
+    /// Whether it named another item, and that was what was wrong.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub other_item: bool,
 }
 
 /// A certificate of a result. Without a number it is a draft.
@@ -88,6 +94,10 @@ pub struct CertificateData<'a> {
     pub result: &'a StoredResult,
     /// The result as found, where the item was adjusted.
     pub as_found: Option<&'a StoredResult>,
+    /// Digital certificates of the standards, known by their digests.
+    pub certificates: &'a [DigitalCertificate],
+    /// Certificates that the laboratory has released.
+    pub released: &'a [Registered],
 }
 
 impl<'a> CertificateData<'a> {
@@ -96,6 +106,8 @@ impl<'a> CertificateData<'a> {
         Self {
             result,
             as_found: None,
+            certificates: &[],
+            released: &[],
         }
     }
 }
@@ -124,7 +136,7 @@ impl Job for CertificateJob {
     ) -> Result<CertificateOutcome> {
         watch.step("certificate", 0, 1)?;
         let result = data.result;
-        let content = Content::of(self, result, data.as_found)?;
+        let content = Content::of(self, data)?;
         if let (Some(number), false) = (&self.number, content.missing.is_empty()) {
             return Err(incomplete(number, &content.missing));
         }
@@ -153,8 +165,9 @@ impl Job for CertificateJob {
     }
 }
 
-fn lack(missing: &[String]) -> String {
-    let how_much = match missing.len() {
+/// How much is missing, in words: `one thing is missing to a certificate`.
+pub fn lack(missing: usize) -> String {
+    let how_much = match missing {
         0 => "nothing is".to_owned(),
         1 => "one thing is".to_owned(),
         n => format!("{n} things are"),
@@ -165,7 +178,7 @@ fn lack(missing: &[String]) -> String {
 fn incomplete(number: &str, missing: &[String]) -> Trouble {
     let trouble = Trouble::data(format!(
         "certificate {number} cannot be released: {}",
-        lack(missing)
+        lack(missing.len())
     ))
     .with_hint(
         "add them to LAB.toml or to the file of the order; a draft can be made all the same",
@@ -181,7 +194,13 @@ impl CertificateOutcome {
 
     /// How much is missing, in words: `one thing is missing to a certificate`.
     pub fn lack(&self) -> String {
-        lack(self.missing())
+        lack(self.missing().len())
+    }
+
+    /// The item, in one line.
+    pub fn item(&self) -> String {
+        let item = self.content.file.item.as_ref();
+        item.map(Item::line).unwrap_or_default()
     }
 
     /// What it states.

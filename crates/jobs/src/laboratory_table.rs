@@ -115,7 +115,7 @@ impl LaboratoryTable {
             output: output.unwrap_or_default(),
             table,
             phase_stated: stated.rows.iter().all(|r| r.phase.is_some()),
-            findings: read.findings(),
+            findings: [read.findings(), stated.findings].concat(),
             description: Some(who.join(", ")),
             signed: (!read.signatures.is_empty()).then(|| number.to_owned()),
         })

@@ -31,6 +31,7 @@ pub(crate) fn read_gravity(gravity: Gravity, by: impl Into<String>) -> ReadGravi
         value: gravity.value(),
         standard_uncertainty: gravity.standard_uncertainty(),
         by: by.into(),
+        normal_at: None,
     }
 }
 

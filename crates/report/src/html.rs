@@ -16,6 +16,8 @@ use crate::terminal::check_shape;
 use std::fmt::Write;
 
 const STYLE: &str = include_str!("html/style.css");
+/// Languages that are written from right to left.
+const RIGHT_TO_LEFT: [&str; 4] = ["ar", "fa", "he", "ur"];
 const SCRIPT: &str = include_str!("html/figures.js");
 /// A table of more rows than these is folded where it would stand open.
 const LONG: usize = 24;
@@ -34,9 +36,13 @@ pub fn render(report: &Report) -> Result<String, Error> {
     } else {
         &report.language
     };
+    let direction = match RIGHT_TO_LEFT.contains(&language) {
+        true => " dir=\"rtl\"",
+        false => "",
+    };
     let _ = write!(
         page.out,
-        "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+        "<!DOCTYPE html>\n<html lang=\"{}\"{direction}>\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
          <title>{}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n<header>\n<h1>{}</h1>\n",
         escape(language),

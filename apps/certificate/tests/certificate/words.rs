@@ -164,6 +164,32 @@ fn a_draft_says_so_on_every_page() {
 }
 
 #[test]
+fn law_no_page_has_a_signature_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let pdf = folder.path().join("c.pdf");
+    let mut alone = 0;
+    for lines in 0..24 {
+        let mut sheet = sheet("one-page-en");
+        let blocks = sheet["blocks"].as_array_mut().unwrap();
+        let at = blocks.iter().position(|b| b["text"] == "Uncertainty").unwrap();
+        for _ in 0..lines {
+            blocks.insert(at, serde_json::json!({"kind": "paragraph", "text": [{"text": "A line."}]}));
+        }
+        let made = run(sheet.to_string().as_bytes(), &["-o", pdf.to_str().unwrap()]);
+        assert!(made.status.success());
+        let Some(pages) = pages(&pdf) else {
+            println!("skipped: pdftotext is not installed");
+            return;
+        };
+        let last = pages.last().unwrap();
+        assert!(last.contains("DrEleanorHartley"), "{lines}: {last}");
+        assert!(last.contains("multipliedbythecove"), "{lines}: {last}");
+        alone += usize::from(pages.len() > 1 && !last.contains("Aline"));
+    }
+    assert!(alone > 0, "in none of these the closing stands on a page of its own");
+}
+
+#[test]
 fn the_head_of_a_table_is_repeated() {
     let folder = tempfile::tempdir().unwrap();
     for (name, heading, first, last) in [

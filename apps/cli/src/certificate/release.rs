@@ -5,7 +5,7 @@ use super::{commit, paper};
 use crate::{Failure, Outcome, console};
 use proofmass::io::{OutputFolder, SigningKey};
 use proofmass::jobs::StoredResult;
-use proofmass::jobs::certificate::register::Register;
+use proofmass::jobs::certificate::register::NewEntry;
 use proofmass::jobs::certificate::{PAPER, Replaced};
 use std::path::PathBuf;
 
@@ -29,6 +29,9 @@ pub(super) struct Release {
     /// Why it is replaced
     #[arg(long, value_name = "TEXT", requires = "replaces")]
     reason: Option<String>,
+    /// The replaced certificate named another item, and that was what was wrong
+    #[arg(long, requires = "replaces")]
+    other_item: bool,
     /// Sign the list of files with a private key (PEM, Ed25519), as `proofmass keygen` makes it
     #[arg(long, value_name = "KEY")]
     sign: Option<PathBuf>,
@@ -42,16 +45,8 @@ impl Release {
         }
         let key = self.sign.as_deref().map(SigningKey::read).transpose()?;
         let certified = self.request.read()?;
-        let Some(numbering) = certified.file.numbering.clone() else {
-            return Err(
-                Failure::new("LAB.toml does not say how certificates are numbered")
-                    .hint("add [numbering] with pattern = \"CAL-{year}-{number:4}\""),
-            );
-        };
-        if !certified.listed {
-            return Err(Failure::new("no list of its folder says that the result is as it was computed")
-                .hint("release it from the folder that `proofmass calibrate` wrote, with its manifest.json"));
-        }
+        certified.numbering()?;
+        certified.vouched()?;
         // What is missing is told before a number is looked for.
         let draft = certified.evaluate(None)?;
         if !draft.missing().is_empty() {
@@ -65,9 +60,13 @@ impl Release {
         let replaces = self
             .replaces
             .zip(self.reason)
-            .map(|(number, reason)| Replaced { number, reason });
-        let place = self.request.lab.with_file_name(&numbering.register);
-        let mut register = Register::open(&place)?;
+            .map(|(number, reason)| Replaced {
+                number,
+                reason,
+                other_item: self.other_item,
+            });
+        let mut register = certified.open_register()?;
+        let item = draft.item();
         // A run that was ended between register and folder is brought to its end, and what was released is found again.
         let mut before = None;
         for entry in register.of_result(&certified.result.to_json()?, replaces.as_ref()) {
@@ -86,23 +85,7 @@ impl Release {
         let (numbered, outcome) = match before {
             Some(same) => same,
             None => {
-                if let Some(replaced) = &replaces {
-                    register.may_replace(replaced)?;
-                }
-                if let Some(last) = register.entries().last()
-                    && certified.issued < last.issued
-                {
-                    return Err(Failure::new(format!(
-                        "--issued: {} lies before {}, the day of the certificate {}",
-                        certified.issued, last.issued, last.number
-                    ))
-                    .hint("numbers follow the days of issue"));
-                }
-                let numbered = Numbered {
-                    number: register.next(&numbering, &certified.issued)?,
-                    issued: certified.issued.clone(),
-                    replaces,
-                };
+                let numbered = certified.next(&register, replaces, &item)?;
                 let outcome = certified.evaluate(Some(&numbered))?;
                 (numbered, outcome)
             }
@@ -119,13 +102,14 @@ impl Release {
         record.date = Some(numbered.issued.clone());
         let result = StoredResult::new(record, &outcome)?;
         if is_new {
-            register.enter(
-                &numbered.number,
-                &numbered.issued,
-                outcome.xml().as_bytes(),
-                &certified.result.to_json()?,
-                numbered.replaces.clone(),
-            )?;
+            register.enter(&NewEntry {
+                number: &numbered.number,
+                issued: &numbered.issued,
+                item: &item,
+                certificate: outcome.xml().as_bytes(),
+                result: &certified.result.to_json()?,
+                replaces: numbered.replaces.as_ref(),
+            })?;
         }
         let place = commit(folder, &result)?;
         console::show_result(&result)?;

@@ -3,9 +3,13 @@
 use crate::console::Progress;
 use crate::{Failure, clock, console};
 use proofmass::io::formats::calendar::day_of;
-use proofmass::io::{Fate, Input, LARGEST_DOCUMENT, Source, Verification, unlisted};
+use proofmass::io::{
+    DigitalCertificate, Fate, Input, LARGEST_DOCUMENT, Source, Verification, unlisted,
+};
+use proofmass::jobs::certificate::register::Register;
 use proofmass::jobs::certificate::{
-    CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Replaced,
+    CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Numbering,
+    Replaced,
 };
 use proofmass::jobs::{Job, Record, StoredResult};
 use std::path::{Path, PathBuf};
@@ -41,6 +45,11 @@ pub(super) struct Certified {
     pub(super) issued: String,
     pub(super) result: StoredResult,
     as_found: Option<StoredResult>,
+    /// Digital certificates that the result rests on.
+    certificates: Vec<DigitalCertificate>,
+    /// The register as it stands.
+    register: Option<Register>,
+    lab: PathBuf,
     language: Language,
     persian_digits: bool,
     paths: Vec<PathBuf>,
@@ -66,6 +75,19 @@ fn stored(path: &Path) -> Result<(StoredResult, PathBuf, Input), Failure> {
     let result = StoredResult::from_json(&bytes)
         .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;
     Ok((result, path, input))
+}
+
+/// The digital certificates among the files that a result was computed from.
+fn certificates(chain: &Verification) -> Result<Vec<DigitalCertificate>, Failure> {
+    let found = chain.links.iter().filter_map(|l| l.found.as_ref());
+    let found = found.filter(|path| DigitalCertificate::is_named(path));
+    let read = |path: &PathBuf| Ok(DigitalCertificate::from_source(Source::open(path)?)?);
+    found.map(read).collect()
+}
+
+/// Where the register is.
+fn place(lab: &Path, numbering: &Numbering) -> PathBuf {
+    lab.with_file_name(&numbering.register)
 }
 
 impl Request {
@@ -129,10 +151,17 @@ impl Request {
             );
         }
         Ok(Certified {
-            file,
             issued: self.issued.clone().unwrap_or_else(clock::today),
             result,
             as_found,
+            certificates: certificates(&chain)?,
+            register: file
+                .numbering
+                .as_ref()
+                .map(|n| Register::look(&place(&self.lab, n)))
+                .transpose()?,
+            file,
+            lab: self.lab.clone(),
             language: self.language,
             persian_digits: self.persian_digits,
             paths,
@@ -143,6 +172,62 @@ impl Request {
 }
 
 impl Certified {
+    /// How certificates are numbered.
+    pub(super) fn numbering(&self) -> Result<&Numbering, Failure> {
+        self.file.numbering.as_ref().ok_or_else(|| {
+            Failure::new("LAB.toml does not say how certificates are numbered")
+                .hint("add [numbering] with pattern = \"CAL-{year}-{number:4}\"")
+        })
+    }
+
+    /// The register, locked.
+    pub(super) fn open_register(&self) -> Result<Register, Failure> {
+        Ok(Register::open(&place(&self.lab, self.numbering()?))?)
+    }
+
+    /// The number that a new certificate has.
+    pub(super) fn next(
+        &self,
+        register: &Register,
+        replaces: Option<Replaced>,
+        item: &str,
+    ) -> Result<Numbered, Failure> {
+        if let Some(replaced) = &replaces {
+            register.may_replace(replaced, item)?;
+        }
+        if let Some(last) = register.entries().last()
+            && self.issued < last.issued
+        {
+            return Err(Failure::new(format!(
+                "--issued: {} lies before {}, the day of the certificate {}",
+                self.issued, last.issued, last.number
+            ))
+            .hint("numbers follow the days of issue"));
+        }
+        Ok(Numbered {
+            number: register.next(self.numbering()?, &self.issued)?,
+            issued: self.issued.clone(),
+            replaces,
+        })
+    }
+
+    /// Refuses a result that no list of its folder vouches for.
+    pub(super) fn vouched(&self) -> Result<(), Failure> {
+        if self.listed {
+            return Ok(());
+        }
+        Err(Failure::new("no list of its folder says that the result is as it was computed")
+            .hint("release it from the folder that `proofmass calibrate` wrote, with its manifest.json"))
+    }
+
+    /// The number that the certificate would have if it were released now.
+    pub(super) fn number(&self, item: &str) -> Result<String, Failure> {
+        self.vouched()?;
+        let numbering = self.numbering()?;
+        let register = Register::look(&place(&self.lab, numbering))?;
+        Ok(self.next(&register, None, item)?.number)
+    }
+
     /// The certificate; without a number a draft.
     pub(super) fn evaluate(
         &self,
@@ -159,6 +244,8 @@ impl Certified {
         let data = CertificateData {
             result: &self.result,
             as_found: self.as_found.as_ref(),
+            certificates: &self.certificates,
+            released: self.register.as_ref().map_or(&[], Register::entries),
         };
         Ok(job.evaluate(&data, &Progress::new())?)
     }

@@ -134,14 +134,23 @@ impl DigitalCertificate {
 }
 
 impl DigitalCertificate {
-    /// What to doubt: a signature that nobody checked.
+    /// What to doubt: a signature that nobody checked, a coverage factor that is very large.
     pub fn findings(&self) -> Vec<Finding> {
-        let first = self.signatures.first();
-        let doubt = first.map(|line| {
+        let signed = self.signatures.first().map(|line| {
             let name = self.input.path.as_str();
             findings::signature_not_checked(name, self.signatures.len(), *line)
         });
-        doubt.into_iter().collect()
+        let few = self.quantities.iter().filter_map(|q| {
+            let (k, p, degrees) = q.uncertainty.as_ref()?.of_few_degrees()?;
+            let name = q.label.as_deref().unwrap_or(&q.name);
+            Some((name, q.line, k, p, degrees))
+        });
+        // Of several the one with the largest.
+        let few = few.max_by(|a, b| a.2.total_cmp(&b.2));
+        let few = few.map(|(name, line, k, p, degrees)| {
+            findings::coverage_factor_large(name, line, k, p, degrees)
+        });
+        signed.into_iter().chain(few).collect()
     }
 }
 

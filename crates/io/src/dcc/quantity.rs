@@ -83,9 +83,10 @@ fn all_numbers(element: Element) -> Result<Numbers> {
                     "\"{}\" is not a finite number",
                     shown(word.as_bytes())
                 ))
-                .with_hint(
-                    "a certificate with such a number states no result there; nothing is filled in",
-                )
+                .with_hint(match word.contains(',') {
+                    true => "a certificate has the decimal point and no separators, in every language: ask the laboratory for one that is right",
+                    false => "a certificate with such a number states no result there; nothing is filled in",
+                })
         })?);
         if values.len() > MOST_VALUES {
             return Err(element.refuse(format!("holds more than {MOST_VALUES} numbers")));

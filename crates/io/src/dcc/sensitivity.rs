@@ -2,12 +2,22 @@
 
 use super::head::DigitalCertificate;
 use super::quantity::DccQuantity;
+use crate::findings;
 use crate::{Error, ErrorKind, Result, Unit};
+use proofmass_uncertainty::Finding;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// Labels, as in the examples of the PTB for accelerometers.
 const FREQUENCY: &str = "frequency";
 const MAGNITUDE: &str = "sensitivity magnitude";
 const PHASE: &str = "sensitivity phase";
+/// Relative difference of two frequencies that are one: no bench sets them apart, and no number of nine digits shows it.
+const ONE_FREQUENCY: f64 = 1e-9;
+/// What two statements of one value may differ by, in standard uncertainties: U rounded to two digits moves a value by a tenth of u with
+/// k = 2, and real and imaginary parts may be rounded as well.
+const ONE_VALUE: f64 = 0.5;
+/// The same of values that state no uncertainty, relative.
+const ONE_EXACT_VALUE: f64 = 1e-6;
 
 /// One frequency, in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +43,8 @@ pub struct DccSensitivity {
     pub output: Unit,
     /// Rows in the order of the certificate.
     pub rows: Vec<SensitivityRow>,
+    /// What to doubt.
+    pub findings: Vec<Finding>,
 }
 
 impl DigitalCertificate {
@@ -102,6 +114,8 @@ struct Parts<'a> {
     frequency: Vec<&'a DccQuantity>,
     magnitude: Vec<&'a DccQuantity>,
     phase: Vec<&'a DccQuantity>,
+    /// Modulus and phase of a complex quantity that states the same again.
+    again: [Vec<&'a DccQuantity>; 2],
 }
 
 /// Whether a quantity says that it is this one: by its label, else by refType, else by its name.
@@ -120,13 +134,16 @@ fn says(quantity: &DccQuantity, label: &str, types: &[&str]) -> bool {
 
 impl<'a> Parts<'a> {
     fn of(group: &[&'a DccQuantity]) -> Result<Option<Self>> {
-        let labelled = |label: &str, types: &[&str]| -> Vec<&'a DccQuantity> {
+        // Where a complex quantity states the same again, it is held against the other.
+        let labelled = |label: &str, types: &[&str]| -> [Vec<&'a DccQuantity>; 2] {
             let said = group.iter().copied().filter(|q| says(q, label, types));
-            let (whole, parts): (Vec<_>, Vec<_>) = said.partition(|q| q.is_of_complex);
-            // A complex quantity states the same again.
-            if parts.is_empty() { whole } else { parts }
+            let (complex, alone): (Vec<_>, Vec<_>) = said.partition(|q| q.is_of_complex);
+            match alone.is_empty() {
+                true => [complex, alone],
+                false => [alone, complex],
+            }
         };
-        let mut magnitude = labelled(MAGNITUDE, &["vib_sensitivity", "vib_magnitude"]);
+        let [mut magnitude, again] = labelled(MAGNITUDE, &["vib_sensitivity", "vib_magnitude"]);
         if magnitude.is_empty() {
             // A certificate without labels: what has the unit of a voltage per acceleration.
             let unit = |q: &&DccQuantity| {
@@ -137,7 +154,7 @@ impl<'a> Parts<'a> {
         if magnitude.is_empty() {
             return Ok(None);
         }
-        let mut frequency = labelled(FREQUENCY, &["vib_frequency", "basic_frequency"]);
+        let [mut frequency, _] = labelled(FREQUENCY, &["vib_frequency", "basic_frequency"]);
         if frequency.is_empty() {
             let unit = |q: &&DccQuantity| q.label.is_none() && q.unit.frequency().is_some();
             frequency = group.iter().copied().filter(unit).collect();
@@ -149,7 +166,7 @@ impl<'a> Parts<'a> {
                 )),
             );
         }
-        let mut phase = labelled(PHASE, &["vib_phase"]);
+        let [mut phase, phase_again] = labelled(PHASE, &["vib_phase"]);
         if phase.is_empty() {
             let unit = |q: &&DccQuantity| q.label.is_none() && q.unit.angle().is_some();
             phase = group.iter().copied().filter(unit).collect();
@@ -158,6 +175,7 @@ impl<'a> Parts<'a> {
             frequency,
             magnitude,
             phase,
+            again: [again, phase_again],
         }))
     }
 
@@ -167,7 +185,7 @@ impl<'a> Parts<'a> {
             factor.ok_or_else(|| wrong_unit(q, "frequency", "\\hertz"))
         })?;
         let mut output = None;
-        let magnitude = Column::of(&self.magnitude, |q| {
+        let mut sensitivity = |q: &DccQuantity| {
             let (unit, factor) = q.unit.sensitivity().ok_or_else(|| {
                 wrong_unit(
                     q,
@@ -182,21 +200,35 @@ impl<'a> Parts<'a> {
                 )),
                 _ => Ok(factor),
             }
-        })?;
-        let phase = Column::of(&self.phase, |q| {
+        };
+        let angle = |q: &DccQuantity| {
             let factor = q.unit.angle();
             factor.ok_or_else(|| wrong_unit(q, "phase", "\\degree"))
-        })?;
+        };
+        let magnitude = Column::of(&self.magnitude, &mut sensitivity)?;
+        let magnitude_again = Column::of(&self.again[0], &mut sensitivity)?;
+        let phase = Column::of(&self.phase, angle)?;
+        let phase_again = Column::of(&self.again[1], angle)?;
         let n = frequency.cells.len();
-        for (column, what) in [(&magnitude, "sensitivities"), (&phase, "phases")] {
+        for (column, what, may_lack) in [
+            (&magnitude, "sensitivities", false),
+            (&phase, "phases", true),
+            (&magnitude_again, "complex sensitivities", true),
+            (&phase_again, "complex sensitivities", true),
+        ] {
             let m = column.cells.len();
-            if m != n && !(m == 0 && what == "phases") {
+            if m != n && !(m == 0 && may_lack) {
                 let at = column.first;
                 return Err(at
                     .map_or_else(|| Error::new(ErrorKind::Element, ""), |q| refuse(q, format!("{m} {what} for {n} frequencies")))
                     .with_hint("lists of one result have the same length: ask the laboratory which of the values are missing"));
             }
         }
+        magnitude.agree(&magnitude_again, |difference| difference)?;
+        phase.agree(&phase_again, |difference| {
+            let turn = difference.rem_euclid(TAU);
+            turn.min(TAU - turn)
+        })?;
         let mut rows: Vec<SensitivityRow> = Vec::new();
         for i in 0..n {
             let (f, s) = (&frequency.cells[i], &magnitude.cells[i]);
@@ -206,7 +238,9 @@ impl<'a> Parts<'a> {
                         .line(f.line),
                 );
             }
-            if let Some(before) = rows.iter().find(|r| r.frequency == f.value) {
+            let is_one =
+                |r: &&SensitivityRow| (r.frequency - f.value).abs() <= ONE_FREQUENCY * f.value;
+            if let Some(before) = rows.iter().find(is_one) {
                 return Err(refuse(
                     f.of,
                     format!("the frequency {} Hz stands twice, first with a sensitivity of {}", f.value, before.sensitivity),
@@ -255,9 +289,19 @@ impl<'a> Parts<'a> {
         }
         Ok(DccSensitivity {
             output: output.unwrap_or(Unit::Volt),
+            findings: doubtful_phases(&rows).into_iter().collect(),
             rows,
         })
     }
+}
+
+/// Phases that no accelerometer below its resonance has: beyond a whole turn, or all of them nearer to ±90° than to 0° and 180°.
+fn doubtful_phases(rows: &[SensitivityRow]) -> Option<Finding> {
+    let phases: Vec<f64> = rows.iter().filter_map(|r| Some(r.phase?[0])).collect();
+    let across = |p: &f64| (p.rem_euclid(PI) - FRAC_PI_2).abs() < FRAC_PI_4;
+    let beyond = phases.iter().find(|p| p.abs() > TAU);
+    let doubtful = beyond.or_else(|| phases.first().filter(|_| phases.iter().all(across)))?;
+    Some(findings::phase_unlikely(*doubtful, doubtful.to_degrees()))
 }
 
 /// Numbers in SI, one for each frequency.
@@ -304,17 +348,39 @@ impl<'a> Column<'a> {
             cells,
         })
     }
+
+    /// Refuses another statement of the same values that contradicts this one; `size` is what a difference amounts to.
+    fn agree(&self, again: &Self, size: impl Fn(f64) -> f64) -> Result<()> {
+        for (one, other) in self.cells.iter().zip(&again.cells) {
+            let u = one.uncertainty.or(other.uncertainty);
+            let limit = ONE_EXACT_VALUE * one.value.abs() + ONE_VALUE * u.unwrap_or(0.0);
+            if size(one.value - other.value).abs() > limit {
+                return Err(refuse(
+                    other.of,
+                    format!(
+                        "a complex quantity states {} where line {} states {}",
+                        other.value, one.line, one.value
+                    ),
+                )
+                .with_hint("one value has two statements: ask the laboratory which one holds"));
+            }
+        }
+        Ok(())
+    }
 }
 
 fn wrong_unit(quantity: &DccQuantity, what: &str, example: &str) -> Error {
-    refuse(
+    let error = refuse(
         quantity,
         format!(
             "{} is no unit of a {what} that is known here",
             quantity.unit.text()
         ),
-    )
-    .with_hint(format!("such as {example}"))
+    );
+    match quantity.unit.is_charge_per_acceleration() {
+        true => error.with_hint("a charge per acceleration is the sensitivity of the sensor alone: a standard is calibrated with its charge amplifier, in volts"),
+        false => error.with_hint(format!("such as {example}")),
+    }
 }
 
 fn refuse(quantity: &DccQuantity, what: impl Into<String>) -> Error {

@@ -8,6 +8,9 @@ use proofmass_uncertainty::{normal_quantile, student_quantile};
 /// Relative difference that rounding may make between k and the probability: 2 and 95 % differ by two per cent.
 const ROUNDED: f64 = 0.05;
 
+/// Degrees of freedom below which a coverage factor is doubted.
+const FEW_DEGREES: f64 = 4.0;
+
 /// The uncertainty of the values of a quantity, in their unit. A list of one holds for all values.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -31,6 +34,28 @@ impl DccUncertainty {
 
     pub(super) fn stated_of(&self, index: usize) -> f64 {
         one(&self.stated, index).unwrap_or(0.0)
+    }
+
+    /// The largest coverage factor with its probability and the degrees of freedom of the Student's t that has it, where these are few.
+    pub(crate) fn of_few_degrees(&self) -> Option<(f64, f64, f64)> {
+        let all = 0..self.k.len().max(self.probability.len());
+        let pairs = all.filter_map(|i| Some((one(&self.k, i)?, one(&self.probability, i)?)));
+        let (k, p) = pairs.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let of = |degrees: f64| student_quantile(0.5 + 0.5 * p, degrees);
+        if k <= of(FEW_DEGREES) * (1.0 + ROUNDED) {
+            return None;
+        }
+        // The more degrees of freedom, the smaller k.
+        let (mut low, mut high) = (1.0, FEW_DEGREES);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if of(middle) > k {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        Some((k, p, 0.5 * (low + high)))
     }
 
     /// Coverage factor of a value, where its uncertainty is an expanded one.

@@ -169,6 +169,11 @@ impl DsiUnit {
         degrees.or_else(|| self.times(&[("rad", 1)]).map(ten))
     }
 
+    /// Whether it is that of a charge per acceleration: the sensitivity of a sensor without its amplifier.
+    pub(crate) fn is_charge_per_acceleration(&self) -> bool {
+        self.times(&[("C", 1), ("m", -1), ("s", 2)]).is_some()
+    }
+
     /// What a device with this sensitivity gives, and the factor to that per m/s²: the factor of a table of a laboratory in the same unit.
     pub(crate) fn sensitivity(&self) -> Option<(Unit, f64)> {
         let named =

@@ -52,15 +52,26 @@ impl Words {
 
     /// A range of numbers with its unit.
     fn range(&self, [low, high]: [f64; 2], unit: &str) -> Vec<Run> {
-        let text = match low == high {
-            true => format!("{} {unit}", minus(&low.to_string())),
-            false => format!(
-                "({} … {}) {unit}",
-                minus(&low.to_string()),
-                minus(&high.to_string())
-            ),
-        };
-        vec![Run::Number(self.digits(&text))]
+        let [low, high] = [low, high].map(|v| minus(&v.to_string()));
+        match low == high {
+            true => self.run(&format!("{low} {unit}")),
+            false if self.language == Language::Persian => {
+                self.from_to(&low, &format!("{high} {unit}"))
+            }
+            false => self.run(&format!("({low} … {high}) {unit}")),
+        }
+    }
+
+    /// From one number or day to another: in Persian from right to left, with the word between them.
+    fn from_to(&self, first: &str, last: &str) -> Vec<Run> {
+        match self.language {
+            Language::Persian => vec![
+                Run::Number(self.number(first)),
+                Run::Text(" تا ".to_owned()),
+                Run::Number(self.number(last)),
+            ],
+            _ => self.run(&format!("{first} … {last}")),
+        }
     }
 }
 
@@ -252,14 +263,13 @@ fn head(
     };
     rows.text(Text::Place, Some(&words.of(place)));
     rows.number(Text::Received, calibration.received.as_deref());
-    let period = calibration
-        .begin
-        .as_ref()
-        .map(|begin| match &calibration.end {
-            Some(end) if end != begin => format!("{begin} … {end}"),
-            _ => begin.clone(),
-        });
-    rows.number(Text::Calibrated, period.as_deref());
+    if let Some(begin) = &calibration.begin {
+        let period = match &calibration.end {
+            Some(end) if end != begin => words.from_to(begin, end),
+            _ => words.run(begin),
+        };
+        rows.rows.push((words.of(Text::Calibrated), period));
+    }
     rows.number(Text::Issued, content.issued.as_deref());
     rows.number(Text::Due, calibration.due.as_deref());
     blocks.push(rows.block());
@@ -326,11 +336,15 @@ fn head(
 }
 
 fn traceability(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
-    if content.file.standards.is_empty() {
+    let statement = content.traceability(words.language);
+    if statement.is_empty() {
         return;
     }
     blocks.push(heading(words, Text::Traceability));
-    blocks.push(paragraph(words.of(Text::TraceabilityStatement)));
+    blocks.extend(statement.into_iter().map(paragraph));
+    if content.file.standards.is_empty() {
+        return;
+    }
     let column = |text: Text| SheetColumn {
         heading: Run::text(words.of(text)),
         unit: String::new(),
@@ -387,7 +401,7 @@ fn results(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) -> Re
         false => Text::SensitivityOverFrequency,
     };
     let caption = words.with(Text::PlotCaption, &[("what", &words.of(what))]);
-    if let Some(svg) = figure::drawing(&content.results, &caption)? {
+    if let Some(svg) = figure::drawing(&content.results, &caption, |t| words.digits(t))? {
         blocks.push(SheetBlock::Figure {
             caption: Run::text(caption.clone()),
             label: words.label(Text::FigureLabel, 1),

@@ -1,16 +1,17 @@
 //! What a certificate is made of: the request put together with what the result states, and what is missing to it.
 
-use super::CertificateJob;
 use super::conformity::{self, DecidedEntry};
 use super::laboratory::CertificateFile;
 use super::results::{StatedResults, method};
+use super::standards;
 use super::texts::{Language, Text};
+use super::{CertificateData, CertificateJob};
 use crate::StoredResult;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::Input;
+use proofmass_io::ReadGravity;
+use proofmass_report::number::{minus, two_digits};
 use proofmass_uncertainty::Severity;
 use serde::Serialize;
-use std::path::Path;
 
 /// The content of a certificate as data.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,6 +24,9 @@ pub(super) struct Content {
     pub(super) method: Text,
     #[serde(skip)]
     pub(super) norms: Vec<String>,
+    /// Normal gravity that the result was held against.
+    #[serde(skip)]
+    pub(super) gravity: Option<ReadGravity>,
     #[serde(rename = "temperature_of_the_result_degC")]
     temperature: Option<f64>,
     pub(super) conditions: Option<String>,
@@ -36,11 +40,8 @@ pub(super) struct Content {
 }
 
 impl Content {
-    pub(super) fn of(
-        job: &CertificateJob,
-        result: &StoredResult,
-        as_found: Option<&StoredResult>,
-    ) -> Result<Self> {
+    pub(super) fn of(job: &CertificateJob, data: &CertificateData<'_>) -> Result<Self> {
+        let (result, as_found) = (data.result, data.as_found);
         let results = StatedResults::of(result)?;
         if let Some(found) = as_found
             && found.kind() != result.kind()
@@ -96,19 +97,40 @@ impl Content {
             issued: job.issued.clone(),
             method: text,
             norms: norms.iter().map(|n| (*n).to_owned()).collect(),
+            gravity: standards::normal_gravity(result).cloned(),
             temperature: ambient.temperature_deg_c,
             conditions: ambient.description.clone(),
             results,
             as_found: as_found.map(StatedResults::of).transpose()?,
             missing: Vec::new(),
         };
-        content.missing = content.what_is_missing(result);
+        content.missing = content.what_is_missing(data);
         Ok(content)
     }
 
     pub(super) fn temperature(&self) -> Option<[f64; 2]> {
         let stated = self.file.calibration.as_ref().and_then(|c| c.temperature);
         stated.or(self.temperature.map(|t| [t, t]))
+    }
+
+    /// What the results are traceable through, sentence by sentence.
+    pub(super) fn traceability(&self, language: Language) -> Vec<String> {
+        let by_standards = !self.file.standards.is_empty();
+        let by_standards =
+            by_standards.then(|| Text::TraceabilityStatement.of(language).to_owned());
+        let gravity = self.gravity.as_ref();
+        let gravity = gravity.and_then(|g| Some((g, g.normal_at?)));
+        let by_gravity = gravity.map(|(g, [latitude, height])| {
+            let words = [
+                ("latitude", minus(&latitude.to_string())),
+                ("height", minus(&height.to_string())),
+                ("g", format!("{:.6}", g.value)),
+                ("u", two_digits(g.standard_uncertainty)),
+            ];
+            let words = words.each_ref().map(|(name, word)| (*name, word.as_str()));
+            Text::GravityStatement.with(language, &words)
+        });
+        by_standards.into_iter().chain(by_gravity).collect()
     }
 
     /// The statement on uncertainty, sentence by sentence.
@@ -129,7 +151,7 @@ impl Content {
     }
 
     /// Everything that a released certificate needs and that is not there, each in one line.
-    fn what_is_missing(&self, result: &StoredResult) -> Vec<String> {
+    fn what_is_missing(&self, data: &CertificateData<'_>) -> Vec<String> {
         let mut missing = Vec::new();
         let mut need = |there: bool, what: &str| {
             if !there {
@@ -186,7 +208,7 @@ impl Content {
             "signatories: who authorises the certificate",
         );
         need(
-            !self.file.standards.is_empty(),
+            !self.file.standards.is_empty() || self.gravity.is_some(),
             "standards: the standards with their certificates",
         );
         let days = [
@@ -207,12 +229,10 @@ impl Content {
                 ));
             }
         }
-        self.doubtful_standards(
-            result,
-            calibration.end.as_ref().or(calibration.begin.as_ref()),
-            &mut missing,
-        );
-        for finding in result
+        let day = calibration.end.as_ref().or(calibration.begin.as_ref());
+        missing.extend(standards::doubts(&self.file, data, day));
+        for finding in data
+            .result
             .findings()
             .iter()
             .filter(|f| f.severity() == Severity::Decision)
@@ -225,69 +245,6 @@ impl Content {
         }
         missing
     }
-
-    /// Standards that had expired, that name no input of the result, and inputs that are standards and have no certificate.
-    fn doubtful_standards(
-        &self,
-        result: &StoredResult,
-        day: Option<&String>,
-        missing: &mut Vec<String>,
-    ) {
-        let inputs: Vec<&Input> = result
-            .record()
-            .inputs
-            .iter()
-            .flat_map(Input::files)
-            .collect();
-        for standard in &self.file.standards {
-            if let (Some(until), Some(day)) = (&standard.valid_until, day)
-                && until < day
-            {
-                missing.push(format!("an expired standard: the certificate {} of {} was valid until {until}, before {day}", standard.certificate, standard.name));
-            }
-            if let Some(stated) = &standard.input
-                && !inputs.iter().any(|i| is(i, stated))
-            {
-                missing.push(format!("an unknown standard: the result was not computed from {stated:?}, which {} names", standard.name));
-            }
-        }
-        // Tables of sensitivity and certificates among the inputs are standards.
-        let is_standard = |input: &&&Input| {
-            let name = name_of(input).to_ascii_lowercase();
-            name.starts_with("reference") || name.ends_with(".xml") || name == "calibration.json"
-        };
-        for input in inputs.iter().filter(is_standard) {
-            let known = self
-                .file
-                .standards
-                .iter()
-                .filter_map(|s| s.input.as_deref());
-            let mut known = known.filter(|stated| is(input, stated));
-            if known.next().is_none() {
-                missing.push(format!(
-                    "an unknown standard: the result was computed from {}, which no entry of [[standards]] names as its `input`",
-                    name_of(input)
-                ));
-            }
-        }
-    }
-
-    /// SHA-256 of the input that a standard names.
-    pub(super) fn digest_of(stated: &str, result: &StoredResult) -> Option<String> {
-        let mut inputs = result.record().inputs.iter().flat_map(Input::files);
-        inputs.find(|i| is(i, stated)).map(|i| i.sha256.clone())
-    }
-}
-
-/// The name of the file of an input.
-fn name_of(input: &Input) -> String {
-    let name = Path::new(&input.path).file_name();
-    name.map_or_else(|| input.path.clone(), |n| n.to_string_lossy().into_owned())
-}
-
-/// Whether an input is the one that is stated by its digest, its path or its name.
-fn is(input: &Input, stated: &str) -> bool {
-    input.sha256 == stated || input.path == stated || name_of(input) == stated
 }
 
 /// Refuses a result that contradicts itself, and a k or a probability that it does not have.

@@ -5,6 +5,7 @@ use super::conformity::DecidedEntry;
 use super::content::Content;
 use super::laboratory::{CalibrationPlace, Contact};
 use super::results::{StatedColumn, StatedNumber, StatedResults, StatedTable};
+use super::standards;
 use super::texts::Text;
 use crate::trouble::{Result, Trouble};
 use crate::{StoredResult, frequency_response};
@@ -58,7 +59,7 @@ pub(super) fn certificate(
     statements.push(NewStatement {
         name: said(Text::Traceability),
         norm: Some(("ISO/IEC 17025:2017".to_owned(), "7.8.4.1".to_owned())),
-        declaration: said(Text::TraceabilityStatement),
+        declaration: NewText::Said(content.traceability(language).join(" ")),
     });
     if job.number.is_none() {
         statements.push(NewStatement {
@@ -126,7 +127,7 @@ pub(super) fn certificate(
         sha256: s
             .input
             .as_deref()
-            .and_then(|stated| Content::digest_of(stated, result)),
+            .and_then(|stated| standards::digest_of(stated, result)),
     });
     let mut conditions = Vec::new();
     for (range, ref_type, text, unit) in [

@@ -32,7 +32,11 @@ fn panel(results: &StatedResults, meaning: Meaning) -> Vec<(&StatedTable, &State
 }
 
 /// The drawing, with its words for a reader who cannot see it; none where nothing is stated over several frequencies.
-pub(super) fn drawing(results: &StatedResults, words: &str) -> Result<Option<String>> {
+pub(super) fn drawing(
+    results: &StatedResults,
+    words: &str,
+    digits: impl Fn(&str) -> String,
+) -> Result<Option<String>> {
     let meanings = [Meaning::Sensitivity, Meaning::Phase, Meaning::Transverse];
     let mut plot: Option<XyPlot> = None;
     let mut panels = 0;
@@ -65,7 +69,38 @@ pub(super) fn drawing(results: &StatedResults, words: &str) -> Result<Option<Str
     for panel in &mut plot.panels {
         panel.height = HEIGHTS[usize::from(panels > 1)];
     }
-    Ok(Some(Plot::from(plot).svg(words, "result")?))
+    let svg = Plot::from(plot).svg(words, "result")?;
+    Ok(Some(relabelled(&svg, digits)))
+}
+
+/// The same drawing with its numbers in other digits.
+fn relabelled(svg: &str, digits: impl Fn(&str) -> String) -> String {
+    let mut out = String::with_capacity(svg.len());
+    let mut rest = svg;
+    while let Some(end) = rest.find("</text>") {
+        // What is printed stands between the last bracket and this one.
+        let start = rest[..end].rfind('>').map_or(0, |at| at + 1);
+        out.push_str(&rest[..start]);
+        out.push_str(&digits(&rest[start..end]));
+        out.push_str("</text>");
+        rest = &rest[end + "</text>".len()..];
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::texts::persian_digits;
+    use super::*;
+
+    #[test]
+    fn known_digits_of_axes() {
+        let svg =
+            "<svg width=\"10\"><text x=\"1\">2.5</text><path d=\"M0 1\"/><text>a</text></svg>";
+        let persian = svg.replace("2.5", "۲٫۵");
+        assert_eq!(relabelled(svg, persian_digits), persian);
+        assert_eq!(relabelled(svg, str::to_owned), svg);
+    }
 }
 
 /// Frequency, value and U as they are printed.

@@ -1,5 +1,6 @@
 //! `LAB.toml` and the file of an order: who calibrates, for whom, by which standards, under which rule.
 
+use super::stated;
 use crate::campaign::CampaignFile;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::Error;
@@ -108,6 +109,7 @@ pub struct Standard {
     /// Who issued that.
     pub issuer: String,
     /// Last day on which it holds.
+    #[serde(default, deserialize_with = "stated::day")]
     pub valid_until: Option<String>,
     /// Name of the input of the result that it is, or its SHA-256; none where the result was not computed from a file of it.
     pub input: Option<String>,
@@ -147,10 +149,13 @@ pub enum CalibrationPlace {
 #[serde(deny_unknown_fields, default)]
 pub struct Performance {
     /// Day of receipt.
+    #[serde(deserialize_with = "stated::day")]
     pub received: Option<String>,
     /// First day.
+    #[serde(deserialize_with = "stated::day")]
     pub begin: Option<String>,
     /// Last day; the first one where it is left out.
+    #[serde(deserialize_with = "stated::day")]
     pub end: Option<String>,
     /// Where.
     pub place: CalibrationPlace,
@@ -159,14 +164,15 @@ pub struct Performance {
     /// Deviations from the method.
     pub deviations: Option<String>,
     /// Temperature, lowest and highest, °C; that of the result where it is left out.
-    #[serde(rename = "temperature_degC")]
+    #[serde(rename = "temperature_degC", deserialize_with = "stated::range")]
     pub temperature: Option<[f64; 2]>,
     /// Relative humidity, lowest and highest, per cent.
-    #[serde(rename = "humidity_%")]
+    #[serde(rename = "humidity_%", deserialize_with = "stated::range")]
     pub humidity: Option<[f64; 2]>,
     /// Further conditions.
     pub conditions: Option<String>,
     /// Next calibration, where the customer asked for one.
+    #[serde(deserialize_with = "stated::day")]
     pub due: Option<String>,
     /// Remarks.
     pub remarks: Option<String>,
@@ -261,6 +267,11 @@ impl CertificateFile {
     }
 
     fn check(&self, text: &CampaignFile) -> Result<(), Error> {
+        if let Some((table, key)) = stated::unprintable(self) {
+            return Err(text
+                .refuse(&table, &key, "holds characters that are not printed")
+                .with_hint("write it again without control characters and marks of direction"));
+        }
         let days = self.calibration.iter().flat_map(|c| {
             [
                 ("received", &c.received),
@@ -288,8 +299,7 @@ impl CertificateFile {
             ("customer", &self.customer),
         ] {
             let country = contact.as_ref().and_then(|c| c.country.as_deref());
-            let two = |c: &str| c.len() == 2 && c.bytes().all(|b| b.is_ascii_uppercase());
-            if let Some(country) = country.filter(|c| !two(c)) {
+            if let Some(country) = country.filter(|c| !stated::COUNTRIES.contains(c)) {
                 return Err(text
                     .refuse(
                         table,
@@ -346,6 +356,20 @@ impl CertificateFile {
 /// Whether a text is a day of the calendar, `YYYY-MM-DD`.
 pub(crate) fn is_day(text: &str) -> bool {
     proofmass_io::formats::calendar::day_of(text).is_some()
+}
+
+impl Item {
+    /// What tells it from its like, in one line: maker, type, serial number, identification by the customer.
+    pub fn line(&self) -> String {
+        let all = [
+            &self.manufacturer,
+            &self.model,
+            &self.serial,
+            &self.customer_id,
+        ];
+        let all: Vec<&str> = all.into_iter().flatten().map(|w| w.trim()).collect();
+        all.join(" ")
+    }
 }
 
 impl Contact {

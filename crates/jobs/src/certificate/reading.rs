@@ -1,12 +1,9 @@
 //! What a digital calibration certificate says, as a page and as data.
 
 use proofmass_io::{DccQuantity, DccSensitivity, DigitalCertificate};
-use proofmass_report::number::two_digits;
-use proofmass_report::{Cell, Column, Field, Report, Rounding, Section, Table, scientific};
+use proofmass_report::number::minus;
+use proofmass_report::{Cell, Column, Field, Report, Rounding, Section, Table};
 use serde::Serialize;
-
-/// Digits of a value in the table of all quantities; JSON has them all.
-const DIGITS: usize = 8;
 
 /// A certificate that was read, as JSON has it. Numbers of the table are in SI, those of quantities in their unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -134,8 +131,10 @@ pub fn page(certificate: &DigitalCertificate) -> Report {
             report = report.meta(label, value);
         }
     }
+    let mut findings = certificate.findings();
     match table_of(certificate) {
         Ok(table) => {
+            findings.extend(table.findings.iter().cloned());
             let unit = format!("{}/(m/s²)", table.output);
             report = report.section(
                 Section::new("Sensitivity")
@@ -157,7 +156,7 @@ pub fn page(certificate: &DigitalCertificate) -> Report {
                 .summarised()
                 .table(quantities(certificate)),
         )
-        .findings(certificate.findings())
+        .findings(findings)
 }
 
 fn sensitivity(table: &DccSensitivity, unit: &str) -> Table {
@@ -185,7 +184,8 @@ fn quantities(certificate: &DigitalCertificate) -> Table {
         Column::text("quantity"),
         Column::text("values"),
         Column::text("unit"),
-        Column::text("u"),
+        Column::text("uncertainty as stated"),
+        Column::text("k"),
         Column::text("line"),
     ];
     let table = Table::new("", columns);
@@ -196,31 +196,42 @@ fn quantities(certificate: &DigitalCertificate) -> Table {
             .filter(|l| !l.is_empty())
             .unwrap_or_else(|| q.name.clone());
         let values = match &q.values[..] {
-            [one] => scientific(*one, DIGITS),
-            [first, .., last] => format!(
-                "{} … {} ({})",
-                scientific(*first, DIGITS),
-                scientific(*last, DIGITS),
-                q.values.len()
-            ),
-            [] => String::new(),
-        };
-        let u = q.uncertainty.as_ref().map(|u| {
-            let all = (0..q.values.len()).map(|i| u.standard(i));
-            let (low, high) = all.fold((f64::MAX, 0.0), |(l, h): (f64, f64), u| {
-                (l.min(u), h.max(u))
-            });
-            match low == high {
-                true => two_digits(low),
-                false => format!("{} … {}", two_digits(low), two_digits(high)),
+            [first, .., last] => {
+                format!("{} … {} ({})", exact(*first), exact(*last), q.values.len())
             }
+            one => one.first().copied().map(exact).unwrap_or_default(),
+        };
+        let stated = q.uncertainty.as_ref().map(|u| spread(&u.stated));
+        let k = q.uncertainty.as_ref().map(|u| match &u.k[..] {
+            [] => "standard".to_owned(),
+            k => spread(k),
         });
         table.row([
             Cell::text(name),
             Cell::text(values),
             Cell::text(q.unit.symbol()),
-            u.into(),
+            stated.into(),
+            k.into(),
             Cell::text(q.line.to_string()),
         ])
+    })
+}
+
+/// The smallest and the largest of some numbers.
+fn spread(numbers: &[f64]) -> String {
+    let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    match low == high {
+        true => exact(low),
+        false => format!("{} … {}", exact(low), exact(high)),
+    }
+}
+
+/// A number with every digit that it has, and none that it does not have.
+fn exact(value: f64) -> String {
+    let size = value.abs();
+    minus(&match size == 0.0 || (1e-4..1e7).contains(&size) {
+        true => format!("{value}"),
+        false => format!("{value:e}"),
     })
 }

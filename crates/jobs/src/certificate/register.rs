@@ -1,11 +1,11 @@
 //! The register of released certificates: an append-only file of one line a certificate beside LAB.toml.
 //!
-//! Numbers follow each other without holes, and each is used once. A line has the digest of the one before, so that a line that was changed,
-//! taken out or put in is found.
+//! Numbers follow each other without holes, and each is used once. A line has its own digest and that of the one before, so that a line that was
+//! changed, taken out or put in is found.
 
 use super::{Numbering, Replaced};
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{AppendLog, sha256};
+use proofmass_io::{AppendLog, LARGEST_DOCUMENT, Source, sha256};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -19,6 +19,8 @@ pub struct Registered {
     pub number: String,
     /// Day of issue.
     pub issued: String,
+    /// Maker, type, serial number and identification of the item.
+    pub item: String,
     /// SHA-256 of the digital certificate.
     pub certificate_sha256: String,
     /// SHA-256 of the result.
@@ -28,19 +30,53 @@ pub struct Registered {
     pub replaces: Option<Replaced>,
     /// SHA-256 of the line before; of the first line, of nothing.
     pub previous: String,
+    /// SHA-256 of the line itself, while this stands empty in it.
+    pub sha256: String,
+}
+
+/// What a released certificate is entered with.
+#[derive(Clone, Debug)]
+pub struct NewEntry<'a> {
+    /// Its number.
+    pub number: &'a str,
+    /// Day of issue.
+    pub issued: &'a str,
+    /// The item in one line.
+    pub item: &'a str,
+    /// The digital certificate.
+    pub certificate: &'a [u8],
+    /// The result.
+    pub result: &'a [u8],
+    /// What it replaces.
+    pub replaces: Option<&'a Replaced>,
 }
 
 impl Registered {
+    /// The digest of the line that this entry is.
+    fn digest(&self) -> Option<String> {
+        let open = Self {
+            sha256: String::new(),
+            ..self.clone()
+        };
+        Some(sha256(&[&serde_json::to_vec(&open).ok()?]))
+    }
+
     /// Whether it is the entry of this digital certificate.
     pub fn is_of(&self, certificate: &[u8]) -> bool {
         self.certificate_sha256 == sha256(&[certificate])
     }
 }
 
-/// The register, locked for this process until it is dropped.
+/// The entry by which a certificate is replaced.
+pub fn replaced_by<'a>(entries: &'a [Registered], number: &str) -> Option<&'a Registered> {
+    let of = |e: &Registered| e.replaces.as_ref().is_some_and(|r| r.number == number);
+    entries.iter().find(|e| of(e))
+}
+
+/// The register: locked for this process until it is dropped, or looked at as it stands.
 #[derive(Debug)]
 pub struct Register {
-    log: AppendLog,
+    log: Option<AppendLog>,
     entries: Vec<Registered>,
     last: String,
     place: String,
@@ -53,6 +89,22 @@ impl Register {
     /// Another process holds it; a line that is none, that was changed, or that does not follow the one before.
     pub fn open(path: &Path) -> Result<Self> {
         let (log, text) = AppendLog::open(path)?;
+        Self::read(Some(log), &text, path)
+    }
+
+    /// Looks at the register without a lock; one that is not there yet is empty.
+    ///
+    /// # Errors
+    /// As [`Register::open`], but for the lock.
+    pub fn look(path: &Path) -> Result<Self> {
+        if !path.exists() {
+            return Self::read(None, "", path);
+        }
+        let (bytes, _) = Source::open(path)?.into_bytes(LARGEST_DOCUMENT)?;
+        Self::read(None, &String::from_utf8_lossy(&bytes), path)
+    }
+
+    fn read(log: Option<AppendLog>, text: &str, path: &Path) -> Result<Self> {
         let place = path.display().to_string();
         let damaged = |line: usize, why: &str| {
             Trouble::data(format!(
@@ -74,6 +126,9 @@ impl Register {
         for (i, line) in text.lines().enumerate() {
             let entry: Registered =
                 serde_json::from_str(line).map_err(|_| damaged(i + 1, "is no entry"))?;
+            if entry.digest().as_ref() != Some(&entry.sha256) {
+                return Err(damaged(i + 1, "was changed"));
+            }
             if entry.previous != last {
                 return Err(damaged(i + 1, "does not follow the line before"));
             }
@@ -110,13 +165,8 @@ impl Register {
         entries.filter(move |e| {
             e.result_sha256 == digest
                 && e.replaces.as_ref() == replaces
-                && !self.is_replaced(&e.number)
+                && replaced_by(&self.entries, &e.number).is_none()
         })
-    }
-
-    fn is_replaced(&self, number: &str) -> bool {
-        let replaced = self.entries.iter().filter_map(|e| e.replaces.as_ref());
-        replaced.into_iter().any(|r| r.number == number)
     }
 
     /// The certificate of a number.
@@ -144,42 +194,42 @@ impl Register {
     /// Enters a certificate: it is on the disk when this returns.
     ///
     /// # Errors
-    /// A certificate that replaces one that is not there or is replaced already; the disk refuses.
-    pub fn enter(
-        &mut self,
-        number: &str,
-        issued: &str,
-        certificate: &[u8],
-        result: &[u8],
-        replaces: Option<Replaced>,
-    ) -> Result<()> {
-        if let Some(replaced) = &replaces {
-            self.may_replace(replaced)?;
+    /// A certificate that replaces one that is not there or is replaced already; a register that was only looked at; the disk refuses.
+    pub fn enter(&mut self, new: &NewEntry<'_>) -> Result<()> {
+        if let Some(replaced) = new.replaces {
+            self.may_replace(replaced, new.item)?;
         }
-        let entry = Registered {
-            sequence: self.entries.len() as u64 + 1,
-            number: number.to_owned(),
-            issued: issued.to_owned(),
-            certificate_sha256: sha256(&[certificate]),
-            result_sha256: sha256(&[result]),
-            replaces,
-            previous: self.last.clone(),
+        let cannot = |why: &str| {
+            Trouble::data(format!("the entry cannot be written: {why}")).detail(&self.place)
         };
-        let line = serde_json::to_string(&entry).map_err(|e| {
-            Trouble::data(format!("the entry cannot be written: {e}")).detail(&self.place)
-        })?;
-        self.log.append(&format!("{line}\n"))?;
+        let mut entry = Registered {
+            sequence: self.entries.len() as u64 + 1,
+            number: new.number.to_owned(),
+            issued: new.issued.to_owned(),
+            item: new.item.to_owned(),
+            certificate_sha256: sha256(&[new.certificate]),
+            result_sha256: sha256(&[new.result]),
+            replaces: new.replaces.cloned(),
+            previous: self.last.clone(),
+            sha256: String::new(),
+        };
+        entry.sha256 = entry.digest().ok_or_else(|| cannot("it has no form"))?;
+        let line = serde_json::to_string(&entry).map_err(|e| cannot(&e.to_string()))?;
+        let Some(log) = &mut self.log else {
+            return Err(cannot("the register was opened to be looked at"));
+        };
+        log.append(&format!("{line}\n"))?;
         self.last = sha256(&[line.as_bytes()]);
         self.entries.push(entry);
         Ok(())
     }
 
-    /// Whether a certificate may be replaced.
+    /// Whether a certificate may be replaced by one of this item.
     ///
     /// # Errors
-    /// It is not in the register, or is replaced already.
-    pub fn may_replace(&self, replaced: &Replaced) -> Result<()> {
-        if self.find(&replaced.number).is_none() {
+    /// It is not in the register, is replaced already, or is of another item.
+    pub fn may_replace(&self, replaced: &Replaced, item: &str) -> Result<()> {
+        let Some(before) = self.find(&replaced.number) else {
             let near = proofmass_io::spelling::nearest(
                 &replaced.number,
                 self.entries.iter().map(|e| e.number.as_str()),
@@ -193,13 +243,15 @@ impl Register {
                 Some(near) => trouble.with_hint(format!("did you mean {near}?")),
                 None => trouble.with_hint("name the number of a certificate that was released"),
             });
+        };
+        if before.item != item && !replaced.other_item {
+            return Err(Trouble::request(format!(
+                "certificate {} is of the item {:?}, and not of {item:?}",
+                before.number, before.item
+            ))
+            .with_hint("name the certificate of this item; where the item was named wrongly there, say --other-item"));
         }
-        let by = self.entries.iter().find(|e| {
-            e.replaces
-                .as_ref()
-                .is_some_and(|r| r.number == replaced.number)
-        });
-        match by {
+        match replaced_by(&self.entries, &replaced.number) {
             None => Ok(()),
             Some(by) => Err(Trouble::request(format!(
                 "certificate {} is replaced already, by {}",
@@ -221,6 +273,18 @@ mod tests {
         }
     }
 
+    /// An entry of one certificate and result.
+    fn entry<'a>(number: &'a str, replaces: Option<&'a Replaced>) -> NewEntry<'a> {
+        NewEntry {
+            number,
+            issued: "2026-11-27",
+            item: "Maker A-1 4711",
+            certificate: b"x",
+            result: b"r",
+            replaces,
+        }
+    }
+
     #[test]
     fn law_numbers_follow_each_other_and_are_used_once() {
         let folder = tempfile::tempdir().unwrap();
@@ -229,21 +293,29 @@ mod tests {
             let mut register = Register::open(&path).unwrap();
             let number = register.next(&numbering(), "2026-11-27").unwrap();
             assert_eq!(number, format!("C-2026-{k:03}"));
-            register
-                .enter(&number, "2026-11-27", b"x", b"r", None)
-                .unwrap();
+            register.enter(&entry(&number, None)).unwrap();
             assert_eq!(register.entries().len() as u64, k);
         }
         let mut register = Register::open(&path).unwrap();
         let again = Replaced {
             number: "C-2026-002".into(),
             reason: "typing error".into(),
+            other_item: false,
         };
-        register
-            .enter("C-2026-004", "2026-11-27", b"x", b"r", Some(again.clone()))
-            .unwrap();
+        let of_another = NewEntry {
+            item: "Maker A-1 4712",
+            ..entry("C-2026-004", Some(&again))
+        };
+        let refused = register.enter(&of_another).unwrap_err();
+        assert!(refused.to_string().contains("4711"), "{refused}");
+        let mistyped = Replaced {
+            other_item: true,
+            ..again.clone()
+        };
+        register.may_replace(&mistyped, "Maker A-1 4712").unwrap();
+        register.enter(&entry("C-2026-004", Some(&again))).unwrap();
         let twice = register
-            .enter("C-2026-005", "2026-11-27", b"x", b"r", Some(again))
+            .enter(&entry("C-2026-005", Some(&again)))
             .unwrap_err();
         assert!(
             twice
@@ -254,10 +326,11 @@ mod tests {
         let none = Replaced {
             number: "C-2026-010".into(),
             reason: "x".into(),
+            other_item: false,
         };
         assert!(
             register
-                .may_replace(&none)
+                .may_replace(&none, "Maker A-1 4711")
                 .unwrap_err()
                 .hint()
                 .unwrap()
@@ -275,9 +348,7 @@ mod tests {
         for _ in 0..3 {
             let mut register = Register::open(&path).unwrap();
             let number = register.next(&numbering(), "2026-11-27").unwrap();
-            register
-                .enter(&number, "2026-11-27", b"x", b"r", None)
-                .unwrap();
+            register.enter(&entry(&number, None)).unwrap();
         }
         let whole = std::fs::read_to_string(&path).unwrap();
         let lines: Vec<&str> = whole.lines().collect();
@@ -285,6 +356,8 @@ mod tests {
             format!("{}\n{}\n", lines[0], lines[2]),
             format!("{}\n{}\n{}\n", lines[1], lines[0], lines[2]),
             whole.replacen("2026-11-27", "2026-11-28", 1),
+            // The last line has no line behind it, but its own digest.
+            whole.replace("C-2026-003", "C-2026-004"),
             whole[..whole.len() - 1].to_owned(),
             whole[..whole.len() - 20].to_owned(),
             format!("{whole}{}\n", lines[2]),
@@ -294,8 +367,17 @@ mod tests {
             let error = Register::open(&path).unwrap_err();
             assert!(error.to_string().contains("damaged"), "{changed}: {error}");
         }
-        // The last line alone has no line behind it that would show a change: its number and place are still checked.
         std::fs::write(&path, &whole).unwrap();
         assert_eq!(Register::open(&path).unwrap().entries().len(), 3);
+        // What was only looked at is not written to, and one that is not there is not made.
+        let mut looked = Register::look(&path).unwrap();
+        assert_eq!(
+            looked.next(&numbering(), "2026-11-27").unwrap(),
+            "C-2026-004"
+        );
+        assert!(looked.enter(&entry("C-2026-004", None)).is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), whole);
+        let none = folder.path().join("none.jsonl");
+        assert!(Register::look(&none).unwrap().entries().is_empty() && !none.exists());
     }
 }

@@ -161,6 +161,7 @@ impl Sheet {
     pub(crate) fn report(&self, mut page: Report) -> Report {
         let mut head = vec![self.issuer.name.as_str()];
         head.extend(self.issuer.lines.iter().map(String::as_str));
+        page.language.clone_from(&self.language);
         page = page.subtitle(format!("{} · {}", head.join(", "), self.number));
         let mut section: Option<Section> = None;
         for block in &self.blocks {

@@ -106,6 +106,9 @@ texts! {
     TraceabilityStatement: "The results are traceable to the SI through the standards named below, each with its own calibration certificate.",
         "I risultati sono riferibili al SI mediante i campioni elencati di seguito, ciascuno con il proprio certificato di taratura.",
         "نتایج از راه استانداردهای زیر، هر یک با گواهی کالیبراسیون خود، به دستگاه بین‌المللی یکاها (SI) ردیابی‌پذیرند.";
+    GravityStatement: "The reference is the local acceleration due to gravity: normal gravity of the ellipsoid GRS 80 (Moritz, 2000) at the latitude {latitude}° and the height {height} m, g = {g} m/s² with the standard uncertainty {u} m/s².",
+        "Il riferimento è l'accelerazione di gravità locale: gravità normale dell'ellissoide GRS 80 (Moritz, 2000) alla latitudine {latitude}° e alla quota {height} m, g = {g} m/s² con incertezza tipo {u} m/s².",
+        "مرجع، شتاب گرانش محلی است: گرانش نرمال بیضوی GRS 80 (Moritz, 2000) در عرض جغرافیایی {latitude}° و ارتفاع {height} m، برابر با g = {g} m/s² با عدم قطعیت استاندارد {u} m/s².";
     Standard: "Standard", "Campione", "استاندارد";
     CertificateOfStandard: "Certificate", "Certificato", "گواهی";
     IssuedBy: "Issued by", "Emesso da", "صادرکننده";

@@ -5,7 +5,7 @@ use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
 use crate::record::{Record, read_gravity};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
-use proofmass_io::{ColumnRef, Input, Recording, SegmentRow, Unit};
+use proofmass_io::{ColumnRef, Input, ReadGravity, Recording, SegmentRow, Unit};
 use proofmass_static::{Direction, Segment, Standstill};
 use proofmass_uncertainty::Finding;
 
@@ -338,15 +338,17 @@ pub(crate) fn gravity(input: &GravityInput) -> Result<Gravity, Error> {
 /// Tells beside each recording which gravity it was held against, and by what.
 pub(crate) fn state_gravity(inputs: &mut [Input], input: &GravityInput) {
     let Ok(local) = gravity(input) else { return };
-    let by = match (input.latitude_deg, input.height_m) {
-        (Some(latitude), Some(height)) if input.value.is_none() => {
-            let give_or_take = input.height_standard_uncertainty_m;
-            let give_or_take = give_or_take.map_or(String::new(), |u| format!(" ± {u} m"));
-            format!("by latitude {latitude}° and height {height} m{give_or_take}")
-        }
-        _ => "as stated".to_owned(),
+    let place = input.latitude_deg.zip(input.height_m);
+    let place = place.filter(|_| input.value.is_none());
+    let by = place.map(|(latitude, height)| {
+        let give_or_take = input.height_standard_uncertainty_m;
+        let give_or_take = give_or_take.map_or(String::new(), |u| format!(" ± {u} m"));
+        format!("by latitude {latitude}° and height {height} m{give_or_take}")
+    });
+    let read = ReadGravity {
+        normal_at: place.map(<[f64; 2]>::from),
+        ..read_gravity(local, by.unwrap_or_else(|| "as stated".to_owned()))
     };
-    let read = read_gravity(local, by);
     for reading in inputs.iter_mut().filter_map(|i| i.reading.as_mut()) {
         reading.gravity = Some(read.clone());
     }

@@ -1,0 +1,182 @@
+//! The standards of a certificate held against the inputs of the result, their own certificates and the register.
+
+use super::CertificateData;
+use super::laboratory::{CertificateFile, Item, Standard};
+use super::register::{Registered, replaced_by};
+use crate::StoredResult;
+use proofmass_io::{DigitalCertificate, Input, ReadGravity};
+use std::path::Path;
+
+/// Normal gravity that a result was held against, where a recording was: it is a reference that has no certificate.
+pub(super) fn normal_gravity(result: &StoredResult) -> Option<&ReadGravity> {
+    let mut read = files(result).filter_map(|i| i.reading.as_ref()?.gravity.as_ref());
+    read.find(|g| g.normal_at.is_some())
+}
+
+/// SHA-256 of the input that a standard names.
+pub(super) fn digest_of(stated: &str, result: &StoredResult) -> Option<String> {
+    files(result)
+        .find(|i| is(i, stated))
+        .map(|i| i.sha256.clone())
+}
+
+/// Standards that had expired, that name no input of the result, that are not as their own certificates say, or are the item itself; and
+/// inputs that are standards and have no entry. Each in one line.
+pub(super) fn doubts(
+    file: &CertificateFile,
+    data: &CertificateData<'_>,
+    day: Option<&String>,
+) -> Vec<String> {
+    let mut doubts = Vec::new();
+    for standard in &file.standards {
+        if let (Some(until), Some(day)) = (&standard.valid_until, day)
+            && until < day
+        {
+            doubts.push(format!("an expired standard: the certificate {} of {} was valid until {until}, before {day}", standard.certificate, standard.name));
+        }
+        if let Some(stated) = &standard.input
+            && !files(data.result).any(|i| is(i, stated))
+        {
+            doubts.push(format!(
+                "an unknown standard: the result was not computed from {stated:?}, which {} names",
+                standard.name
+            ));
+        }
+        let item = file.item.clone().unwrap_or_default();
+        let digest = standard.input.as_deref();
+        let digest = digest.and_then(|stated| digest_of(stated, data.result));
+        let own = data.certificates.iter();
+        let mut own = own.filter(|c| Some(&c.input.sha256) == digest.as_ref());
+        if let Some(certificate) = own.next() {
+            doubts.extend(otherwise(standard, certificate, &item));
+        }
+        doubts.extend(in_register(standard, data.released, &item));
+    }
+    for input in files(data.result).filter(|i| is_standard(i)) {
+        let known = file.standards.iter().filter_map(|s| s.input.as_deref());
+        let mut known = known.filter(|stated| is(input, stated));
+        if known.next().is_none() {
+            doubts.push(format!(
+                "an unknown standard: the result was computed from {}, which no entry of [[standards]] names as its `input`",
+                name_of(input)
+            ));
+        }
+    }
+    doubts
+}
+
+/// What an entry says otherwise than the certificate of its standard.
+fn otherwise(standard: &Standard, certificate: &DigitalCertificate, item: &Item) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let name = &standard.name;
+    if let Some(number) = &certificate.identifier
+        && *number != standard.certificate
+    {
+        doubts.push(format!(
+            "another certificate: {name} names {}, but its digital certificate has the number {number}",
+            standard.certificate
+        ));
+    }
+    if let Some(laboratory) = &certificate.laboratory
+        && !names(&standard.issuer, laboratory)
+    {
+        doubts.push(format!(
+            "another issuer: {name} names {}, but its digital certificate was issued by {laboratory}",
+            standard.issuer
+        ));
+    }
+    let own = &certificate.item;
+    let is_item = |a: &Option<String>, b: &Option<String>| match (a, b) {
+        (Some(a), Some(b)) => Some(a.trim().eq_ignore_ascii_case(b.trim())),
+        _ => None,
+    };
+    let maker = is_item(&own.manufacturer, &item.manufacturer).unwrap_or(true);
+    let model = is_item(&own.model, &item.model).unwrap_or(true);
+    if is_item(&own.serial, &item.serial) == Some(true) && maker && model {
+        doubts.push(format!(
+            "the item as its own standard: the certificate {} of {name} is that of the item ({})",
+            standard.certificate,
+            own.line()
+        ));
+    }
+    doubts
+}
+
+/// What the own register says of a standard that was calibrated here.
+fn in_register(standard: &Standard, released: &[Registered], item: &Item) -> Vec<String> {
+    let Some(entry) = released.iter().find(|e| e.number == standard.certificate) else {
+        return Vec::new();
+    };
+    let by = replaced_by(released, &entry.number);
+    let replaced = by.map(|by| {
+        format!(
+            "a replaced certificate: {} of {} was replaced by {}",
+            entry.number, standard.name, by.number
+        )
+    });
+    let own = (entry.item == item.line()).then(|| {
+        format!(
+            "the item as its own standard: the certificate {} of {} is that of the item ({})",
+            entry.number, standard.name, entry.item
+        )
+    });
+    replaced.into_iter().chain(own).collect()
+}
+
+/// Whether an issuer is named: by the name or a part of it, or by its initials, as PTB is.
+fn names(issuer: &str, laboratory: &str) -> bool {
+    let letters = |text: &str| -> String {
+        let all = text.chars().filter(|c| c.is_alphanumeric());
+        all.flat_map(char::to_lowercase).collect()
+    };
+    let words = laboratory.split(|c: char| !c.is_alphanumeric());
+    let initials: String = words.filter_map(|w| w.chars().next()).collect();
+    let (issuer, laboratory) = (letters(issuer), letters(laboratory));
+    laboratory.contains(&issuer)
+        || issuer.contains(&laboratory)
+        || issuer.contains(&letters(&initials))
+}
+
+/// Tables of sensitivity and certificates among the inputs are standards.
+fn is_standard(input: &Input) -> bool {
+    let name = name_of(input).to_ascii_lowercase();
+    name.starts_with("reference") || name.ends_with(".xml") || name == "calibration.json"
+}
+
+fn files(result: &StoredResult) -> impl Iterator<Item = &Input> {
+    result.record().inputs.iter().flat_map(Input::files)
+}
+
+/// The name of the file of an input.
+fn name_of(input: &Input) -> String {
+    let name = Path::new(&input.path).file_name();
+    name.map_or_else(|| input.path.clone(), |n| n.to_string_lossy().into_owned())
+}
+
+/// Whether an input is the one that is stated by its digest, its path or its name.
+fn is(input: &Input, stated: &str) -> bool {
+    input.sha256 == stated || input.path == stated || name_of(input) == stated
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_issuers() {
+        let ptb = "Physikalisch-Technische Bundesanstalt";
+        for issuer in [
+            "PTB",
+            "ptb",
+            "PTB Braunschweig",
+            ptb,
+            "Physikalisch-Technische Bundesanstalt (PTB), Berlin",
+            "Bundesanstalt",
+        ] {
+            assert!(names(issuer, ptb), "{issuer}");
+        }
+        for issuer in ["INRIM", "PT", "Physikalische Anstalt"] {
+            assert!(!names(issuer, ptb), "{issuer}");
+        }
+    }
+}
