@@ -6,6 +6,9 @@ use serde_json::{Value, json};
 use std::any::TypeId;
 use std::path::PathBuf;
 
+/// What a shell is given, and Python has no use for; what help is about.
+const OF_THE_SHELL: [&str; 3] = ["help", "completions", "manual"];
+
 /// Every command that does something by itself, as JSON: its words, its help, its arguments.
 #[pyfunction]
 pub(crate) fn commands() -> String {
@@ -23,7 +26,8 @@ pub(crate) fn result_kinds() -> Vec<&'static str> {
 }
 
 fn gather(command: &Command, words: &[&str], found: &mut Vec<Value>) {
-    for inner in command.get_subcommands().filter(|c| c.get_name() != "help") {
+    let for_python = |c: &&Command| !OF_THE_SHELL.contains(&c.get_name());
+    for inner in command.get_subcommands().filter(for_python) {
         let words = [words, &[inner.get_name()]].concat();
         // One that only leads to others is no function, whatever it hands down to them.
         let takes =

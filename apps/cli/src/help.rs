@@ -42,6 +42,7 @@ const COMMANDS: &[Group] = &[
             "inspect", "formats", "convert", "render", "explain", "verify", "keygen", "simulate",
         ],
     ),
+    ("Shell", &["completions", "manual"]),
 ];
 
 /// Groups of the commands of `proofmass test`.

@@ -29,7 +29,9 @@ mod number_arguments;
 mod plan;
 #[cfg(feature = "records")]
 mod records;
+mod reference;
 mod render;
+mod shell;
 mod simulate;
 mod test;
 mod uncertainty;
@@ -45,6 +47,7 @@ use failure::Failure;
 pub use host::{Host, call};
 use proofmass::io::Addressee;
 use proofmass::jobs::Trouble;
+pub use reference::reference;
 use std::ffi::OsString;
 
 /// The open accelerometer laboratory: from a recording to a calibration with a defensible uncertainty, and to
@@ -87,6 +90,8 @@ enum Command {
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
     Keygen(keygen::Keygen),
+    Completions(shell::Completions),
+    Manual(shell::Manual),
     #[cfg(feature = "records")]
     Records(Box<records::Records>),
 }
@@ -155,6 +160,8 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Uncertainty(command) => command.run(),
         Command::Verify(command) => command.run(),
         Command::Keygen(command) => command.run(),
+        Command::Completions(command) => command.run(),
+        Command::Manual(command) => command.run(),
         #[cfg(feature = "records")]
         Command::Records(command) => command.run(),
     }

@@ -141,3 +141,25 @@ fn an_error_in_a_file_of_arguments_names_its_line() {
     );
     assert!(!Path::new("no-such.args").exists());
 }
+
+/// What a shell is given knows every command, and there is a manual page of each.
+#[test]
+fn law_completions_and_manual_have_every_command() {
+    let commands = proofmass_cli::commands();
+    let named: Vec<&str> = commands.get_subcommands().map(|c| c.get_name()).collect();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let text = stdout(&["completions", shell]);
+        let missing: Vec<_> = named.iter().filter(|n| !text.contains(**n)).collect();
+        assert!(missing.is_empty(), "{shell}: {missing:?}");
+        assert!(text.contains("--imu-yaml"), "{shell}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("man1");
+    succeed(&["manual", "-o", text(&place)]);
+    for name in named.iter().filter(|n| **n != "help") {
+        let page = std::fs::read_to_string(place.join(format!("proofmass-{name}.1"))).expect(name);
+        assert!(page.contains(".SH OPTIONS"), "{name}");
+    }
+    assert!(place.join("proofmass-noise-compare.1").is_file());
+    assert!(refuse(&["manual", "-o", text(&place)]).contains("cannot be made"));
+}

@@ -125,7 +125,7 @@ findings! {
         "signature-not-checked", [Warning],
         what "the signature in {certificate} was not checked: a value may have been changed after it was signed",
         evidence "XML signatures: {count}, the first in line {line}",
-        advice "check it with the program of the laboratory that signed; as a standard the certificate is taken only where the campaign accepts it by its number (`accept_unchecked_signature`)",
+        advice "check it with the program of the laboratory that signed; as a standard the certificate is taken only where it is accepted by its number (`accept_unchecked_signature`)",
         false_alarms "none: a signature is there or not";
 
     /// Phases of a certificate that an accelerometer below its resonance does not have.

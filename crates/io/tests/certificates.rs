@@ -479,11 +479,11 @@ fn refuses_with_element_line_and_reason() {
 
 #[test]
 fn known_doubts_of_phases_and_coverage_factors() {
-    let codes = |text: &str| -> Vec<&str> {
+    let codes = |text: &str| -> Vec<String> {
         let read = read(&certificate("3.3.0", text)).unwrap();
         let table = read.sensitivity(None).unwrap();
         let all = [read.findings(), table.findings].concat();
-        all.iter().map(|f| f.code()).collect()
+        all.iter().map(|f| f.code().to_owned()).collect()
     };
     let sound = lists();
     assert!(codes(&sound).is_empty());

@@ -260,7 +260,9 @@ impl StoredResult {
     pub fn report(&self) -> Report {
         let mut page = self.shown.page.clone();
         page.title = self.document.title.clone().unwrap_or_default();
-        page.language = "en".to_owned();
+        if page.language.is_empty() {
+            page.language = "en".to_owned();
+        }
         let mut readings = self.record.readings().into_iter();
         if let Some((_, first)) = readings.next() {
             page = page.reading(first);

@@ -171,9 +171,15 @@ fn law_no_page_has_a_signature_alone() {
     for lines in 0..24 {
         let mut sheet = sheet("one-page-en");
         let blocks = sheet["blocks"].as_array_mut().unwrap();
-        let at = blocks.iter().position(|b| b["text"] == "Uncertainty").unwrap();
+        let at = blocks
+            .iter()
+            .position(|b| b["text"] == "Uncertainty")
+            .unwrap();
         for _ in 0..lines {
-            blocks.insert(at, serde_json::json!({"kind": "paragraph", "text": [{"text": "A line."}]}));
+            blocks.insert(
+                at,
+                serde_json::json!({"kind": "paragraph", "text": [{"text": "A line."}]}),
+            );
         }
         let made = run(sheet.to_string().as_bytes(), &["-o", pdf.to_str().unwrap()]);
         assert!(made.status.success());
@@ -186,7 +192,10 @@ fn law_no_page_has_a_signature_alone() {
         assert!(last.contains("multipliedbythecove"), "{lines}: {last}");
         alone += usize::from(pages.len() > 1 && !last.contains("Aline"));
     }
-    assert!(alone > 0, "in none of these the closing stands on a page of its own");
+    assert!(
+        alone > 0,
+        "in none of these the closing stands on a page of its own"
+    );
 }
 
 #[test]

@@ -119,10 +119,8 @@ impl Request {
         }
         let listed = unlisted(&path, &input).is_none();
         let mut file = CertificateFile::open(&self.lab)?;
-        let (mut paths, mut inputs) = (
-            vec![path, self.lab.clone()],
-            vec![input, Input::of(&self.lab)?],
-        );
+        // What LAB.toml and the order say stands in the certificate: these files go on to change, and are no inputs that have to stay.
+        let (mut paths, mut inputs) = (vec![path, self.lab.clone()], vec![input]);
         if let Some(order) = &self.order {
             let order_file = CertificateFile::open(order)?;
             if order_file.numbering.is_some() {
@@ -134,7 +132,6 @@ impl Request {
             }
             file = file.with_order(order_file);
             paths.push(order.clone());
-            inputs.push(Input::of(order)?);
         }
         let as_found = match &self.as_found {
             None => None,

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// Calibration over frequency of the transducer whose channel is the reference.
 #[derive(clap::Args)]
 pub(super) struct StandardArguments {
-    /// Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a table, .csv)
+    /// Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a table .csv, a digital certificate .xml)
     #[arg(long, value_name = "FILE")]
     pub(super) standard: Option<PathBuf>,
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory
@@ -22,6 +22,9 @@ pub(super) struct StandardArguments {
     /// Model that is fitted to the calibration and stands for its points, such as 1mode+delay
     #[arg(long, value_name = "ELEMENTS", requires = "standard")]
     standard_model: Option<ModelStructure>,
+    /// Number of a digital certificate that is taken although nobody checked the signature in it
+    #[arg(long, value_name = "NUMBER", requires = "standard")]
+    accept_unchecked_signature: Option<String>,
 }
 
 impl StandardArguments {
@@ -34,6 +37,9 @@ impl StandardArguments {
         options.coverage = self.standard_coverage;
         options.axis = self.standard_axis.clone();
         options.model = self.standard_model;
+        options
+            .accept_unchecked_signature
+            .clone_from(&self.accept_unchecked_signature);
         Ok(Some(Certificate::from_document(
             Source::open(path)?,
             &options,

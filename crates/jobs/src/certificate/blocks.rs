@@ -6,7 +6,7 @@ use super::results::{Meaning, StatedNumber, StatedResults, StatedTable};
 use super::sheet::{
     Run, Sheet, SheetAlign, SheetBlock, SheetColumn, SheetIssuer, SheetRunning, SheetSignature,
 };
-use super::texts::{Language, Text, persian_digits};
+use super::texts::{Language, Piece, Text, persian_digits};
 use super::{CertificateJob, laboratory::CalibrationPlace};
 use crate::trouble::Result;
 use proofmass_report::KeyFigure;
@@ -336,12 +336,22 @@ fn head(
 }
 
 fn traceability(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
-    let statement = content.traceability(words.language);
+    let statement = content.traceability();
     if statement.is_empty() {
         return;
     }
     blocks.push(heading(words, Text::Traceability));
-    blocks.extend(statement.into_iter().map(paragraph));
+    blocks.extend(statement.into_iter().map(|(text, numbers)| {
+        let pieces = text.pieces(words.language).map(|piece| match piece {
+            Piece::Text(text) => Run::Text(text.to_owned()),
+            Piece::Word(name) => {
+                let number = numbers.iter().find(|n| n.0 == name);
+                Run::Number(words.digits(number.map_or("", |n| &n.1)))
+            }
+        });
+        let text = pieces.filter(|run| !run.words().is_empty()).collect();
+        SheetBlock::Paragraph { text }
+    }));
     if content.file.standards.is_empty() {
         return;
     }

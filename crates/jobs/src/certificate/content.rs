@@ -113,22 +113,21 @@ impl Content {
         stated.or(self.temperature.map(|t| [t, t]))
     }
 
-    /// What the results are traceable through, sentence by sentence.
-    pub(super) fn traceability(&self, language: Language) -> Vec<String> {
-        let by_standards = !self.file.standards.is_empty();
+    /// What the results are traceable through: sentences, and the numbers that stand in their braces.
+    pub(super) fn traceability(&self) -> Vec<(Text, Vec<(&'static str, String)>)> {
+        let standards = &self.file.standards;
         let by_standards =
-            by_standards.then(|| Text::TraceabilityStatement.of(language).to_owned());
+            (!standards.is_empty()).then(|| (Text::TraceabilityStatement, Vec::new()));
         let gravity = self.gravity.as_ref();
         let gravity = gravity.and_then(|g| Some((g, g.normal_at?)));
         let by_gravity = gravity.map(|(g, [latitude, height])| {
-            let words = [
-                ("latitude", minus(&latitude.to_string())),
-                ("height", minus(&height.to_string())),
-                ("g", format!("{:.6}", g.value)),
-                ("u", two_digits(g.standard_uncertainty)),
+            let numbers = vec![
+                ("latitude", minus(&format!("{latitude}°"))),
+                ("height", minus(&format!("{height} m"))),
+                ("g", format!("g = {:.6} m/s²", g.value)),
+                ("u", format!("{} m/s²", two_digits(g.standard_uncertainty))),
             ];
-            let words = words.each_ref().map(|(name, word)| (*name, word.as_str()));
-            Text::GravityStatement.with(language, &words)
+            (Text::GravityStatement, numbers)
         });
         by_standards.into_iter().chain(by_gravity).collect()
     }

@@ -56,10 +56,18 @@ pub(super) fn certificate(
         norm: Some(("ISO/IEC 17025:2017".to_owned(), "7.8.2.1".to_owned())),
         declaration: said(Text::Validity),
     }];
+    let sentences: Vec<String> = content
+        .traceability()
+        .iter()
+        .map(|(text, numbers)| {
+            let words: Vec<(&str, &str)> = numbers.iter().map(|(n, w)| (*n, w.as_str())).collect();
+            text.with(language, &words)
+        })
+        .collect();
     statements.push(NewStatement {
         name: said(Text::Traceability),
         norm: Some(("ISO/IEC 17025:2017".to_owned(), "7.8.4.1".to_owned())),
-        declaration: NewText::Said(content.traceability(language).join(" ")),
+        declaration: NewText::Said(sentences.join(" ")),
     });
     if job.number.is_none() {
         statements.push(NewStatement {

@@ -23,7 +23,7 @@ impl Run {
         vec![Self::Text(text.into())]
     }
 
-    fn words(&self) -> &str {
+    pub(crate) fn words(&self) -> &str {
         match self {
             Self::Text(t) | Self::Math(t) | Self::Number(t) => t,
         }

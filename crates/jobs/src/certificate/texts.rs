@@ -106,9 +106,9 @@ texts! {
     TraceabilityStatement: "The results are traceable to the SI through the standards named below, each with its own calibration certificate.",
         "I risultati sono riferibili al SI mediante i campioni elencati di seguito, ciascuno con il proprio certificato di taratura.",
         "نتایج از راه استانداردهای زیر، هر یک با گواهی کالیبراسیون خود، به دستگاه بین‌المللی یکاها (SI) ردیابی‌پذیرند.";
-    GravityStatement: "The reference is the local acceleration due to gravity: normal gravity of the ellipsoid GRS 80 (Moritz, 2000) at the latitude {latitude}° and the height {height} m, g = {g} m/s² with the standard uncertainty {u} m/s².",
-        "Il riferimento è l'accelerazione di gravità locale: gravità normale dell'ellissoide GRS 80 (Moritz, 2000) alla latitudine {latitude}° e alla quota {height} m, g = {g} m/s² con incertezza tipo {u} m/s².",
-        "مرجع، شتاب گرانش محلی است: گرانش نرمال بیضوی GRS 80 (Moritz, 2000) در عرض جغرافیایی {latitude}° و ارتفاع {height} m، برابر با g = {g} m/s² با عدم قطعیت استاندارد {u} m/s².";
+    GravityStatement: "The reference is the local acceleration due to gravity: normal gravity of the ellipsoid GRS 80 (Moritz, 2000) at the latitude {latitude} and the height {height}: {g} with the standard uncertainty {u}.",
+        "Il riferimento è l'accelerazione di gravità locale: gravità normale dell'ellissoide GRS 80 (Moritz, 2000) alla latitudine {latitude} e alla quota {height}: {g} con incertezza tipo {u}.",
+        "مرجع، شتاب گرانش محلی است: گرانش نرمال بیضوی GRS 80 (Moritz, 2000) در عرض جغرافیایی {latitude} و ارتفاع {height}، برابر با {g} با عدم قطعیت استاندارد {u}.";
     Standard: "Standard", "Campione", "استاندارد";
     CertificateOfStandard: "Certificate", "Certificato", "گواهی";
     IssuedBy: "Issued by", "Emesso da", "صادرکننده";
@@ -184,19 +184,33 @@ texts! {
 impl Text {
     /// The text with words in the place of braces.
     pub(crate) fn with(self, language: Language, words: &[(&str, &str)]) -> String {
-        let mut text = String::new();
-        let mut rest = self.of(language);
-        // In one pass, so that what is put in is not looked at again.
-        while let Some(start) = rest.find('{') {
-            let end = rest[start..].find('}').map_or(rest.len(), |e| start + e);
-            text.push_str(&rest[..start]);
-            let name = &rest[start + 1..end];
-            let word = words.iter().find(|w| w.0 == name);
-            text.push_str(word.map_or("", |w| w.1));
-            rest = rest.get(end + 1..).unwrap_or_default();
-        }
-        text + rest
+        let pieces = self.pieces(language);
+        let said = pieces.map(|piece| match piece {
+            Piece::Text(text) => text,
+            Piece::Word(name) => words.iter().find(|w| w.0 == name).map_or("", |w| w.1),
+        });
+        said.collect()
     }
+
+    /// The text taken apart at its braces, once, so that what is put in is not looked at again.
+    pub(crate) fn pieces(self, language: Language) -> impl Iterator<Item = Piece> {
+        let mut parts = self.of(language).split('{');
+        let first = parts.next().map(Piece::Text);
+        let rest = parts.flat_map(|part| {
+            let (name, text) = part.split_once('}').unwrap_or((part, ""));
+            [Piece::Word(name), Piece::Text(text)]
+        });
+        first.into_iter().chain(rest)
+    }
+}
+
+/// A piece of a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Piece {
+    /// Words of ours.
+    Text(&'static str),
+    /// The name of what stands there.
+    Word(&'static str),
 }
 
 /// A number with the digits and the decimal mark of Persian.

@@ -288,7 +288,7 @@ findings! {
     /// A draft of a certificate lacks what a certificate must state.
     certificate_incomplete(count: usize, list: &str) =
         "certificate-incomplete", [Decision],
-        what "{count} things are missing to a certificate",
+        what "the certificate lacks {count} of what it must state",
         evidence "{list}",
         advice "add them to LAB.toml or to the file of the order; `proofmass certificate check` lists them one by one",
         false_alarms "none: what a certificate must state is there or not";

@@ -208,7 +208,7 @@ impl Certificate {
             )
             .at(&path)
             .with_hint(format!(
-                "check it with the program of the laboratory, then accept it by its number: accept_unchecked_signature = {number:?} beside the name of the file"
+                "check it with the program of the laboratory, then accept it by its number: --accept-unchecked-signature {number} (`accept_unchecked_signature = {number:?}` beside the name of the file in a campaign)"
             )));
         }
         if output != options.output {
