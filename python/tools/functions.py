@@ -40,6 +40,7 @@ ANSWERS = {
     "keygen": "str",
     "certificate read": "dict[str, Any]",
     "certificate check": "list[str]",
+    "certificate template": "str",
     "calibrate": "Result | Any",
     **dict.fromkeys((words for words in descriptions() if words.startswith("simulate ")), "Path"),
     **dict.fromkeys((words for words in descriptions() if words.startswith("records ")), "Any"),

@@ -13,6 +13,9 @@ use release::Release;
 use request::Request;
 use std::path::PathBuf;
 
+/// What a laboratory fills in.
+const TEMPLATE: &str = include_str!("certificate/LAB.toml");
+
 /// Draft, check and release calibration certificates, and read those of others.
 ///
 /// From the result of a calibration and LAB.toml: laboratory, customer, item, standards. A draft has a watermark and no number; `release`
@@ -37,7 +40,12 @@ enum What {
     Read(ReadCertificate),
     Check(Check),
     Release(Release),
+    Template(Template),
 }
+
+/// Print a LAB.toml to fill in: `proofmass certificate template > LAB.toml`.
+#[derive(clap::Args)]
+struct Template {}
 
 /// A draft.
 #[derive(clap::Args)]
@@ -81,6 +89,10 @@ impl Certificate {
             (Some(What::Read(command)), _) => command.run(),
             (Some(What::Check(command)), _) => command.run(),
             (Some(What::Release(command)), _) => command.run(),
+            (Some(What::Template(_)), _) => {
+                console::print(TEMPLATE)?;
+                Ok(Outcome::Done)
+            }
             (None, Some(request)) => self.draft.run(&request),
             (None, None) => Err(
                 Failure::new("the result that is to be certified is not named")

@@ -274,6 +274,7 @@ const HEADINGS: &[(&str, &[Group])] = &[
                     "standard-coverage-factor",
                     "standard-axis",
                     "standard-model",
+                    "accept-unchecked-signature",
                 ],
             ),
         ],
@@ -354,6 +355,7 @@ const HEADINGS: &[(&str, &[Group])] = &[
                     "standard-coverage-factor",
                     "standard-axis",
                     "standard-model",
+                    "accept-unchecked-signature",
                 ],
             ),
             (
@@ -496,6 +498,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "standard-coverage-factor",
             "standard-axis",
             "standard-model",
+            "accept-unchecked-signature",
             "reference-frequency",
         ],
     ),

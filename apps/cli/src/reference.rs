@@ -10,7 +10,7 @@ pub fn reference() -> String {
     let mut page = "# Commands\n\n\
         Every command with its options. This page is written from the program (`cargo run -p proofmass-cli --example commands_page`).\n\
         `proofmass COMMAND -h` shows what is needed first, `--help` everything. Commands of features that are not in the default build are \
-        marked in the README.\n"
+        marked in the README. The words are explained in the [glossary](glossary.md).\n"
         .to_owned();
     for command in root.get_subcommands() {
         describe(command, "proofmass", &mut page);

@@ -313,6 +313,15 @@ fn known_draft_lists_what_is_missing_and_release_refuses() {
     );
     assert_eq!(json(&draft.join("sheet.json"))["watermark"], "DRAFT");
     assert!(says(&asked(&["certificate", "check"], &places, &[])).contains("nothing is missing"));
+    // What is filled in is printed, and is a file of a laboratory in which nearly everything is missing.
+    let template = says(&["certificate", "template"]);
+    std::fs::write(folder.join("LAB.toml"), &template).unwrap();
+    let output = proofmass(&lab_alone);
+    let listed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        listed.contains("laboratory.name") && listed.contains("item.condition"),
+        "{listed}"
+    );
     // An unknown key has the nearest one.
     std::fs::write(
         folder.join("LAB.toml"),

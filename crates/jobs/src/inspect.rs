@@ -196,11 +196,18 @@ fn head(page: Report, inspection: &Inspection) -> Report {
             "The time does not run forward on {}: no command takes such a clock. State one with --rate, or read a part with --between.",
             count(backward(inspection), "line")
         )),
-        0 => page.verdict(format!(
-            "All {} are whole.",
-            count(inspection.rows as usize, "row")
+        0 => page.verdict(match inspection.time.as_ref().map_or(0, |t| t.gap_count as usize) {
+            0 => format!("All {} are whole.", count(inspection.rows as usize, "row")),
+            n => format!(
+                "All {} are whole; the time has {}.",
+                count(inspection.rows as usize, "row"),
+                count(n, "gap")
+            ),
+        }),
+        n => page.question(format!(
+            "{} damaged: `--damage` lists every one.",
+            count(n as usize, "place")
         )),
-        n => page.verdict(format!("{} damaged.", count(n as usize, "place"))),
     };
     let page = page
         .answers([match undecided(inspection) {

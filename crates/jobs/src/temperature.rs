@@ -140,7 +140,7 @@ impl TemperatureJob {
         let own = file.temperature_range.map(|[low, high]| 0.5 * (low + high));
         self.sweep.reference.or(own).ok_or_else(|| {
             Trouble::request("the calibration does not say at which temperature it was made")
-                .with_hint("give it as the reference temperature")
+                .with_hint("say --reference °C")
         })
     }
 }

@@ -238,6 +238,30 @@ pub(super) fn is_binary(head: &[u8]) -> bool {
     control(head).is_some()
 }
 
+/// What people bring that is neither text nor a format that is read: its first bytes, what it is, and how it becomes one.
+const OTHERS: &[(&[u8], &str, &str)] = &[
+    (
+        b"#ROSBAG V",
+        "a bag of ROS 1",
+        "convert it: `mcap convert FILE.bag FILE.mcap`, or `rosbags-convert`; MCAP is read as it is",
+    ),
+    (
+        b"SQLite format 3",
+        "a database in SQLite, as bags of ROS 2 are (.db3)",
+        "convert a bag: `mcap convert FILE.db3 FILE.mcap`; MCAP is read as it is",
+    ),
+    (
+        b"PK\x03\x04",
+        "an archive (zip), as workbooks of a spreadsheet are (.xlsx)",
+        "save the sheet as CSV, or unpack the archive",
+    ),
+    (
+        b"%PDF",
+        "a document (PDF)",
+        "ask for the data that it was printed from",
+    ),
+];
+
 fn refuse_binary(head: &[u8]) -> Result<()> {
     // Latin letters in UTF-16 have a zero in every other byte, with a mark at the beginning or without.
     let zeros = |first: usize| {
@@ -248,6 +272,13 @@ fn refuse_binary(head: &[u8]) -> Result<()> {
     if marked || zeros(0) != zeros(1) {
         return Err(Error::new(ErrorKind::Format, "the text is coded as UTF-16")
             .with_hint("save it again as UTF-8 or plain ASCII"));
+    }
+    if let Some((_, what, remedy)) = OTHERS.iter().find(|o| head.starts_with(o.0)) {
+        return Err(Error::new(
+            ErrorKind::Format,
+            format!("is {what}, which is not read here"),
+        )
+        .with_hint(*remedy));
     }
     match control(head) {
         Some(at) => Err(Error::new(

@@ -261,7 +261,7 @@ impl CertificateFile {
     /// A missing file, a line that is no TOML, an unknown key (with the nearest valid one) with its line; a day that is none.
     pub fn open(path: &Path) -> Result<Self> {
         let text = CampaignFile::open(path).map_err(|e| {
-            e.with_hint("LAB.toml and the file of an order are TOML texts in UTF-8 with sections such as [laboratory], [customer], [item]")
+            e.with_hint("LAB.toml and the file of an order are TOML texts in UTF-8; `proofmass certificate template` prints one to fill in")
         })?;
         let file: Self = text.parse()?;
         file.check(&text)?;

@@ -5,7 +5,7 @@ use proofmass_io::StatedQuantity;
 use proofmass_report::number::{minus, rounded, scientific};
 use proofmass_report::{KeyFigure, Report};
 use proofmass_uncertainty::superscript;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
 /// Quantities that open a page where its job names none.
 const FIRST: usize = 6;
@@ -137,7 +137,11 @@ const TRADE: [(&str, &[(&str, f64)]); 8] = [
     ("m/s²", &[("mg", 1e3 / STANDARD_GRAVITY)]),
     (
         "(m/s²)/√Hz",
-        &[("µg/√Hz", 1e6 / STANDARD_GRAVITY), ("m/s/√h", 60.0)],
+        // Data sheets state the one-sided density; N itself is two-sided.
+        &[
+            ("µg/√Hz one-sided", SQRT_2 * 1e6 / STANDARD_GRAVITY),
+            ("m/s/√h", 60.0),
+        ],
     ),
     ("(m/s²)·√Hz", &[("mg/√h", 60.0 * 1e3 / STANDARD_GRAVITY)]),
     ("m/s²/K", &[("mg/K", 1e3 / STANDARD_GRAVITY)]),
@@ -202,14 +206,14 @@ mod tests {
                 "k = 1.96, 95 %; −3.18 ± 0.28 mg"
             )
         );
-        // 1 mg/√Hz is 9.80665e-3 (m/s²)/√Hz and 0.588 m/s/√h.
+        // 1 mg/√Hz two-sided is 9.80665e-3 (m/s²)/√Hz, √2 mg/√Hz one-sided and 0.588 m/s/√h.
         assert_eq!(
             of("x.N", "(m/s²)/√Hz", 9.80665e-3, 1e-5),
             figure(
                 "x N",
                 "0.009807 ± 0.000020",
                 "(m/s²)/√Hz",
-                "k = 1.96, 95 %; 1000.0 ± 2.0 µg/√Hz; 0.5884 ± 0.0012 m/s/√h"
+                "k = 1.96, 95 %; 1414.2 ± 2.8 µg/√Hz one-sided; 0.5884 ± 0.0012 m/s/√h"
             )
         );
         assert_eq!(
