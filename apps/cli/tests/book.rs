@@ -244,7 +244,9 @@ fn follow(page: &Path, text: &str) -> Vec<String> {
     let mut wrong = Vec::new();
     for block in parts(text).0 {
         if let Some((_, name)) = block.info.split_once(" file=") {
-            std::fs::write(folder.join(name), block.lines.join("\n") + "\n").unwrap();
+            let place = folder.join(name);
+            std::fs::create_dir_all(place.parent().unwrap()).unwrap();
+            std::fs::write(place, block.lines.join("\n") + "\n").unwrap();
         }
         if block.info != "console" {
             continue;
