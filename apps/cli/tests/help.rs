@@ -151,7 +151,7 @@ fn law_completions_and_manual_have_every_command() {
         let text = stdout(&["completions", shell]);
         let missing: Vec<_> = named.iter().filter(|n| !text.contains(**n)).collect();
         assert!(missing.is_empty(), "{shell}: {missing:?}");
-        assert!(text.contains("--imu-yaml"), "{shell}");
+        assert!(text.contains("imu-yaml"), "{shell}");
     }
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("man1");

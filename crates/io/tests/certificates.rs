@@ -488,7 +488,7 @@ fn known_doubts_of_phases_and_coverage_factors() {
     let sound = lists();
     assert!(codes(&sound).is_empty());
     for (phases, unit) in [
-        ("-1 -2 -4", "\\radian"),
+        ("-0.1 -0.2 -0.4", "\\radian"),
         ("179 -178 176", "\\degree"),
         ("-60 -20 -3", "\\degree"),
     ] {

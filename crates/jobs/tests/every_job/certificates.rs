@@ -209,6 +209,7 @@ fn law_every_mandatory_item_stands_in_every_language() {
         request.replaces = Some(Replaced {
             number: "CAL-2025-0009".into(),
             reason: "wrong serial number".into(),
+            other_item: false,
         });
         let outcome = evaluated(&request, &result);
         let sheet: serde_json::Value =
@@ -417,6 +418,7 @@ fn law_sheets_are_those_that_the_typesetter_is_tested_with() {
         let data = CertificateData {
             result,
             as_found: (result.kind() == "multi-position").then_some(result),
+            ..CertificateData::new(result)
         };
         let outcome = request.evaluate(&data, &Unwatched).expect("a certificate");
         let sheet = outcome.attachments(&record()).expect("files").remove(1).1;
