@@ -56,14 +56,14 @@ impl Words {
         match low == high {
             true => self.run(&format!("{low} {unit}")),
             false if self.language == Language::Persian => {
-                self.from_to(&low, &format!("{high} {unit}"))
+                self.between(&low, &format!("{high} {unit}"))
             }
             false => self.run(&format!("({low} … {high}) {unit}")),
         }
     }
 
     /// From one number or day to another: in Persian from right to left, with the word between them.
-    fn from_to(&self, first: &str, last: &str) -> Vec<Run> {
+    fn between(&self, first: &str, last: &str) -> Vec<Run> {
         match self.language {
             Language::Persian => vec![
                 Run::Number(self.number(first)),
@@ -265,7 +265,7 @@ fn head(
     rows.number(Text::Received, calibration.received.as_deref());
     if let Some(begin) = &calibration.begin {
         let period = match &calibration.end {
-            Some(end) if end != begin => words.from_to(begin, end),
+            Some(end) if end != begin => words.between(begin, end),
             _ => words.run(begin),
         };
         rows.rows.push((words.of(Text::Calibrated), period));

@@ -88,6 +88,19 @@ fn relabelled(svg: &str, digits: impl Fn(&str) -> String) -> String {
     out + rest
 }
 
+/// Frequency, value and U as they are printed.
+fn points(table: &StatedTable, column: &StatedColumn) -> Vec<(f64, f64, f64)> {
+    let rows = table.frequency.iter().zip(&column.numbers);
+    rows.filter_map(|(f, n)| {
+        Some((
+            f.parse().ok()?,
+            n.value.parse().ok()?,
+            n.expanded.parse().ok()?,
+        ))
+    })
+    .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::texts::persian_digits;
@@ -101,17 +114,4 @@ mod tests {
         assert_eq!(relabelled(svg, persian_digits), persian);
         assert_eq!(relabelled(svg, str::to_owned), svg);
     }
-}
-
-/// Frequency, value and U as they are printed.
-fn points(table: &StatedTable, column: &StatedColumn) -> Vec<(f64, f64, f64)> {
-    let rows = table.frequency.iter().zip(&column.numbers);
-    rows.filter_map(|(f, n)| {
-        Some((
-            f.parse().ok()?,
-            n.value.parse().ok()?,
-            n.expanded.parse().ok()?,
-        ))
-    })
-    .collect()
 }
