@@ -25,6 +25,7 @@ __all__ = [
     "certificate_check",
     "certificate_read",
     "certificate_release",
+    "certificate_template",
     "compare",
     "convert",
     "explain",
@@ -573,6 +574,7 @@ def certificate_release(
     pdf: bool = False,
     replaces: str | None = None,
     reason: str | None = None,
+    other_item: bool = False,
     sign: Data | None = None,
     watch: Watch | None = None,
 ) -> Result:
@@ -593,7 +595,21 @@ def certificate_release(
         pdf: Write certificate.pdf as well, by the program proofmass-certificate.
         replaces: Number of the certificate that this one replaces.
         reason: Why it is replaced.
+        other_item: The replaced certificate named another item, and that was what was wrong.
         sign: Sign the list of files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("certificate template")
+def certificate_template(
+    *,
+    watch: Watch | None = None,
+) -> str:
+    """Print a LAB.toml to fill in: `proofmass certificate template > LAB.toml`.
+
+    Args:
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

@@ -381,6 +381,7 @@ def random(
     standard_coverage_factor: float | None = None,
     standard_axis: str | None = None,
     standard_model: str | None = None,
+    accept_unchecked_signature: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -411,11 +412,13 @@ def random(
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
-        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
-            table, .csv).
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a
+            table .csv, a digital certificate .xml).
         standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         standard_axis: Axis of a calibration of several.
         standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        accept_unchecked_signature: Number of a digital certificate that is taken although nobody checked the
+            signature in it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -451,6 +454,7 @@ def impact(
     standard_coverage_factor: float | None = None,
     standard_axis: str | None = None,
     standard_model: str | None = None,
+    accept_unchecked_signature: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -481,11 +485,13 @@ def impact(
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
-        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
-            table, .csv).
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a
+            table .csv, a digital certificate .xml).
         standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         standard_axis: Axis of a calibration of several.
         standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        accept_unchecked_signature: Number of a digital certificate that is taken although nobody checked the
+            signature in it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -518,6 +524,7 @@ def sweep(
     standard_coverage_factor: float | None = None,
     standard_axis: str | None = None,
     standard_model: str | None = None,
+    accept_unchecked_signature: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -544,11 +551,13 @@ def sweep(
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
-        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
-            table, .csv).
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a
+            table .csv, a digital certificate .xml).
         standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         standard_axis: Axis of a calibration of several.
         standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        accept_unchecked_signature: Number of a digital certificate that is taken although nobody checked the
+            signature in it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -580,6 +589,7 @@ def steps(
     standard_coverage_factor: float | None = None,
     standard_axis: str | None = None,
     standard_model: str | None = None,
+    accept_unchecked_signature: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -606,11 +616,13 @@ def steps(
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
-        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
-            table, .csv).
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a
+            table .csv, a digital certificate .xml).
         standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         standard_axis: Axis of a calibration of several.
         standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        accept_unchecked_signature: Number of a digital certificate that is taken although nobody checked the
+            signature in it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -651,6 +663,7 @@ def shock(
     standard_coverage_factor: float | None = None,
     standard_axis: str | None = None,
     standard_model: str | None = None,
+    accept_unchecked_signature: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -689,11 +702,13 @@ def shock(
             _g) [default: that of the nominal pulse].
         spectrum_band: Band about it in decibels, at nine tenths of the frequencies (MIL-STD-810, method 516).
         spectrum_rest: Band for the others.
-        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json or a
-            table, .csv).
+        standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a
+            table .csv, a digital certificate .xml).
         standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         standard_axis: Axis of a calibration of several.
         standard_model: Model that is fitted to the calibration and stands for its points, such as 1mode+delay.
+        accept_unchecked_signature: Number of a digital certificate that is taken although nobody checked the
+            signature in it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
