@@ -22,6 +22,15 @@ test-recordings:
 docs:
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
 
+# The book, in target/book; needs mdBook.
+book:
+    mdbook build
+
+# Pages that are written from the program.
+pages:
+    cargo run -p proofmass-jobs --example findings_page
+    cargo run -p proofmass-cli --example commands_page
+
 # The example of the README.
 example:
     cargo run --release -- calibrate examples/hand-held
