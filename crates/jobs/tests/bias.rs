@@ -209,3 +209,28 @@ fn refuses_noise_that_does_not_fit() {
         assert!(run(noise.clone(), &rests).is_err(), "{noise:?}");
     }
 }
+
+/// White noise of half an hour gives the walk of a bias an upper limit and no value; of a bias that walks it finds one.
+#[test]
+fn known_walk_that_is_only_limited_is_told() {
+    for (walk, some) in [(0.0, true), (1e-4, false)] {
+        let model = NoiseModel {
+            white: 1e-3,
+            random_walk: walk,
+            ..NoiseModel::default()
+        };
+        let noise = AxisNoise::of(analysed(&model, 60).analysis(), ["x", "y", "z"]).expect("noise");
+        let axes = ["x", "y", "z"].into_iter().zip(&noise);
+        let limited: Vec<&str> = axes.filter(|(_, n)| n.walk_is_limit).map(|a| a.0).collect();
+        assert_eq!(!limited.is_empty(), some, "{noise:?}");
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+        let read = [(); 3].map(|()| axis(&model, 6_100, &mut rng).0);
+        let outcome = track(&noise, &read, &rests(6_100)).expect("a track");
+        let found = outcome
+            .findings()
+            .iter()
+            .find(|f| f.code() == "walk-is-a-limit");
+        let named = found.map(|f| f.to_string().contains(&limited.join(", ")));
+        assert_eq!(named, some.then_some(true), "{found:?}");
+    }
+}

@@ -110,9 +110,17 @@ fn law_sensors_are_read_from_memory() {
         axis += &format!("{t:.3},{},{}\n", count.unwrap(), recording.acceleration[k]);
         truth += &format!("{t:.3},{}\n", recording.truth[k].velocity);
     }
+    // A reference that stops after a quarter of the recording.
+    let rows = truth.lines().count();
+    let half: String = truth
+        .lines()
+        .take(1 + rows / 4)
+        .map(|l| format!("{l}\n"))
+        .collect();
     let store = Memory::new()
         .file("axis.csv", axis)
-        .file("truth.csv", truth);
+        .file("truth.csv", truth)
+        .file("half.csv", half);
     let sensors = AxisSensors {
         recording: "axis.csv".into(),
         reading: Reading {
@@ -136,6 +144,25 @@ fn law_sensors_are_read_from_memory() {
     let best = result.rows.iter().map(|r| r.agreement.rms);
     assert!(best.fold(f64::INFINITY, f64::min) < 1e-3);
     assert_eq!(loaded.record(None).inputs.len(), 2);
+    let half = Reference {
+        file: Some("half.csv".into()),
+        ..reference
+    };
+    let short = sensors.load(&store, Some(&half), &Unwatched).unwrap();
+    let said = |data: &AxisData<'_>| {
+        let cut = data
+            .findings
+            .iter()
+            .find(|f| f.code() == "cut-to-reference");
+        cut.map(|f| f.evidence_text().to_owned())
+    };
+    assert_eq!(said(&loaded.data()), None);
+    // Straight lines reach up to its last value.
+    let covered = rows / 4;
+    assert_eq!(
+        said(&short.data()),
+        Some(format!("{covered} of {} samples", rows - 1))
+    );
     let trouble = sensors.load(&Memory::new(), None, &Unwatched).unwrap_err();
     assert!(trouble.to_string().contains("no such file"), "{trouble}");
 }
