@@ -3,6 +3,7 @@
 mod draft;
 mod example;
 mod free_living;
+mod head;
 mod multi_position;
 mod shaker;
 mod shaker_primary;
@@ -11,6 +12,7 @@ mod shaker_triaxial;
 mod single_axis;
 mod spurious_motion;
 mod statement;
+mod text_table;
 mod transverse;
 
 pub use draft::Draft;

@@ -260,13 +260,7 @@ impl FreeLivingCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, data: &FreeLivingWindows, date: Option<String>) -> Record {
-        Record {
-            title: self.title.clone(),
-            device: self.device.clone(),
-            date,
-            inputs: data.inputs.clone(),
-            ..Record::default()
-        }
+        self.filed(date, data.inputs.clone())
     }
 }
 
