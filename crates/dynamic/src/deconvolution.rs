@@ -44,6 +44,7 @@ pub struct Deconvolution {
 ///
 /// **Source** `[Elster2008]`, `[Eichstaedt2016]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Deconvolved {
     /// Input of the device: m/s² for an accelerometer.
     pub value: Vec<f64>,

@@ -111,6 +111,7 @@ pub struct RecordedColumn {
 ///
 /// **Units** columns stand in the unit of the file until [`Recording::into_si`]; times are in seconds.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Recording {
     /// The file.
     pub path: PathBuf,

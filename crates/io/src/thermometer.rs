@@ -4,6 +4,7 @@ use crate::{Error, ErrorKind, Layout, Result, SaidBy, Unit};
 
 /// How the numbers of a column become °C: factor × (number − zero).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Thermometer {
     /// Unit of the numbers.
     pub unit: Unit,

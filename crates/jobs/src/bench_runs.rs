@@ -40,6 +40,7 @@ impl<'a, R> BenchRuns<'a, R> {
 
 /// Everything the files of a campaign say: the question and its runs.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BenchFiles<J, R> {
     /// The question.
     pub job: J,

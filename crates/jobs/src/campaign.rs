@@ -131,6 +131,7 @@ kinds! {
 
 /// A campaign file as text, with the store of the files that it names: what every kind is read from.
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct CampaignFile {
     /// The file `campaign.toml` itself, as it stands in messages.
     pub path: PathBuf,

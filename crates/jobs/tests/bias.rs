@@ -129,10 +129,8 @@ fn coverage_with_the_noise_of_an_analysis() {
         flicker: 5e-4,
         ..NoiseModel::default()
     };
-    let stated = AxisNoise {
-        flicker: 5e-4,
-        ..AxisNoise::walk(1e-3, 0.0)
-    };
+    let mut stated = AxisNoise::walk(1e-3, 0.0);
+    stated.flicker = 5e-4;
     for (inside, doubted) in [
         six(&walk),
         six(&flicker),
@@ -191,20 +189,19 @@ fn refuses_noise_that_does_not_fit() {
     empty[0].end = 0;
     assert!(run(good.clone(), &empty).is_err());
     assert!(run(good.clone(), &[rests[0].clone(), rests[0].clone()]).is_err());
+    let of_initial = |u: f64| {
+        let mut noise = good.clone();
+        noise.initial = u;
+        noise
+    };
     for noise in [
         AxisNoise::walk(0.0, 1e-4),
         AxisNoise::walk(f64::NAN, 1e-4),
         AxisNoise::walk(1e-3, -1.0),
         AxisNoise::markov(1e-3, 1e-3, 0.0),
         AxisNoise::markov(1e-3, 1e-200, 1e-200),
-        AxisNoise {
-            initial: 1e300,
-            ..good.clone()
-        },
-        AxisNoise {
-            initial: 0.0,
-            ..good.clone()
-        },
+        of_initial(1e300),
+        of_initial(0.0),
     ] {
         assert!(run(noise.clone(), &rests).is_err(), "{noise:?}");
     }

@@ -3,8 +3,7 @@
 mod support;
 
 use proofmass_jobs::velocity::{
-    AxisData, AxisSensors, Reading, Reference, VelocityCompareJob, VelocityEstimateJob,
-    VelocityTuneJob,
+    AxisData, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
 };
 use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
 use proofmass_motion::{Method, MotionRecord, ReadingSource};
@@ -77,16 +76,11 @@ fn law_an_onlooker_can_stop_it() {
 
 #[test]
 fn law_requests_are_plain_data() {
-    let sensors = AxisSensors {
-        recording: "axis.csv".into(),
-        reading: Reading {
-            position: Some(vec!["count".into()]),
-            counts_per_metre: Some(1000.0),
-            ..Reading::default()
-        },
-        acceleration: vec!["acceleration".into()],
-        ..AxisSensors::default()
-    };
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["count".into()]);
+    sensors.reading.counts_per_metre = Some(1000.0);
+    sensors.acceleration = vec!["acceleration".into()];
     let text = serde_json::to_string(&sensors).unwrap();
     assert_eq!(serde_json::from_str::<AxisSensors>(&text).unwrap(), sensors);
     let job = VelocityCompareJob::new(vec![Method::FixedTime], vec![100.0], None);
@@ -121,21 +115,14 @@ fn law_sensors_are_read_from_memory() {
         .file("axis.csv", axis)
         .file("truth.csv", truth)
         .file("half.csv", half);
-    let sensors = AxisSensors {
-        recording: "axis.csv".into(),
-        reading: Reading {
-            position: Some(vec!["count".into()]),
-            counts_per_metre: Some(1.0 / recording.increment),
-            ..Reading::default()
-        },
-        acceleration: vec!["acceleration".into()],
-        ..AxisSensors::default()
-    };
-    let reference = Reference {
-        column: "velocity".into(),
-        file: Some("truth.csv".into()),
-        ..Reference::default()
-    };
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["count".into()]);
+    sensors.reading.counts_per_metre = Some(1.0 / recording.increment);
+    sensors.acceleration = vec!["acceleration".into()];
+    let mut reference = Reference::default();
+    reference.column = "velocity".into();
+    reference.file = Some("truth.csv".into());
     let loaded = sensors.load(&store, Some(&reference), &Unwatched).unwrap();
     let job = VelocityCompareJob::new(vec![Method::FixedTime], Vec::new(), None);
     let outcome = job.evaluate(&loaded.data(), &Unwatched).unwrap();
@@ -144,10 +131,8 @@ fn law_sensors_are_read_from_memory() {
     let best = result.rows.iter().map(|r| r.agreement.rms);
     assert!(best.fold(f64::INFINITY, f64::min) < 1e-3);
     assert_eq!(loaded.record(None).inputs.len(), 2);
-    let half = Reference {
-        file: Some("half.csv".into()),
-        ..reference
-    };
+    let mut half = reference;
+    half.file = Some("half.csv".into());
     let short = sensors.load(&store, Some(&half), &Unwatched).unwrap();
     let said = |data: &AxisData<'_>| {
         let cut = data

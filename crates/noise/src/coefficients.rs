@@ -269,6 +269,7 @@ pub struct TermParameter {
 
 /// The band of the spectrum a fit rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BandUse {
     /// Highest frequency used, Hz.
     pub highest_frequency: f64,
@@ -285,6 +286,7 @@ pub struct BandUse {
 
 /// A fitted noise model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CoefficientFit {
     /// Probability of the intervals.
     pub probability: f64,

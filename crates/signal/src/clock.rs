@@ -78,6 +78,7 @@ pub struct RateChange {
 
 /// What time stamps tell about the clock they came from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Clock {
     /// Sampling rate by the line through the stamps, Hz.
     pub rate_hz: f64,

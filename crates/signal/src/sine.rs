@@ -81,6 +81,7 @@ pub struct SineApproximation {
 
 /// One channel of a [`SineFit`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ChannelSine {
     /// Complex peak amplitude X of x(t) = Re(X e^{jΩt}), t = 0 at the first sample.
     pub amplitude: Complex64,

@@ -9,6 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// One threshold of a sweep and what came of it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Candidate {
     /// Largest windowed variance of a standstill, in multiples of the noise floor.
     pub threshold: f64,

@@ -35,6 +35,7 @@ pub struct AttitudeCheck {
 /// **Source** the 0.1 % rule: good practice of accelerometer compensation; χ²: `[GUM]` H.3 in matrix form.
 #[doc(alias("verification", "cross-validation"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Validation {
     /// One per standstill.
     pub attitudes: Vec<AttitudeCheck>,

@@ -88,6 +88,7 @@ impl NoiseDof {
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BetweenScatter {
     /// p.
     pub(crate) parameters: usize,

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// One quantity of an [`Estimate`]: its stable dotted name, its unit and its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Component {
     /// Stable documented name, such as `bias.x`.
     pub name: String,

@@ -168,6 +168,7 @@ impl Number for f64 {
 /// `Dual<f64, N>` carries first derivatives; `Dual<Dual<f64, 1>, 1>` second ones.
 #[doc(alias("automatic differentiation"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Dual<T, const N: usize> {
     /// The value.
     pub real: T,
@@ -354,6 +355,7 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
 
 /// A complex number over any [`Number`]: two real components whose derivatives are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Complex<T> {
     /// Real part.
     pub re: T,

@@ -34,6 +34,7 @@ impl Default for PulseSearch {
 
 /// Where the pulse of a record lies.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Pulse {
     /// +1 or −1: the side to which it goes.
     pub sign: f64,
@@ -192,6 +193,7 @@ impl PulseSearch {
 
 /// What is read from one pulse. **Source** `[ISO16063-22]`, `[IEC60068-2-27]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PulseMeasures {
     /// Greatest value above the baseline, by a polynomial through the top, with the sign of the pulse; unit of the record.
     pub peak: f64,

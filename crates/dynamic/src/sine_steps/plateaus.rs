@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 
 /// A stretch of one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Plateau {
     /// First sample.
     pub from: usize,

@@ -31,6 +31,7 @@ super::head::campaign! {
     /// value = 9.81744
     /// standard_uncertainty = 2e-5
     /// ```
+    #[non_exhaustive]
     pub struct MultiPositionCampaign {
         /// Where the samples are.
         pub(crate) recording: RecordingTable,
@@ -258,6 +259,7 @@ impl MethodModel {
 /// `[method]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct MethodTable {
     /// What is fitted.
     pub model: MethodModel,

@@ -16,6 +16,7 @@ use std::path::Path;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct CertificateFile {
     /// Who calibrates.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -49,6 +50,7 @@ pub struct CertificateFile {
 /// A laboratory or a customer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Contact {
     /// Name.
     pub name: Option<String>,
@@ -75,6 +77,7 @@ pub struct Contact {
 /// Who authorises a certificate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Signatory {
     /// Name.
     pub name: String,
@@ -85,6 +88,7 @@ pub struct Signatory {
 /// How certificates are numbered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Numbering {
     /// `{year}` and `{number}` stand for the year of issue and the next number, `{number:4}` for four digits of it.
     pub pattern: String,
@@ -100,6 +104,7 @@ fn register() -> String {
 /// The certificate of a standard.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Standard {
     /// What it is, with its serial number.
     pub name: String,
@@ -116,6 +121,7 @@ pub struct Standard {
 /// The calibrated item.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Item {
     /// What it is; an accelerometer where nothing else is said.
     pub name: Option<String>,
@@ -145,6 +151,7 @@ pub enum CalibrationPlace {
 /// When and how the calibration was carried out; days are written YYYY-MM-DD.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Performance {
     /// Day of receipt.
     pub received: Option<String>,
@@ -175,6 +182,7 @@ pub struct Performance {
 /// Limits of a quantity and the rule of the decision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ConformityEntry {
     /// Name of the quantity in the result; of a quantity over frequency without the frequency, for all of them: `S.modulus`.
     pub quantity: String,
@@ -203,6 +211,7 @@ pub enum RuleWord {
 /// What a result is expected to state: what contradicts it is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Statement {
     /// Coverage factor of every number.
     pub coverage_factor: Option<f64>,

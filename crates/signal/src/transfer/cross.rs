@@ -22,6 +22,7 @@ pub struct OutputSpectra {
 
 /// One-sided auto- and cross-densities, averaged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CrossSpectra {
     /// Hz.
     pub frequency: Vec<f64>,

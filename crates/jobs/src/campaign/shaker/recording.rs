@@ -104,16 +104,15 @@ fn five() -> usize {
 impl ShakerRecording {
     /// How the phasors of the bench are read at a sampling rate, Hz.
     pub(crate) fn phasor_reading(&self, rate: f64) -> PhasorReading {
-        PhasorReading {
-            frequency: match self.frequency {
-                DriveFrequency::Known => Frequency::Known,
-                DriveFrequency::Common => Frequency::Common,
-            },
-            harmonics: self.harmonics,
-            drift: self.drift,
-            full_scale: self.full_scale_v,
-            ..PhasorReading::new(rate)
-        }
+        let mut reading = PhasorReading::new(rate);
+        reading.frequency = match self.frequency {
+            DriveFrequency::Known => Frequency::Known,
+            DriveFrequency::Common => Frequency::Common,
+        };
+        reading.harmonics = self.harmonics;
+        reading.drift = self.drift;
+        reading.full_scale = self.full_scale_v;
+        reading
     }
 
     /// How the waveforms are read, channels in this order.
