@@ -191,8 +191,7 @@ fn known_rounding_that_repeats_with_the_motion() {
         let mut record =
             MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();
         record.increment = Some(increment);
-        let found = Tuning::default().run(&record, &Unwatched).unwrap().findings;
-        found
+        Tuning::default().run(&record, &Unwatched).unwrap().findings
     };
     insist("rounding-repeats", &tuned(20.0));
     spare("rounding-repeats", &tuned(20.37));

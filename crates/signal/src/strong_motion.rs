@@ -1,6 +1,6 @@
 //! What seismologists and vehicle engineers read from a record of acceleration: intensity, velocity, displacement.
 
-use crate::shock_spectrum::positive;
+use proofmass_core::check::positive;
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

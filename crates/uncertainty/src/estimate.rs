@@ -51,6 +51,20 @@ pub struct Influence {
     pub effect: Effect,
 }
 
+impl Influence {
+    /// A cause of type B whose standard uncertainty is known and whose distribution is normal: what a certificate states.
+    pub fn normal(key: impl Into<String>, description: impl Into<String>, effect: Effect) -> Self {
+        Self {
+            key: key.into(),
+            description: description.into(),
+            evaluation: Evaluation::B,
+            distribution: "normal".to_owned(),
+            dof: DegreesOfFreedom::INFINITE,
+            effect,
+        }
+    }
+}
+
 /// How one cause appears in the components of an estimate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "form")]

@@ -80,12 +80,7 @@ impl PulseSearch {
                 got: n,
             });
         }
-        if let Some(index) = record.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "record",
-                index,
-            });
-        }
+        proofmass_core::check::finite("record", record)?;
         if record.iter().all(|v| *v == record[0]) {
             return Err(Error::Constant {
                 name: "record",
