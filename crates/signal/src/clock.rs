@@ -309,7 +309,6 @@ impl ClockEstimator {
         let mut u = ((fit.slope_u * settled.interval).powi(2) + rounded).sqrt();
         let mut missing = self.missing;
         let mut lost = 0.0;
-        let mut one_grid = false;
         match (settled.mode, settled.comb) {
             // Rows of a grid under much scatter are numbered a few too late.
             (Mode::Grid, Some(comb)) => (interval, u) = (comb.interval, comb.u * comb.interval),
@@ -326,8 +325,6 @@ impl ClockEstimator {
                 if short > 1.0 {
                     (interval, u) = (comb.interval, comb.u * comb.interval);
                     missing = missing.saturating_add(short.round() as u64);
-                    // Rows that are lost bend the line; the grid behind it has one rate.
-                    one_grid = true;
                 }
             }
             // Nothing tells a line of stamps that wander from one of which rows are missing.
@@ -354,7 +351,7 @@ impl ClockEstimator {
             change: self
                 .steps
                 .change()
-                .or_else(|| self.line.bend().filter(|_| !one_grid))
+                .or_else(|| self.line.bend())
                 .map(|(row, before, after)| RateChange {
                     row,
                     before_hz: 1.0 / (settled.interval * before),
