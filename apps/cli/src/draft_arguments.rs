@@ -85,29 +85,29 @@ enum Rows {
 
 impl DraftArguments {
     pub(crate) fn draft(&self) -> Draft {
-        Draft {
-            columns: self.columns.clone(),
-            unit: self.unit,
-            time: self.time.clone(),
-            time_unit: self.time_unit,
-            rate_hz: self.rate,
-            source: self.source.clone(),
-            between: self
-                .between
-                .as_deref()
-                .and_then(|b| b.first_chunk().copied()),
-            rows: match self.rows {
-                Rows::Samples => RowsAre::Samples,
-                Rows::Readings => RowsAre::Readings,
-                Rows::Tumble => RowsAre::Tumble,
-            },
-            temperature: self.temperature.clone(),
-            gravity: self.gravity.zip(self.gravity_uncertainty),
-            latitude_deg: self.latitude,
-            height_m: self.height,
-            model: self.model.clone(),
-            free_living: self.free_living,
-        }
+        let mut draft = Draft::default();
+        draft.columns = self.columns.clone();
+        draft.unit = self.unit;
+        draft.time = self.time.clone();
+        draft.time_unit = self.time_unit;
+        draft.rate_hz = self.rate;
+        draft.source = self.source.clone();
+        draft.between = self
+            .between
+            .as_deref()
+            .and_then(|b| b.first_chunk().copied());
+        draft.rows = match self.rows {
+            Rows::Samples => RowsAre::Samples,
+            Rows::Readings => RowsAre::Readings,
+            Rows::Tumble => RowsAre::Tumble,
+        };
+        draft.temperature = self.temperature.clone();
+        draft.gravity = self.gravity.zip(self.gravity_uncertainty);
+        draft.latitude_deg = self.latitude;
+        draft.height_m = self.height;
+        draft.model = self.model.clone();
+        draft.free_living = self.free_living;
+        draft
     }
 
     /// A campaign says all of this itself.

@@ -78,7 +78,7 @@ impl Plan {
         (job.best, job.sizes) = (self.best, self.sizes);
         let outcome = job.evaluate(&(), &Progress::new())?;
         let record = Record {
-            title: campaign.title.clone(),
+            title: campaign.title().map(str::to_owned),
             date: Some(clock::today()),
             inputs,
             ..Record::default()

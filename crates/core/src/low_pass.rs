@@ -22,6 +22,7 @@ use crate::{Error, Float, check};
 /// ```
 #[doc(alias("IIR", "biquad"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Butterworth<F> {
     /// β₀, β₁, β₂.
     pub numerator: [F; 3],

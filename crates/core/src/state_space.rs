@@ -41,6 +41,7 @@ impl<T: Float, const N: usize> Reading<T, N> {
 
 /// What a reading said about the prediction.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Innovation<T> {
     /// Reading minus its prediction.
     pub value: T,
@@ -96,6 +97,7 @@ pub fn predict_covariance<T: Float, const N: usize>(
 
 /// A reading with its gain K = P h/S, S = hᵀ P h + R.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Gain<T, const N: usize> {
     reading: Reading<T, N>,
     /// P h.

@@ -44,6 +44,7 @@ pub struct Deconvolution {
 ///
 /// **Source** `[Elster2008]`, `[Eichstaedt2016]`.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Deconvolved {
     /// Input of the device: m/s² for an accelerometer.
     pub value: Vec<f64>,
@@ -134,20 +135,8 @@ impl Deconvolution {
         output: &[f64],
         rate: f64,
     ) -> Result<Deconvolved, Error> {
-        if !(rate > 0.0 && rate.is_finite()) {
-            return Err(Error::OutOfRange {
-                name: "sample rate",
-                value: rate,
-                min: f64::MIN_POSITIVE,
-                max: f64::MAX,
-            });
-        }
-        if let Some(index) = output.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "output",
-                index,
-            });
-        }
+        proofmass_core::check::positive("sample rate", rate)?;
+        proofmass_core::check::finite("output", output)?;
         if self.quiet < 32 || self.quiet > output.len() {
             return Err(Error::TooFew {
                 name: "quiet samples before the motion",

@@ -337,19 +337,16 @@ impl FrequencyResponse {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Effect, Evaluation, Influence};
+    use proofmass_uncertainty::{Covariance, Effect, Influence};
 
     fn with_covariance(components: Vec<Component>, u: &[f64]) -> Estimate {
-        let influence = Influence {
-            key: "reading".into(),
-            description: "reading".into(),
-            evaluation: Evaluation::B,
-            distribution: "normal".into(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::Joint {
+        let influence = Influence::normal(
+            "reading",
+            "reading",
+            Effect::Joint {
                 covariance: Covariance::from_standard_uncertainties(u).unwrap(),
             },
-        };
+        );
         Estimate::new(components, vec![influence]).unwrap()
     }
 

@@ -21,6 +21,7 @@ use proofmass_uncertainty::{
 ///
 /// **Source** `[ISO16063-21]`, clause on amplitude linearity by levels.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct LevelLinearity {
     /// `sensitivity` and `amplitude_coefficient` κ in 1/(m/s²).
     pub estimate: Estimate,

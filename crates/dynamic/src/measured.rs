@@ -208,13 +208,10 @@ impl CommonInput<'_> {
                 let effect = relative * z;
                 shared[i].effects.push(vec![effect.re, effect.im]);
                 if effect.norm() > 0.0 {
-                    influences.push(Influence {
-                        key: key.into(),
-                        description: description.into(),
-                        evaluation: Evaluation::B,
-                        distribution: "normal".into(),
-                        dof: DegreesOfFreedom::INFINITE,
-                        effect: Effect::Scalar {
+                    influences.push(Influence::normal(
+                        key,
+                        description,
+                        Effect::Scalar {
                             value: 0.0,
                             unit: "1".into(),
                             standard_uncertainty: relative.norm(),
@@ -222,7 +219,7 @@ impl CommonInput<'_> {
                                 .map(|v| v / relative.norm())
                                 .to_vec(),
                         },
-                    });
+                    ));
                 }
             }
             points.push(SeriesPoint {

@@ -6,9 +6,7 @@ use crate::monotone_cubic::{MonotoneCubic, interval};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_signal::transfer::polar;
-use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence,
-};
+use proofmass_uncertainty::{Component, Covariance, Effect, Estimate, Influence};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -354,16 +352,13 @@ impl FrequencyResponse {
     pub fn of_table(table: &ReferenceTable, unit: &str) -> Result<Self, Error> {
         let polar = |p: &ReferencePoint| {
             let u = [p.sensitivity * p.modulus_uncertainty, p.phase_uncertainty];
-            let influence = Influence {
-                key: "certificate".to_owned(),
-                description: "uncertainty of the certificate".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Joint {
+            let influence = Influence::normal(
+                "certificate",
+                "uncertainty of the certificate",
+                Effect::Joint {
                     covariance: Covariance::from_standard_uncertainties(&u)?,
                 },
-            };
+            );
             let components = vec![
                 Component::new("modulus", unit, p.sensitivity),
                 Component::new("phase", "rad", p.phase),
@@ -440,16 +435,13 @@ mod tests {
                 Component::new("modulus", "V/(m/s²)", z.norm()),
                 Component::new("phase", "rad", z.arg()),
             ];
-            let influence = Influence {
-                key: "all".into(),
-                description: "all".into(),
-                evaluation: Evaluation::B,
-                distribution: "normal".into(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Joint {
+            let influence = Influence::normal(
+                "all",
+                "all",
+                Effect::Joint {
                     covariance: Covariance::from_standard_uncertainties(&[u, v]).unwrap(),
                 },
-            };
+            );
             (at, Estimate::new(components, vec![influence]).unwrap())
         };
         let points = [10.0, 20.0, 40.0, 80.0].map(estimate);

@@ -245,20 +245,8 @@ fn checked(record: &[f64], rate: f64) -> Result<f64, Error> {
             got: n,
         });
     }
-    if let Some(index) = record.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "record",
-            index,
-        });
-    }
-    if !(rate > 0.0 && rate.is_finite()) {
-        return Err(Error::OutOfRange {
-            name: "sample rate",
-            value: rate,
-            min: f64::MIN_POSITIVE,
-            max: f64::MAX,
-        });
-    }
+    proofmass_core::check::finite("record", record)?;
+    proofmass_core::check::positive("sample rate", rate)?;
     let before = record[..4].iter().sum::<f64>() / 4.0;
     let away = record.iter().map(|v| v - before);
     let height = away.fold(

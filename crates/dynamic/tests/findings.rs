@@ -56,10 +56,8 @@ fn fitted(highest: f64, noise: f64) -> Vec<Finding> {
         }],
         ..TransducerModel::flat(0.01)
     };
-    let mut points = ResponsePoints {
-        unit: "V/(m/s²)".into(),
-        ..ResponsePoints::default()
-    };
+    let mut points = ResponsePoints::default();
+    points.unit = "V/(m/s²)".into();
     for k in 0..30 {
         let f = 50.0 * (highest / 50.0).powf(f64::from(k) / 29.0);
         let s = device.response(f);
@@ -116,10 +114,8 @@ fn known_damping_ratios_that_disagree() {
         }],
         ..TransducerModel::flat(0.01)
     };
-    let mut points = ResponsePoints {
-        unit: "V/(m/s²)".into(),
-        ..ResponsePoints::default()
-    };
+    let mut points = ResponsePoints::default();
+    points.unit = "V/(m/s²)".into();
     for k in 0..2000 {
         let f = 20.0 * 150f64.powf(f64::from(k) / 1999.0);
         let s = device.response(f);

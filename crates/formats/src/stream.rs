@@ -71,6 +71,7 @@ const LONGEST_REMARK: usize = 1000;
 
 /// A remark about a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Remark {
     /// Of which kind.
     pub kind: RemarkKind,

@@ -23,6 +23,7 @@ pub const TRIAXIAL: &str = "triaxial";
 /// **Units** K in input unit per output unit, b in the input unit. "Input" is what enters the compensation (the
 /// output of the sensor), "output" what leaves it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CalibrationFile {
     /// Form and version.
     pub schema: Schema,

@@ -26,6 +26,7 @@ pub struct Gap {
 
 /// What time stamps tell about the clock they came from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Clock {
     /// Sampling rate by the clock line, Hz.
     pub rate_hz: f64,

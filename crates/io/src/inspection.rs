@@ -95,6 +95,7 @@ pub struct TimeSummary {
 
 /// What is in a file.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Inspection {
     /// The file.
     pub path: PathBuf,

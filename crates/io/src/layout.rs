@@ -72,6 +72,7 @@ pub struct LayoutOptions {
 
 /// The shape of one delimited text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Layout {
     /// Separator of fields.
     pub separator: Separator,

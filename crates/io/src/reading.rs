@@ -9,6 +9,7 @@ use std::fmt;
 ///
 /// `columns 2 acc_x, 3 acc_y, 4 acc_z in g by the headings; 100 Hz by column 1 timestamp in ms as stated`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Reading {
     /// The signals, in the order in which they were asked for.
     pub columns: Vec<ReadColumn>,
@@ -30,6 +31,7 @@ pub struct Reading {
 
 /// A column of signals.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ReadColumn {
     /// Number from one.
     pub number: usize,
@@ -44,6 +46,7 @@ pub struct ReadColumn {
 
 /// The clock of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ReadTime {
     /// Samples per second; none for a table, whose rows have an order alone.
     pub rate_hz: Option<f64>,
@@ -62,6 +65,7 @@ pub struct ReadTime {
 
 /// A stream of another format than text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ReadStream {
     /// Word for the format.
     pub format: String,

@@ -111,6 +111,7 @@ pub struct RecordedColumn {
 ///
 /// **Units** columns stand in the unit of the file until [`Recording::into_si`]; times are in seconds.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Recording {
     /// The file.
     pub path: PathBuf,
@@ -219,15 +220,9 @@ impl Recording {
             .map(|index| clock_unit(&layout, index, options))
             .transpose()?;
         selected.extend(time);
-        let temperature = options
-            .temperature
-            .as_ref()
-            .map(|c| layout.find(c))
-            .transpose()?;
+        let asked = Thermometer::asked(&layout, options.temperature.as_ref())?;
+        let (temperature, thermometer) = asked.unzip();
         selected.extend(temperature);
-        let thermometer = temperature
-            .map(|index| Thermometer::of(&layout, index))
-            .transpose()?;
 
         let mut findings = layout.findings();
         findings.extend(unused_time(&layout, options, &selected));

@@ -85,6 +85,7 @@ pub fn coherent(unit: &str) -> (&str, f64) {
 const FREE: &[&str] = &["note", "comment", "operator", "date", "time"];
 
 /// A table in memory. Comment lines begin with `#`; the separator is comma, semicolon or tabulator.
+#[non_exhaustive]
 pub struct Sheet {
     path: PathBuf,
     /// Path and digest.
@@ -107,6 +108,7 @@ pub struct Place {
 
 /// One row.
 #[derive(Clone, Copy)]
+#[non_exhaustive]
 pub struct SheetRow<'a> {
     sheet: &'a Sheet,
     /// Line in the file, counted from one.

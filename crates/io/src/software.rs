@@ -41,6 +41,7 @@ impl std::fmt::Display for Software {
 
 /// Name and version of the form of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Schema {
     /// Dotted name.
     pub(crate) name: String,

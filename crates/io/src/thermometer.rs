@@ -1,9 +1,10 @@
 //! A column of temperatures: how its numbers become degrees Celsius.
 
-use crate::{Error, ErrorKind, Layout, Result, SaidBy, Unit};
+use crate::{ColumnRef, Error, ErrorKind, Layout, Result, SaidBy, Unit};
 
 /// How the numbers of a column become °C: factor × (number − zero).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Thermometer {
     /// Unit of the numbers.
     pub unit: Unit,
@@ -16,6 +17,18 @@ pub struct Thermometer {
 }
 
 impl Thermometer {
+    /// The column of temperatures, where one is asked for, and how its numbers are read.
+    ///
+    /// # Errors
+    /// A column that is not there; as [`Thermometer::of`].
+    pub fn asked(layout: &Layout, column: Option<&ColumnRef>) -> Result<Option<(usize, Self)>> {
+        let Some(column) = column else {
+            return Ok(None);
+        };
+        let index = layout.find(column)?;
+        Ok(Some((index, Self::of(layout, index)?)))
+    }
+
     /// By the heading; without a unit there it is °C, which the reading tells.
     ///
     /// # Errors

@@ -128,6 +128,7 @@ impl fmt::Display for SaidBy {
 
 /// The unit of a time column.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ClockUnit {
     /// The unit.
     pub unit: TimeUnit,

@@ -12,6 +12,7 @@ pub const TRIALS_SECTION: &str = "trials";
 
 /// What result.json says of the file: its digest, and what its columns are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TrialFile {
     /// Name, in the folder of result.json.
     pub file: String,

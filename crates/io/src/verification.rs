@@ -25,6 +25,7 @@ const ENDING: &str = ".provenance.json";
 
 /// Where a single file came from: what stands beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Provenance {
     /// Form and version.
     pub(crate) schema: Schema,
@@ -144,6 +145,7 @@ pub enum Fate {
 
 /// One link of the chain.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Link {
     /// The file whose list names it.
     pub named_by: PathBuf,
@@ -162,6 +164,7 @@ pub struct Link {
 
 /// Whether somebody vouches for a list of files.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Vouching {
     /// The manifest or provenance.
     pub(crate) list: PathBuf,

@@ -419,3 +419,52 @@ fn known_two_rates_are_said() {
     assert!((change.after_hz / 50.0 - 1.0).abs() < 1e-3, "{change:?}");
     assert!(codes(&recording).contains(&"rate-changes"));
 }
+
+/// What is seen of samples of 100 Hz whose stamps scatter by so many steps, with this share of the rows lost, and how many those are.
+fn lossy(scatter: f64, share: f64) -> (proofmass_io::Inspection, u64) {
+    let mut random = Random(17);
+    let kept = (0..20_000).filter(|k| *k == 0 || *k == 19_999 || random.next() >= share);
+    let kept: Vec<u32> = kept.collect();
+    let stamps: Vec<String> = kept
+        .iter()
+        .map(|k| {
+            format!(
+                "{:.6}",
+                1.0 + 0.01 * (f64::from(*k) + scatter * random.normal())
+            )
+        })
+        .collect();
+    let source = Source::from_bytes("r", table("t_s", stamps.into_iter())).unwrap();
+    let seen = inspect_source(source, &RecordingOptions::default(), 10).unwrap();
+    (seen, 20_000 - kept.len() as u64)
+}
+
+/// Stamps that scatter by a third of a step still show the grid behind them: how many rows are lost, but not where.
+/// Where they scatter by half a step nothing shows it, and the rate is known no better than a loss would leave it.
+#[test]
+fn known_losses_beside_scattered_stamps_are_told() {
+    for share in [0.05, 0.1] {
+        let (seen, missing) = lossy(0.3, share);
+        let clock = seen.time.unwrap().clock;
+        let found: Vec<&str> = seen.findings.iter().map(|f| f.code()).collect();
+        assert!(
+            found.contains(&"rows-missing-somewhere"),
+            "{share}: {found:?}"
+        );
+        // Those beside each other are told a few too few.
+        let told = clock.missing as f64 / missing as f64;
+        assert!((0.96..=1.0).contains(&told), "{missing}: {clock:?}");
+        assert!((clock.rate_hz - 100.0).abs() < 3.0 * clock.rate_u_hz);
+
+        let (seen, _) = lossy(0.5, share);
+        let clock = seen.time.unwrap().clock;
+        let found = seen.findings.iter().find(|f| f.code() == "rate-untested");
+        assert!(found.is_some() && clock.untested, "{:?}", seen.findings);
+        let error = (clock.rate_hz - 100.0).abs();
+        assert!(error > 3.0 && error < 3.0 * clock.rate_u_hz, "{clock:?}");
+    }
+    for scatter in [0.3, 0.5] {
+        let (healthy, _) = lossy(scatter, 0.0);
+        assert!(healthy.findings.is_empty(), "{:?}", healthy.findings);
+    }
+}

@@ -106,18 +106,16 @@ impl Place {
             let at = (seed as usize * 5 + 3 * k) % actual.len();
             actual.insert(at, actual[at] + 0.4 * step);
         }
-        let rig = TurnedAxis {
-            angles: actual.iter().map(|a| a.to_radians()).collect(),
-            rate: self.rate,
-            rest: self.rest,
-            turn: self.turn,
-            noise: self.noise,
-            resolution: 1e-4,
-            jolt: self.jolt,
-            tremor: self.tremor,
-            touched: self.touched,
-            ..TurnedAxis::default()
-        };
+        let mut rig = TurnedAxis::default();
+        rig.angles = actual.iter().map(|a| a.to_radians()).collect();
+        rig.rate = self.rate;
+        rig.rest = self.rest;
+        rig.turn = self.turn;
+        rig.noise = self.noise;
+        rig.resolution = 1e-4;
+        rig.jolt = self.jolt;
+        rig.tremor = self.tremor;
+        rig.touched = self.touched;
         let recording = rig.simulate(seed);
         let mut text = "a_m/s2\n".to_owned();
         for value in &recording.output {

@@ -247,10 +247,7 @@ impl ApplyJob {
                 block.range[0], block.range[1]
             ))
             .with_hint("add --temperature COLUMN")),
-            (Some(_), Some(column)) => {
-                let index = layout.find(column)?;
-                Ok(Some((index, Thermometer::of(layout, index)?)))
-            }
+            (Some(_), Some(column)) => Ok(Thermometer::asked(layout, Some(column))?),
         }
     }
 

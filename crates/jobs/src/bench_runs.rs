@@ -1,8 +1,7 @@
 //! Runs of a bench, whatever is made of them: as phasors for a job, and as the files of a campaign say them.
 
 use crate::observed::Observed;
-use crate::record::Record;
-use proofmass_io::{Ambient, Device, Input};
+use proofmass_io::Input;
 use proofmass_uncertainty::Finding;
 use std::path::Path;
 
@@ -41,6 +40,7 @@ impl<'a, R> BenchRuns<'a, R> {
 
 /// Everything the files of a campaign say: the question and its runs.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BenchFiles<J, R> {
     /// The question.
     pub job: J,
@@ -79,24 +79,6 @@ impl<J, R> BenchFiles<J, R> {
             findings: &self.findings,
             name: &self.name,
             recordings: self.recordings,
-        }
-    }
-
-    /// What the result is filed with.
-    pub(crate) fn record(
-        &self,
-        title: &Option<String>,
-        device: &Device,
-        ambient: &Ambient,
-        date: Option<String>,
-    ) -> Record {
-        Record {
-            title: title.clone(),
-            device: device.clone(),
-            ambient: ambient.clone(),
-            date,
-            inputs: self.inputs.clone(),
-            ..Record::default()
         }
     }
 }

@@ -3,6 +3,7 @@
 mod draft;
 mod example;
 mod free_living;
+mod head;
 mod multi_position;
 mod shaker;
 mod shaker_primary;
@@ -11,6 +12,7 @@ mod shaker_triaxial;
 mod single_axis;
 mod spurious_motion;
 mod statement;
+mod text_table;
 mod transverse;
 
 pub use draft::Draft;
@@ -129,6 +131,7 @@ kinds! {
 
 /// A campaign file as text, with the store of the files that it names: what every kind is read from.
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct CampaignFile {
     /// The file `campaign.toml` itself, as it stands in messages.
     pub path: PathBuf,

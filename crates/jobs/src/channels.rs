@@ -8,13 +8,14 @@ use proofmass_uncertainty::Finding;
 
 /// A channel that is wanted, and its unit where the heading does not say it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WantedChannel {
     /// Column by name or number.
-    pub column: ColumnRef,
+    pub(crate) column: ColumnRef,
     /// Unit, where the heading does not say it.
-    pub unit: Option<Unit>,
+    pub(crate) unit: Option<Unit>,
     /// The option that says this unit, by which it is asked for; none where the numbers need no unit.
-    pub option: Option<&'static str>,
+    pub(crate) option: Option<&'static str>,
 }
 
 impl WantedChannel {

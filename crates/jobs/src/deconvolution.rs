@@ -89,15 +89,15 @@ pub struct DeconvolutionData<'a> {
 #[non_exhaustive]
 pub struct FittedModel {
     /// The model with its covariance.
-    pub fit: ModelFit,
+    pub(crate) fit: ModelFit,
     /// Unit of its sensitivity, output over input.
-    pub unit: String,
+    pub(crate) unit: String,
     /// The device.
     pub device: Device,
     /// The file.
     pub input: Input,
     /// What reading it found.
-    pub findings: Vec<Finding>,
+    pub(crate) findings: Vec<Finding>,
 }
 
 impl FittedModel {

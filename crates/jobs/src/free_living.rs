@@ -176,15 +176,9 @@ impl FreeLivingCampaign {
         );
         reading.between_s = table.between_s;
         selected.extend(time);
-        let temperature = table
-            .temperature
-            .as_ref()
-            .map(|c| layout.find(c))
-            .transpose()?;
+        let asked = Thermometer::asked(&layout, table.temperature.as_ref())?;
+        let (temperature, thermometer) = asked.unzip();
         selected.extend(temperature);
-        let thermometer = temperature
-            .map(|index| Thermometer::of(&layout, index))
-            .transpose()?;
         let told = temperature.zip(thermometer.as_ref());
         reading.temperature = told.map(|(index, told)| Reading::thermometer(&layout, index, told));
         let temperature_slot = temperature.map(|_| selected.len() - 1);
@@ -260,13 +254,7 @@ impl FreeLivingCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, data: &FreeLivingWindows, date: Option<String>) -> Record {
-        Record {
-            title: self.title.clone(),
-            device: self.device.clone(),
-            date,
-            inputs: data.inputs.clone(),
-            ..Record::default()
-        }
+        self.filed(date, data.inputs.clone())
     }
 }
 

@@ -21,7 +21,7 @@ pub struct ResponseDocument {
     /// The response.
     pub response: FrequencyResponse,
     /// The device it belongs to.
-    pub device: Device,
+    pub(crate) device: Device,
     /// The file with its digest.
     pub input: Input,
     /// What reading it found.

@@ -158,6 +158,7 @@ impl ModesJob {
 
 /// The mesh, where the body is one.
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
 pub struct ModesData<'a> {
     /// As read.
     pub mesh: Option<&'a GmshMesh>,

@@ -246,14 +246,16 @@ impl MultiPositionJob {
 
 /// A table of readings or means in place of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Readings {
     /// Standard uncertainty of each output from its noise, in the unit of the data; without it the scatter about the
     /// model is all that is known.
-    pub uncertainty: Option<f64>,
+    pub(crate) uncertainty: Option<f64>,
 }
 
 /// The samples of a triaxial accelerometer, all recordings one after the other.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct MultiPositionData<'a> {
     /// Outputs x, y, z.
     pub outputs: [&'a [f64]; 3],

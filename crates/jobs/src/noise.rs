@@ -75,6 +75,7 @@ impl NoiseJob {
 }
 
 /// A recording of a sensor at rest.
+#[non_exhaustive]
 pub struct NoiseData<'a> {
     /// The samples, or where they come from.
     pub samples: NoiseSamples<'a>,

@@ -218,9 +218,10 @@ impl Bench<'_> {
         name: &str,
         sensor: Option<&SensorFiles<'_>>,
     ) -> Result<RowOutcome> {
-        let reading = |rate: f64| PhasorReading {
-            mains: listens(table, &row[0]),
-            ..self.settings.phasor_reading(rate)
+        let reading = |rate: f64| {
+            let mut reading = self.settings.phasor_reading(rate);
+            reading.mains = listens(table, &row[0]);
+            reading
         };
         let frequencies: Vec<f64> = row.iter().map(|r| r.frequency_hz).collect();
         let drive = self.settings.drive();
@@ -242,15 +243,16 @@ impl Bench<'_> {
         let mut findings = named(&row[0].run, &bench.findings);
         let other = match (sensor, &row[0].output_file) {
             (Some(sensor), Some(file)) => {
-                let reading = |rate: f64| PhasorReading {
-                    harmonics: self.settings.harmonics,
-                    drift: self.settings.drift,
-                    full_scale: sensor.settings.full_scale(),
+                let reading = |rate: f64| {
+                    let mut reading = PhasorReading::new(rate);
+                    reading.harmonics = self.settings.harmonics;
+                    reading.drift = self.settings.drift;
+                    reading.full_scale = sensor.settings.full_scale();
                     // The oscillators of sensors are good for some per cent.
-                    tolerance: tolerance(sensor.settings.clock),
-                    with_reference: false,
-                    mains: false,
-                    ..PhasorReading::new(rate)
+                    reading.tolerance = tolerance(sensor.settings.clock);
+                    reading.with_reference = false;
+                    reading.mains = false;
+                    reading
                 };
                 let options = &sensor.options;
                 let lines = lines(table, &row[0], file, options, &frequencies, drive, reading)?;

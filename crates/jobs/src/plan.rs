@@ -102,6 +102,7 @@ impl PlanJob {
             at,
             missing,
             root,
+            ..
         } = expected;
         let told = findings::spurious_motion_expected(&correction.label, at, root, missing);
         (table, Some(told))

@@ -12,11 +12,11 @@ use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 #[non_exhaustive]
 pub struct SensorClock {
     /// Whose clock it is.
-    pub clock: SampleClock,
+    pub(crate) clock: SampleClock,
     /// Error of its rate against the bench.
-    pub error: Option<ClockError>,
+    pub(crate) error: Option<ClockError>,
     /// Delay of its samples, where the clock is shared.
-    pub delay: Option<Latency>,
+    pub(crate) delay: Option<Latency>,
 }
 
 impl SensorClock {

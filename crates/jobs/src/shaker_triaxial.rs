@@ -332,7 +332,7 @@ impl ShakerTriaxialCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &ShakerTriaxialFiles, date: Option<String>) -> Record {
-        files.record(&self.title, &self.device, &self.ambient, date)
+        self.filed(date, files.inputs.clone())
     }
 }
 

@@ -393,6 +393,6 @@ impl SpuriousMotionCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &SpuriousMotionFiles, date: Option<String>) -> Record {
-        files.record(&self.title, &self.device, &self.ambient, date)
+        self.filed(date, files.inputs.clone())
     }
 }

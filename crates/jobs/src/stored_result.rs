@@ -383,11 +383,9 @@ pub(crate) fn as_filed(table: &proofmass_report::Table) -> Result<Vec<u8>> {
     let mut start = 0;
     while start == 0 || start < table.rows.len() {
         let end = table.rows.len().min(start + ROWS);
-        let part = proofmass_report::Table {
-            columns: table.columns.clone(),
-            rows: table.rows[start..end].to_vec(),
-            ..Default::default()
-        };
+        let mut part = proofmass_report::Table::default();
+        part.columns = table.columns.clone();
+        part.rows = table.rows[start..end].to_vec();
         let (names, rows) = part.records();
         let mut file = Table::new(names);
         for row in rows {

@@ -498,6 +498,6 @@ impl TransverseCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &TransverseFiles, date: Option<String>) -> Record {
-        files.record(&self.title, &self.device, &self.ambient, date)
+        self.filed(date, files.inputs.clone())
     }
 }

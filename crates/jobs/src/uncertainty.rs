@@ -101,6 +101,7 @@ pub fn trouble(refusal: &Refusal) -> Trouble {
 
 /// The result of a model, with the model.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct UncertaintyOutcome {
     /// The model.
     pub(crate) model: UncertaintyModel,

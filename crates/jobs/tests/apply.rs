@@ -400,3 +400,50 @@ fn refuses_ways_and_ranges_that_a_calibration_does_not_have() {
     let text = serde_json::to_string(&CompensationMethod::Filter(design)).expect("JSON");
     assert!(text.contains("\"beyond\":\"hold\""), "{text}");
 }
+
+/// Outcome of a filter for a table of a laboratory that is even, 10 mV per m/s² at these frequencies.
+fn filtered(frequencies: &[f64], longest: usize) -> ApplyOutcome {
+    let rows: String = frequencies
+        .iter()
+        .map(|f| format!("{f},10.0,0,1,1\n"))
+        .collect();
+    let table =
+        format!("frequency_Hz,sensitivity_mV/(m/s2),phase_deg,U_relative_%,U_phase_deg\n{rows}");
+    let source = Source::from_bytes("certificate.csv", table).expect("source");
+    let (calibration, ..) =
+        frequency_response::read_calibration(source, Some(2.0)).expect("a table");
+    let mut design = FilterDesign::default();
+    design.longest = longest;
+    let mut job = ApplyJob::default();
+    job.method = CompensationMethod::Filter(design);
+    job.reading.columns = Some(vec!["u".into()]);
+    let text: String = (0..8000)
+        .map(|k| format!("{},0.1\n", f64::from(k) / RATE))
+        .collect();
+    let source = Source::from_bytes("recording.csv", format!("t_s,u_V\n{text}")).expect("source");
+    let mut written = Vec::new();
+    let data = ApplyData::new(&calibration, source, Destination::Bytes(&mut written));
+    job.evaluate(&data, &Unwatched).expect("an outcome")
+}
+
+/// A filter of 65 samples cannot follow 100 Hz at 8 kHz, and two frequencies say nothing of what lies between them.
+#[test]
+fn known_calibrations_and_filters_that_are_short() {
+    let long = filtered(&[100.0, 300.0, 1000.0], 4097);
+    assert!(long.findings().is_empty(), "{:?}", long.findings());
+    let short = filtered(&[100.0, 300.0, 1000.0], 65);
+    let findings = short.findings();
+    let found = findings.iter().find(|f| f.code() == "filter-too-short");
+    let departure = 100.0 * short.error().expect("a statement").departure;
+    assert_eq!(
+        found.expect("a finding").evidence_text(),
+        format!("65 samples, departure {departure:.2} %")
+    );
+    assert!(
+        departure > 0.1,
+        "the tolerance is a thousandth: {departure}"
+    );
+    let two = filtered(&[100.0, 1000.0], 4097);
+    let findings = two.findings();
+    assert!(findings.iter().any(|f| f.code() == "interpolation-unknown"));
+}

@@ -129,10 +129,8 @@ fn coverage_with_the_noise_of_an_analysis() {
         flicker: 5e-4,
         ..NoiseModel::default()
     };
-    let stated = AxisNoise {
-        flicker: 5e-4,
-        ..AxisNoise::walk(1e-3, 0.0)
-    };
+    let mut stated = AxisNoise::walk(1e-3, 0.0);
+    stated.flicker = 5e-4;
     for (inside, doubted) in [
         six(&walk),
         six(&flicker),
@@ -191,21 +189,45 @@ fn refuses_noise_that_does_not_fit() {
     empty[0].end = 0;
     assert!(run(good.clone(), &empty).is_err());
     assert!(run(good.clone(), &[rests[0].clone(), rests[0].clone()]).is_err());
+    let of_initial = |u: f64| {
+        let mut noise = good.clone();
+        noise.initial = u;
+        noise
+    };
     for noise in [
         AxisNoise::walk(0.0, 1e-4),
         AxisNoise::walk(f64::NAN, 1e-4),
         AxisNoise::walk(1e-3, -1.0),
         AxisNoise::markov(1e-3, 1e-3, 0.0),
         AxisNoise::markov(1e-3, 1e-200, 1e-200),
-        AxisNoise {
-            initial: 1e300,
-            ..good.clone()
-        },
-        AxisNoise {
-            initial: 0.0,
-            ..good.clone()
-        },
+        of_initial(1e300),
+        of_initial(0.0),
     ] {
         assert!(run(noise.clone(), &rests).is_err(), "{noise:?}");
+    }
+}
+
+/// White noise of half an hour gives the walk of a bias an upper limit and no value; of a bias that walks it finds one.
+#[test]
+fn known_walk_that_is_only_limited_is_told() {
+    for (walk, some) in [(0.0, true), (1e-4, false)] {
+        let model = NoiseModel {
+            white: 1e-3,
+            random_walk: walk,
+            ..NoiseModel::default()
+        };
+        let noise = AxisNoise::of(analysed(&model, 60).analysis(), ["x", "y", "z"]).expect("noise");
+        let axes = ["x", "y", "z"].into_iter().zip(&noise);
+        let limited: Vec<&str> = axes.filter(|(_, n)| n.walk_is_limit).map(|a| a.0).collect();
+        assert_eq!(!limited.is_empty(), some, "{noise:?}");
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(8);
+        let read = [(); 3].map(|()| axis(&model, 6_100, &mut rng).0);
+        let outcome = track(&noise, &read, &rests(6_100)).expect("a track");
+        let found = outcome
+            .findings()
+            .iter()
+            .find(|f| f.code() == "walk-is-a-limit");
+        let named = found.map(|f| f.to_string().contains(&limited.join(", ")));
+        assert_eq!(named, some.then_some(true), "{found:?}");
     }
 }

@@ -3,7 +3,8 @@
 use proofmass_core::Unwatched;
 use proofmass_io::{Result, Unit};
 use proofmass_jobs::campaign::{Campaign, Draft, KINDS, MethodModel, example};
-use proofmass_jobs::{Gathered, Memory};
+use proofmass_jobs::simulate::{SimulateJob, SimulatedShaker};
+use proofmass_jobs::{Gathered, Job, Memory, Sink, Store};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -188,4 +189,32 @@ fn law_a_drafted_campaign_asks_for_all_that_is_not_said() {
     let hint = asked.hint().unwrap();
     let options = "--latitude DEGREES --height METRES --unit g --time-unit ms";
     assert!(hint.contains(options), "{hint}");
+}
+
+/// A campaign of three recordings, whose full scale is stated or not.
+#[test]
+fn known_recordings_without_full_scale_cannot_be_checked_for_clipping() {
+    let mut shaker = SimulatedShaker::default();
+    (shaker.configurations, shaker.duration) = (4, 0.2);
+    (shaker.frequencies, shaker.repeats) = (vec![160.0], 3);
+    let files = Gathered::default();
+    let job = SimulateJob::Shaker(shaker);
+    job.evaluate(&(&files as &dyn Sink), &Unwatched).unwrap();
+    let files = files.into_memory();
+    let source = files.open("campaign.toml").unwrap();
+    let text = String::from_utf8(source.into_bytes(10_000).unwrap().0).unwrap();
+    let told = |text: String| {
+        let files = files.clone().file("campaign.toml", text);
+        let campaign = Campaign::read(Arc::new(files), "campaign.toml").unwrap();
+        let result = campaign.evaluate(None, &Unwatched).unwrap();
+        let findings = result.findings();
+        let found = findings.iter().find(|f| f.code() == "clipping-unchecked");
+        found.is_some()
+    };
+    let stated = text
+        .lines()
+        .find(|l| l.starts_with("full_scale_V"))
+        .unwrap();
+    assert!(told(text.replace(stated, "")));
+    assert!(!told(text.clone()));
 }

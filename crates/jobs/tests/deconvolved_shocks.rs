@@ -5,7 +5,7 @@ mod deconvolution;
 
 use deconvolution::{asked, fitted};
 use proofmass_jobs::Outcome;
-use proofmass_jobs::deconvolution::DeconvolutionJob;
+use proofmass_jobs::deconvolution::{DeconvolutionJob, DeconvolutionOutcome};
 use proofmass_signal::{PulseShape, fourier};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -35,6 +35,12 @@ const CASE: Case = Case {
 
 /// Peak and U where it answers; 5000 m/s² are 7 V.
 fn answer(case: &Case, quiet: Option<f64>, seed: u64) -> Result<(f64, f64, f64), String> {
+    let outcome = outcome(case, quiet, seed)?;
+    let peak = &outcome.quantities()[0];
+    Ok((peak.value, peak.expanded, outcome.deconvolved().corner))
+}
+
+fn outcome(case: &Case, quiet: Option<f64>, seed: u64) -> Result<DeconvolutionOutcome, String> {
     let rate = 200e3;
     let n = (case.length * rate) as usize;
     let (model, fit) = fitted(20e3, case.damping);
@@ -58,9 +64,7 @@ fn answer(case: &Case, quiet: Option<f64>, seed: u64) -> Result<(f64, f64, f64),
         .collect();
     let mut job = DeconvolutionJob::default();
     job.quiet = quiet;
-    let outcome = asked(&job, &fit, &record, rate).map_err(|e| e.to_string())?;
-    let peak = &outcome.quantities()[0];
-    Ok((peak.value, peak.expanded, outcome.deconvolved().corner))
+    asked(&job, &fit, &record, rate).map_err(|e| e.to_string())
 }
 
 #[test]
@@ -115,4 +119,24 @@ fn coverage_of_shapes_noise_and_damping() {
     }
     // 96 intervals of at least 95 %: fewer than 84 once in 1000.
     assert!(held >= 84, "{held} of {asked}");
+}
+
+/// Twenty microseconds are shorter than the device can follow within its noise; two milliseconds are not.
+#[test]
+fn known_peak_that_the_low_pass_may_have_cut() {
+    for (duration, some) in [(2e-5, true), (2e-3, false)] {
+        let case = Case {
+            duration,
+            noise: 0.07,
+            ..CASE
+        };
+        let outcome = outcome(&case, None, 1).expect("an answer");
+        let found = outcome
+            .findings()
+            .iter()
+            .find(|f| f.code() == "little-is-left");
+        let part = outcome.deconvolved().regularisation / outcome.quantities()[0].value;
+        assert_eq!(found.is_some(), some, "{found:?}");
+        assert_eq!(part > 0.1, some, "{part}");
+    }
 }

@@ -8,11 +8,12 @@ use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_dynamic::step::step_response;
 use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
+use proofmass_jobs::motion::{MotionData, MotionJob};
 use proofmass_jobs::response::{Excitation, ResponseData, ResponseJob};
 use proofmass_jobs::shock::{ShockData, ShockJob};
 use proofmass_jobs::step::{StepData, StepJob};
 use proofmass_jobs::{AnyData, AnyJob, Channel, Job, Outcome, Record, StoredResult, Unwatched};
-use proofmass_signal::{PulseShape, fourier};
+use proofmass_signal::{Peaks, PulseShape, fourier};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -301,4 +302,110 @@ fn coverage_of_sweeps_as_typed_first() {
     }
     // 95 % of 20: fewer than 16 once in 400.
     assert!(fitted == asked && held >= 16, "{fitted} {held} of {asked}");
+}
+
+/// What is found in a strong motion of 100 s at 200 Hz beside this offset, at the vibration up to this frequency.
+fn motion(offset: f64, highest: f64) -> Vec<(String, String)> {
+    let (rate, n) = (200.0, 20_000);
+    let record: Vec<f64> = (0..n)
+        .map(|k| {
+            let t = f64::from(k) / rate;
+            offset + 2.0 * (-((t - 40.0) / 8.0).powi(2)).exp() * (TAU * 3.0 * t).sin()
+        })
+        .collect();
+    let mut job = MotionJob::default();
+    job.periods = vec![0.1, 1.0];
+    job.vibration_band[1] = highest;
+    let data = MotionData {
+        channel: channel("a", "m/s²", &record),
+        rate,
+        findings: &[],
+        name: "memory",
+    };
+    let outcome = job.evaluate(&data, &Unwatched).expect("a motion");
+    let findings = outcome.findings().iter();
+    findings
+        .map(|f| (f.code().to_owned(), f.evidence_text().to_owned()))
+        .collect()
+}
+
+#[test]
+fn known_motions_that_drift_or_are_sampled_too_slowly() {
+    assert!(motion(0.0, 80.0).is_empty());
+    let drifting = motion(0.02, 80.0);
+    let drift = drifting.iter().find(|f| f.0 == "velocity-drifts");
+    // 0.02 m/s² for 100 s.
+    assert!(
+        drift.is_some_and(|f| f.1.starts_with("1.9999 m/s at the end")),
+        "{drifting:?}"
+    );
+    let narrow = motion(0.0, 1000.0);
+    let band = narrow.iter().find(|f| f.0 == "vibration-band-not-resolved");
+    assert_eq!(
+        band.map(|f| f.1.as_str()),
+        Some("up to 90.0 Hz instead of 1000.0 Hz")
+    );
+}
+
+/// A resonance whose half-width is 6 Hz in lines of 20 Hz, and in lines of half a hertz.
+#[test]
+fn known_resonance_between_the_lines_is_told() {
+    let x = noise(10.0, 400_000, 11);
+    let mode = Mode {
+        frequency: 1500.0,
+        damping: 0.002,
+        share: 1.0,
+    };
+    let sharp = TransducerModel {
+        modes: vec![mode],
+        ..TransducerModel::flat(0.02)
+    };
+    let spectrum = fourier::forward(&x);
+    let lines = spectrum.iter().enumerate();
+    let lines = lines.map(|(k, v)| v * sharp.response(k as f64 * RATE / x.len() as f64));
+    let y = fourier::inverse(lines.collect(), x.len()).expect("an output");
+    let said = |segment: usize| {
+        let mut job = ResponseJob::new(Excitation::Random);
+        job.segment = Some(segment);
+        let result = response(&job, &x, &with_noise(y.clone(), 1e-5, 12));
+        let found = result.findings().iter().find(|f| f.code() == "leakage");
+        found.map(|f| f.evidence_text().to_owned())
+    };
+    let coarse = said(1000).expect("a finding");
+    let place = coarse
+        .split(" at ")
+        .nth(1)
+        .and_then(|s| s.split(' ').next());
+    let place: f64 = place.expect("a frequency").parse().expect("a number");
+    assert!((place - 1500.0).abs() <= 20.0, "{coarse}");
+    assert_eq!(said(40_000), None);
+}
+
+/// Half a millisecond sampled at 20 kHz: oscillators above a tenth of the rate fall between the samples.
+#[test]
+fn known_oscillators_too_fast_for_the_samples_are_told() {
+    let pulse = PulseShape::HalfSine.record(500.0, 5e-4, 0.1, 4000, RATE);
+    let pulse = with_noise(pulse, 1e-2, 13);
+    let said = |highest: f64, peaks: Peaks| {
+        let data = ShockData {
+            reference: None,
+            output: channel("a", "m/s²", &pulse),
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let mut job = ShockJob::default();
+        job.per_octave = 1;
+        job.frequencies = Some([100.0, highest]);
+        job.peaks = peaks;
+        let result = ask(job, &AnyData::Shock(data));
+        let mut findings = result.findings().iter();
+        let found = findings.find(|f| f.code() == "few-samples-per-oscillation");
+        found.map(|f| f.evidence_text().to_owned())
+    };
+    // 1 − cos(π f/f_s) is (π/5)²/2 there.
+    let low = "4000 Hz at 20000 samples/s: peaks low by up to 20 %";
+    assert_eq!(said(4000.0, Peaks::AtSamples).as_deref(), Some(low));
+    assert_eq!(said(2000.0, Peaks::AtSamples), None);
+    assert_eq!(said(4000.0, Peaks::BetweenSamples), None);
 }

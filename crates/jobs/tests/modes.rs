@@ -3,7 +3,7 @@
 use proofmass_fixture::{Fineness, WedgeMesh};
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::modes::{Body, ModesFile, ModesOutcome, fixture_findings, read_fixtures};
-use proofmass_jobs::{Job, Memory, StoredResult, Unwatched};
+use proofmass_jobs::{Job, Memory, Outcome, StoredResult, Unwatched};
 use std::fmt::Write;
 use std::sync::Arc;
 
@@ -191,4 +191,44 @@ fn refuses_files_that_describe_no_fixture() {
         format!("{WEDGE}[support]\nkind = \"elastic\"\n"),
     )]);
     assert!(free.err().unwrap().to_string().contains("normal_N_per_m"));
+}
+
+/// What is asked above the last mode is answered without the modes above; below it, all that matter are there.
+#[test]
+fn known_transfer_beyond_the_last_mode_is_told() {
+    let missing = |frequencies: &str| {
+        let text = WEDGE.replace("100, 1000, 3000", frequencies);
+        let outcome = evaluate(&open(&[("wedge.toml", text)]).unwrap());
+        let last = outcome.modes()[3].frequency;
+        let findings = outcome.findings();
+        let found = findings.iter().find(|f| f.code() == "modes-missing");
+        (found.map(|f| f.evidence_text().to_owned()), last)
+    };
+    assert_eq!(missing("100, 1000, 3000").0, None);
+    let (found, last) = missing("100, 1000, 50000");
+    assert_eq!(found, Some(format!("last mode {last:.0} Hz")));
+}
+
+/// Bending along and across has one frequency where the wedge is about as wide as it is long.
+#[test]
+fn known_modes_that_may_change_places() {
+    let found = |width: u32| {
+        let text = WEDGE
+            .replace("width_mm = 50", &format!("width_mm = {width}"))
+            .replace("unknowns = 12000", "unknowns = 6000")
+            .replace("accuracy = 0.05", "accuracy = 0.2")
+            .replace("width_mm = 0.1", "width_mm = 1");
+        let outcome = evaluate(&open(&[("wedge.toml", text)]).unwrap());
+        let gap = outcome.modes()[1].frequency - outcome.modes()[0].frequency;
+        (outcome.findings().to_vec(), gap)
+    };
+    let (told, gap) = found(70);
+    let close = told.iter().find(|f| f.code() == "close-modes").unwrap();
+    let evidence = close.evidence_text();
+    assert!(
+        evidence.starts_with(&format!("{gap:.1} Hz apart")),
+        "{evidence}"
+    );
+    assert!(close.to_string().contains("modes 1 and 2"), "{close}");
+    assert!(found(50).0.is_empty());
 }

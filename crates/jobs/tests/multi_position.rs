@@ -3,11 +3,13 @@
 mod support;
 
 use proofmass_core::Gravity;
-use proofmass_io::Unit;
+use proofmass_io::{CalibrationFile, Input, ThermalBlock, Unit};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::multi_position::{MultiPositionData, MultiPositionJob};
-use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
+use proofmass_jobs::validation::{ValidationData, ValidationJob};
+use proofmass_jobs::{Job, Memory, Outcome, Record, StoredResult, TroubleKind, Unwatched};
 use proofmass_rig::HandHeld;
+use proofmass_uncertainty::{Estimate, Finding};
 use std::sync::Arc;
 
 fn job() -> MultiPositionJob {
@@ -104,4 +106,73 @@ fn known_cut_off_rests_are_found_and_whole_ones_are_not() {
             );
         }
     }
+}
+
+/// A calibration says little of the recording that it was made of, nothing without its uncertainty, and at one temperature what it
+/// knows of many.
+#[test]
+fn known_validations_that_prove_little() {
+    let recording = HandHeld::default().simulate(1);
+    let [x, y, z] = &recording.outputs;
+    let data = MultiPositionData::new([x, y, z], recording.rate, Unit::Count);
+    let outcome = job().evaluate(&data, &Unwatched).unwrap();
+    let record = Record {
+        inputs: vec![Input {
+            path: "r.csv".into(),
+            sha256: "ab".repeat(32),
+            ..Input::default()
+        }],
+        ..Record::default()
+    };
+    let files = StoredResult::new(record, &outcome)
+        .unwrap()
+        .files()
+        .unwrap();
+    let file = files
+        .iter()
+        .find(|(name, _)| name == "calibration.json")
+        .unwrap();
+    let good = CalibrationFile::from_json(&file.1).unwrap();
+    let fresh = HandHeld::default().simulate(2);
+    let told = |calibration: &CalibrationFile, sha256: &str| {
+        let [x, y, z] = &fresh.outputs;
+        let data = ValidationData {
+            calibration,
+            outputs: [x, y, z],
+            rate: fresh.rate,
+            breaks: &[],
+            segments: None,
+            findings: &[],
+            sha256: Some(sha256),
+            name: "fresh",
+        };
+        let outcome = ValidationJob::default()
+            .evaluate(&data, &Unwatched)
+            .unwrap();
+        outcome.findings().to_vec()
+    };
+    let other = "cd".repeat(32);
+    let code = |f: &[Finding], code: &str| f.iter().any(|f| f.code() == code);
+    assert!(told(&good, &other).is_empty());
+    assert!(code(&told(&good, &"ab".repeat(32)), "same-recording"));
+    let mut bare = good.clone();
+    bare.estimate = Estimate::new(vec![], vec![]).unwrap();
+    assert!(code(
+        &told(&bare, &other),
+        "calibration-without-uncertainty"
+    ));
+    let mut thermal = good.clone();
+    thermal.temperature = Some(ThermalBlock {
+        reference: 23.5,
+        bias: [[0.0; 3]; 3],
+        scale: [[0.0; 3]; 3],
+        range: [-20.0, 60.0],
+        hysteresis: None,
+    });
+    let found = told(&thermal, &other);
+    let found = found
+        .iter()
+        .find(|f| f.code() == "temperature-not-followed")
+        .unwrap();
+    assert_eq!(found.evidence_text(), "23.5 °C");
 }

@@ -4,7 +4,7 @@ use proofmass_io::{CalibrationFile, RecordingOptions, Source, Unit, inspect_sour
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::noise::{NoiseReading, NoiseSamples};
 use proofmass_jobs::validation::ValidationRecording;
-use proofmass_jobs::velocity::{AxisSensors, Reading};
+use proofmass_jobs::velocity::AxisSensors;
 use proofmass_jobs::{Memory, RecordingReading, Unwatched};
 use proofmass_uncertainty::Estimate;
 use rand::{RngExt, SeedableRng};
@@ -96,15 +96,10 @@ fn validated_as_a_stream(text: &str) -> f64 {
 
 fn velocity(text: &str) -> f64 {
     let files = Memory::new().file("r.csv", text.to_owned());
-    let sensors = AxisSensors {
-        recording: "r.csv".into(),
-        reading: Reading {
-            position: Some(vec!["position".into()]),
-            ..Reading::default()
-        },
-        acceleration: vec!["x".into()],
-        ..AxisSensors::default()
-    };
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "r.csv".into();
+    sensors.reading.position = Some(vec!["position".into()]);
+    sensors.acceleration = vec!["x".into()];
     let loaded = sensors.load(&files, None, &Unwatched).unwrap();
     1.0 / loaded.data().record.sample_time
 }

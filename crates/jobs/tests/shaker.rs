@@ -10,7 +10,9 @@ use proofmass_jobs::{Job, Outcome, Record, StoredResult, TroubleKind, Unwatched,
 use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::recording::{Quality, RunInput};
 use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
-use proofmass_shaker::{Acts, Budget, Key, ShakerInput, ShakerMethod};
+use proofmass_shaker::{
+    Acts, Budget, Correction, Key, ShakerInput, ShakerMethod, Spurious, SpuriousTable,
+};
 use proofmass_uncertainty::DegreesOfFreedom;
 use std::ops::ControlFlow;
 
@@ -166,6 +168,52 @@ fn law_spurious_motion_is_read_again() {
     assert_eq!(filed.measurements().len(), 2);
 }
 
+/// Of one percent of the excitation, in two set-ups whose repeats scatter by a hundredth of that; the second is `grown` times as large
+/// across the excitation.
+#[test]
+fn known_measurements_of_two_set_ups_that_disagree() {
+    let disagreement = |grown: f64| {
+        let mut runs = vec![];
+        for (measurement, factor) in [("first", 1.0), ("second", grown)] {
+            for axis in 0..3 {
+                for repeat in 0..4 {
+                    let turn = f64::from(repeat) * std::f64::consts::FRAC_PI_2;
+                    let along = f64::from(axis == 2);
+                    let size = if axis < 2 { 0.01 * factor } else { 0.01 };
+                    let ratio = along + size + 1e-4 * Complex64::cis(turn + f64::from(axis));
+                    let velocity =
+                        ratio * 10.0 / Complex64::new(0.0, std::f64::consts::TAU * 160.0);
+                    runs.push(SpuriousRun {
+                        run: format!("{measurement} {axis} {repeat}"),
+                        frequency: 160.0,
+                        inclination: 0.0,
+                        axis: axis as usize,
+                        measurement: measurement.into(),
+                        phasors: [Complex64::new(10.0, 0.0), velocity],
+                        quality: Quality::default(),
+                        place: "here".into(),
+                    });
+                }
+            }
+        }
+        let job = SpuriousMotionJob::default();
+        let outcome = job.evaluate(&SpuriousMotionData::new(&runs), &Unwatched);
+        let outcome = outcome.expect("an outcome");
+        let findings = outcome.findings();
+        let found = findings
+            .iter()
+            .find(|f| f.code() == "measurements-disagree");
+        found.map(|f| f.evidence_text().to_owned())
+    };
+    assert_eq!(disagreement(1.0), None);
+    let evidence = disagreement(1.5).expect("a finding");
+    assert!(
+        evidence.starts_with("E_n > 1 for 2 of 3 ratios"),
+        "{evidence}"
+    );
+    assert!(evidence.ends_with("difference 0.500 %"), "{evidence}");
+}
+
 #[test]
 fn law_a_plan_is_read_again() {
     let mut job = PlanJob::new(budget());
@@ -173,4 +221,42 @@ fn law_a_plan_is_read_again() {
     job.sizes = vec![6, 12];
     let filed = check(&job, &());
     assert_eq!(filed.configurations().len(), 12);
+}
+
+/// A plan says what it takes for granted: 10 mV/(m/s²) where none is stated, and the spurious motion of an earlier campaign.
+#[test]
+fn known_assumptions_of_a_plan() {
+    let found = |job: &PlanJob| -> Vec<(String, String)> {
+        let outcome = job.evaluate(&(), &Unwatched).expect("a plan");
+        let findings = outcome.findings().iter();
+        findings
+            .map(|f| (f.code().to_owned(), f.evidence_text().to_owned()))
+            .collect()
+    };
+    let mut job = PlanJob::new(budget());
+    job.sizes = vec![12];
+    let assumed = found(&job);
+    assert!(assumed.iter().any(|f| f.0 == "sensitivity-assumed"));
+    job.sensitivity = Some(0.01);
+    assert!(found(&job).is_empty());
+    // Measured at one inclination of seven, at 100 Hz.
+    let u = 2e-4_f64;
+    job.correction = Some(Correction {
+        label: "vibrometer".into(),
+        table: SpuriousTable {
+            entries: vec![Spurious {
+                inclination: 0.0,
+                frequency: 100.0,
+                ratio: [Complex64::new(0.01, 0.0); 3],
+                covariance: [[u * u, 0.0, u * u]; 3],
+                dof: DegreesOfFreedom::INFINITE,
+            }],
+        },
+    });
+    let expected = found(&job);
+    let expected = expected.iter().find(|f| f.0 == "spurious-motion-expected");
+    assert_eq!(
+        expected.expect("a finding").1,
+        "u = 2.0e-4 of the excitation in each part of a ratio where it is known least; 5 inclinations are not in the table and were given that"
+    );
 }

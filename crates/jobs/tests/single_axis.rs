@@ -74,16 +74,12 @@ fn refuses_recordings_without_the_rests() {
             .is_err_and(|e| e.contains("never changes") || e.contains("constant"))
     );
     // One rest by no motion at all, and rests too short.
-    let still = TurnedAxis {
-        angles: vec![0.0],
-        rest: 60.0,
-        ..rig.clone()
-    };
+    let mut still = rig.clone();
+    still.angles = vec![0.0];
+    still.rest = 60.0;
     assert!(find(&still, |_| (), angles).is_err());
-    let short = TurnedAxis {
-        rest: 0.1,
-        ..rig.clone()
-    };
+    let mut short = rig.clone();
+    short.rest = 0.1;
     // Shorter than any window: nothing, or a decision.
     let found = find(&short, |_| (), angles);
     assert!(

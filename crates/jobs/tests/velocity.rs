@@ -3,8 +3,7 @@
 mod support;
 
 use proofmass_jobs::velocity::{
-    AxisData, AxisSensors, Reading, Reference, VelocityCompareJob, VelocityEstimateJob,
-    VelocityTuneJob,
+    AxisData, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
 };
 use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
 use proofmass_motion::{Method, MotionRecord, ReadingSource};
@@ -77,16 +76,11 @@ fn law_an_onlooker_can_stop_it() {
 
 #[test]
 fn law_requests_are_plain_data() {
-    let sensors = AxisSensors {
-        recording: "axis.csv".into(),
-        reading: Reading {
-            position: Some(vec!["count".into()]),
-            counts_per_metre: Some(1000.0),
-            ..Reading::default()
-        },
-        acceleration: vec!["acceleration".into()],
-        ..AxisSensors::default()
-    };
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["count".into()]);
+    sensors.reading.counts_per_metre = Some(1000.0);
+    sensors.acceleration = vec!["acceleration".into()];
     let text = serde_json::to_string(&sensors).unwrap();
     assert_eq!(serde_json::from_str::<AxisSensors>(&text).unwrap(), sensors);
     let job = VelocityCompareJob::new(vec![Method::FixedTime], vec![100.0], None);
@@ -110,24 +104,25 @@ fn law_sensors_are_read_from_memory() {
         axis += &format!("{t:.3},{},{}\n", count.unwrap(), recording.acceleration[k]);
         truth += &format!("{t:.3},{}\n", recording.truth[k].velocity);
     }
+    // A reference that stops after a quarter of the recording.
+    let rows = truth.lines().count();
+    let half: String = truth
+        .lines()
+        .take(1 + rows / 4)
+        .map(|l| format!("{l}\n"))
+        .collect();
     let store = Memory::new()
         .file("axis.csv", axis)
-        .file("truth.csv", truth);
-    let sensors = AxisSensors {
-        recording: "axis.csv".into(),
-        reading: Reading {
-            position: Some(vec!["count".into()]),
-            counts_per_metre: Some(1.0 / recording.increment),
-            ..Reading::default()
-        },
-        acceleration: vec!["acceleration".into()],
-        ..AxisSensors::default()
-    };
-    let reference = Reference {
-        column: "velocity".into(),
-        file: Some("truth.csv".into()),
-        ..Reference::default()
-    };
+        .file("truth.csv", truth)
+        .file("half.csv", half);
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["count".into()]);
+    sensors.reading.counts_per_metre = Some(1.0 / recording.increment);
+    sensors.acceleration = vec!["acceleration".into()];
+    let mut reference = Reference::default();
+    reference.column = "velocity".into();
+    reference.file = Some("truth.csv".into());
     let loaded = sensors.load(&store, Some(&reference), &Unwatched).unwrap();
     let job = VelocityCompareJob::new(vec![Method::FixedTime], Vec::new(), None);
     let outcome = job.evaluate(&loaded.data(), &Unwatched).unwrap();
@@ -136,6 +131,23 @@ fn law_sensors_are_read_from_memory() {
     let best = result.rows.iter().map(|r| r.agreement.rms);
     assert!(best.fold(f64::INFINITY, f64::min) < 1e-3);
     assert_eq!(loaded.record(None).inputs.len(), 2);
+    let mut half = reference;
+    half.file = Some("half.csv".into());
+    let short = sensors.load(&store, Some(&half), &Unwatched).unwrap();
+    let said = |data: &AxisData<'_>| {
+        let cut = data
+            .findings
+            .iter()
+            .find(|f| f.code() == "cut-to-reference");
+        cut.map(|f| f.evidence_text().to_owned())
+    };
+    assert_eq!(said(&loaded.data()), None);
+    // Straight lines reach up to its last value.
+    let covered = rows / 4;
+    assert_eq!(
+        said(&short.data()),
+        Some(format!("{covered} of {} samples", rows - 1))
+    );
     let trouble = sensors.load(&Memory::new(), None, &Unwatched).unwrap_err();
     assert!(trouble.to_string().contains("no such file"), "{trouble}");
 }

@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 
 /// Which constants of the accelerometer are unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Unknowns {
     /// A constant is added to its readings.
     pub offset: bool,
@@ -40,6 +41,7 @@ pub struct Unknowns {
 
 /// A part of the readings' error that is correlated in time: a first-order Gauss–Markov process.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ColouredNoise {
     /// Standard deviation, in the unit of the readings.
     pub deviation: f64,

@@ -23,6 +23,7 @@ pub enum ReadingSource {
 ///
 /// **Units** one length unit throughout: position, position/s, position/s² (or rad).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MotionRecord {
     /// Sample time, s.
     pub sample_time: f64,

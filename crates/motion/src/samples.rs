@@ -120,6 +120,7 @@ impl Samples {
 
 /// Samples brought to another clock.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct OnLines {
     /// Samples of the other clock that are covered.
     pub used: Range<usize>,

@@ -10,6 +10,7 @@ use proofmass_uncertainty::Finding;
 
 /// Settings of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SlipSearch {
     /// Window over which velocity changes are compared, s.
     pub window: f64,

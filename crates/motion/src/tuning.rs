@@ -85,6 +85,7 @@ pub struct TunedValue {
 
 /// The model that makes the readings most probable.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Tuned {
     /// Noise and offset as a filter on line takes them.
     pub model: KalmanModel,

@@ -29,6 +29,7 @@ use proofmass_uncertainty::Finding;
 
 /// Answer of [`estimate`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct EstimateResult {
     /// Velocity by the chosen method.
     pub trace: VelocityTrace,

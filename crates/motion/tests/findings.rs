@@ -141,3 +141,58 @@ fn known_map_of_a_part_of_a_turn() {
     insist("encoder-map-part-of-a-turn", &found(1.0));
     spare("encoder-map-part-of-a-turn", &found(0.02));
 }
+
+/// A filter whose stated noise is ten times too small follows the readings, and its smoother contradicts it.
+#[test]
+fn known_filter_that_its_smoother_contradicts() {
+    let (record, _) = axis(3000, [0.02, 0.05], 0.4);
+    let estimated = |noise: f64| {
+        let model =
+            proofmass_motion::KalmanModel::new((0.05 * noise).powi(2), (0.02 * noise).powi(2));
+        let method = proofmass_motion::Method::Kalman { model };
+        let result = proofmass_motion::estimate(&record, Some(method), None, &Unwatched).unwrap();
+        result.findings
+    };
+    insist("filter-and-smoother-disagree", &estimated(0.1));
+    spare("filter-and-smoother-disagree", &estimated(1.0));
+}
+
+/// Half a minute at one sample in two seconds is too little to tune on, at 100 Hz it is enough.
+#[test]
+fn known_rate_at_which_nothing_is_tuned() {
+    let (record, truth) = axis(3000, [0.02, 0.05], 0.4);
+    let compared = |decimations: &[usize]| {
+        let result = compare(&record, Some(&truth), &[], decimations, 1.0, &Unwatched);
+        result.unwrap().findings
+    };
+    let told = compared(&[1, 200]);
+    let found = told.iter().find(|f| f.code() == "not-tuned").unwrap();
+    let evidence = found.evidence_text();
+    assert!(
+        evidence.starts_with("0.5 Hz: too few readings: 15 given"),
+        "{evidence}"
+    );
+    spare("not-tuned", &compared(&[1]));
+}
+
+/// Counts of a motion of twenty samples per period round alike in every period; of one beside it they do not.
+#[test]
+fn known_rounding_that_repeats_with_the_motion() {
+    let tuned = |period: f64| {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(4);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let w = TAU / (period * DT);
+        let at = |k: usize| w * DT * k as f64;
+        let increment = 1e-4;
+        let reading = (0..4000).map(|k| Some((4e-4 * at(k).sin() / increment).round() * increment));
+        let reading: Vec<Option<f64>> = reading.collect();
+        let acceleration = (0..4000).map(|k| -4e-4 * w * w * at(k).sin() + 0.005 * normal());
+        let acceleration: Vec<f64> = acceleration.collect();
+        let mut record =
+            MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();
+        record.increment = Some(increment);
+        Tuning::default().run(&record, &Unwatched).unwrap().findings
+    };
+    insist("rounding-repeats", &tuned(20.0));
+    spare("rounding-repeats", &tuned(20.37));
+}

@@ -104,6 +104,7 @@ pub struct TermUnits {
 
 /// What was found of one channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ChannelAnalysis {
     /// Name of the channel.
     pub name: String,
@@ -159,6 +160,7 @@ pub struct ChannelAnalysis {
 
 /// What was found of a record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Analysis {
     /// Samples per second.
     pub sample_rate: f64,

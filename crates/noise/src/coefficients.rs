@@ -269,6 +269,7 @@ pub struct TermParameter {
 
 /// The band of the spectrum a fit rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BandUse {
     /// Highest frequency used, Hz.
     pub highest_frequency: f64,
@@ -285,6 +286,7 @@ pub struct BandUse {
 
 /// A fitted noise model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CoefficientFit {
     /// Probability of the intervals.
     pub probability: f64,
@@ -413,14 +415,10 @@ impl FitOptions {
     pub(crate) fn check(&self, sample_rate: f64) -> Result<(), Error> {
         proofmass_core::check::probability(self.probability)?;
         check_false_alarm_rate(self.false_alarm_rate)?;
-        if !(self.temperature_lag >= 0.0 && self.temperature_lag.is_finite()) {
-            return Err(Error::OutOfRange {
-                name: "lag behind the temperature in s",
-                value: self.temperature_lag,
-                min: 0.0,
-                max: f64::MAX,
-            });
-        }
+        proofmass_core::check::not_negative(
+            "lag behind the temperature in s",
+            self.temperature_lag,
+        )?;
         let nyquist = 0.5 * sample_rate;
         match self.highest_frequency {
             Some(f) if !(f > 0.0 && f <= nyquist * (1.0 + 1e-12)) => Err(Error::OutOfRange {

@@ -102,6 +102,7 @@ impl CheckedLimit {
 
 /// Units or runs held against each other and against the limits of a data sheet.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct UnitComparison {
     /// Probability at which at least one coefficient of equal units is called different.
     pub false_alarm_rate: f64,

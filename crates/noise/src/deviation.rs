@@ -66,6 +66,7 @@ pub struct DeviationPoint {
 
 /// A statistic against averaging time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DeviationCurve {
     /// Which statistic.
     pub statistic: Statistic,

@@ -91,3 +91,26 @@ fn known_curve_that_does_not_follow_from_the_density() {
         .collect();
     insist("density-and-allan-differ", &found(&bent));
 }
+
+/// A resonance at 42 Hz of 50 Hz: too weak for a filter to be suspected, and no noise term has such a bump.
+#[test]
+fn known_resonance_in_the_upper_band_is_left_out() {
+    let (radius, angle) = (0.97_f64, 0.42 * std::f64::consts::TAU);
+    let ringing = |size: f64| -> Vec<f64> {
+        let drive = white(40_000, 8);
+        let mut y = [0.0; 2];
+        let rung = drive.iter().map(|x| {
+            let next = 2.0 * radius * angle.cos() * y[0] - radius * radius * y[1] + x;
+            y = [next, y[0]];
+            next
+        });
+        let rest = white(40_000, 9);
+        rung.zip(rest).map(|(r, w)| w + size * r).collect()
+    };
+    let told = found(&ringing(0.03));
+    let left = told.iter().find(|f| f.code() == "resonance-left-out");
+    let evidence = left.unwrap().evidence_text();
+    let used: f64 = evidence.split(' ').nth(3).unwrap().parse().unwrap();
+    assert!((35.0..42.0).contains(&used), "{evidence}");
+    spare("resonance-left-out", &found(&ringing(0.0)));
+}

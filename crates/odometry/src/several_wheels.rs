@@ -28,6 +28,7 @@ pub struct Wheels<'a> {
 
 /// Wheels that depart from the others, and when.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Departure {
     /// The wheels, by their place among the readings: one, or where no single one explains it two of an axle.
     pub wheels: Vec<usize>,

@@ -120,6 +120,7 @@ pub struct FiledCertificate {
 
 /// A file by its digest.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FiledFile {
     /// Its name in the folder, or its path as the result names it.
     pub name: String,
@@ -131,6 +132,7 @@ pub struct FiledFile {
 
 /// A result: what is needed to find it; the whole stands in its files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FiledResult {
     /// The device.
     pub device: i64,
@@ -195,6 +197,7 @@ pub struct FiledQuantity {
 
 /// A standard behind a result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct UsedStandard {
     /// The standard.
     pub standard: i64,

@@ -10,6 +10,7 @@ use std::borrow::Cow;
 
 /// A report as data.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Report {
     /// Title, on top and in the window.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -42,6 +43,7 @@ pub struct Report {
 
 /// What a reader came for, on the first screen: the result with its uncertainty, the verdict, the plot that shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Answer {
     /// What the result means, as a sentence; empty where the numbers say it all.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -136,6 +138,7 @@ pub struct KeyFigure {
 
 /// Columns, rows and notes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Table {
     /// Name of the file that holds the table as CSV; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -75,6 +75,7 @@ pub struct AxisAccelerometer {
 
 /// What the bench recorded, with the truth at every sample.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AxisRecording {
     /// Sample time, s.
     pub sample_time: f64,

@@ -81,6 +81,7 @@ impl Default for Bench {
 
 /// A run as the laboratory sees it: phasors in volts and m/s².
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Run {
     /// Drive frequency in Hz.
     pub frequency: f64,

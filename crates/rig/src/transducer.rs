@@ -95,6 +95,7 @@ impl ProofMass {
 /// }
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Transducer {
     /// What it is called.
     pub name: String,
@@ -106,6 +107,7 @@ pub struct Transducer {
 
 /// Within what a transducer measures.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TransducerLimits {
     /// Greatest acceleration, m/s².
     pub acceleration: f64,

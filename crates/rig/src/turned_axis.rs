@@ -9,6 +9,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 ///
 /// **Units** angles in rad, times in s, everything else in the unit of the output.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TurnedAxis {
     /// Angles between the axis and the vertical, in order.
     pub angles: Vec<f64>,

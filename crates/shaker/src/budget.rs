@@ -246,6 +246,7 @@ impl ShakerInput {
 
 /// The inputs of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Budget {
     /// Inputs, independent of each other.
     pub inputs: Vec<ShakerInput>,

@@ -105,6 +105,7 @@ pub struct PublishedResult {
 
 /// One method with one correction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MethodResult {
     /// The method.
     pub method: ShakerMethod,
@@ -170,6 +171,7 @@ pub struct TermDifference {
 
 /// What [`calibrate`] gives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ShakerCalibration {
     /// Methods and corrections side by side.
     pub results: Vec<MethodResult>,

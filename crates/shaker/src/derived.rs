@@ -408,7 +408,7 @@ pub fn inconsistency(s: &Matrix, a: &Matrix) -> Result<f64, Error> {
 mod tests {
     use super::*;
     use num_complex::Complex64;
-    use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Effect, Evaluation, Influence};
+    use proofmass_uncertainty::{Covariance, Effect, Influence};
 
     fn estimate(m: &Matrix, u: f64) -> Estimate {
         let components = to_real(m)
@@ -423,16 +423,13 @@ mod tests {
                 )
             })
             .collect();
-        let influence = Influence {
-            key: "all".into(),
-            description: "all".into(),
-            evaluation: Evaluation::B,
-            distribution: "normal".into(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::Joint {
+        let influence = Influence::normal(
+            "all",
+            "all",
+            Effect::Joint {
                 covariance: Covariance::from_standard_uncertainties(&[u; 18]).unwrap(),
             },
-        };
+        );
         Estimate::new(components, vec![influence]).unwrap()
     }
 

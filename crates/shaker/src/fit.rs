@@ -46,6 +46,7 @@ pub struct FrequencyFit {
 
 /// One run as the fit sees it.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RunResidual {
     /// Name of the run.
     pub run: String,
@@ -87,6 +88,7 @@ pub struct AngleEstimate {
 
 /// A fit over all frequencies.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Fit {
     /// Frequencies in ascending order.
     pub frequencies: Vec<FrequencyFit>,

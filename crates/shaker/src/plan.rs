@@ -28,6 +28,7 @@ pub struct Conditioning {
 
 /// The spurious motion that a plan is to expect at its frequency.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ExpectedSpurious {
     /// An entry for every inclination of the plan.
     pub table: SpuriousTable,

@@ -70,6 +70,7 @@ pub struct AppliedLine {
 
 /// Magnitude of the acceleration along one axis of the device, with its budget.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Applied {
     /// Magnitude in m/s².
     pub value: f64,

@@ -81,6 +81,7 @@ pub struct RunInput {
 
 /// How a recording becomes phasors.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PhasorReading {
     /// Sampling frequency in Hz.
     pub sampling_frequency: f64,

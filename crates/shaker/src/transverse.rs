@@ -345,17 +345,10 @@ impl TransverseTest<'_> {
                 }
             }
             if u > 0.0 {
-                list.push(Influence {
-                    key: "seat.squareness".to_owned(),
-                    description: "motion along the axis: mounting not square to the vibration, and what the table adds"
-                        .to_owned(),
-                    evaluation: Evaluation::B,
-                    distribution: "normal".to_owned(),
-                    dof: DegreesOfFreedom::INFINITE,
-                    effect: Effect::Joint {
+                list.push(Influence::normal("seat.squareness", "motion along the axis: mounting not square to the vibration, and what the table adds"
+                        , Effect::Joint {
                         covariance: Covariance::try_from_rows(6, &covariance)?,
-                    },
-                });
+                    }));
             }
         }
         let turned = [zero, -y, x];
@@ -460,18 +453,17 @@ fn derive(estimate: &Estimate, s: Complex64) -> Result<(Expanded, Option<Expande
 }
 
 fn scalar(key: &str, description: &str, u: f64, effect: [Complex64; 3]) -> Option<Influence> {
-    (u > 0.0).then(|| Influence {
-        key: key.to_owned(),
-        description: description.to_owned(),
-        evaluation: Evaluation::B,
-        distribution: "normal".to_owned(),
-        dof: DegreesOfFreedom::INFINITE,
-        effect: Effect::Scalar {
-            value: 0.0,
-            unit: "1".to_owned(),
-            standard_uncertainty: u,
-            sensitivity: effect.map(|z| [z.re, z.im]).concat(),
-        },
+    (u > 0.0).then(|| {
+        Influence::normal(
+            key,
+            description,
+            Effect::Scalar {
+                value: 0.0,
+                unit: "1".to_owned(),
+                standard_uncertainty: u,
+                sensitivity: effect.map(|z| [z.re, z.im]).concat(),
+            },
+        )
     })
 }
 

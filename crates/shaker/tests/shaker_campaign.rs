@@ -48,10 +48,8 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Bench
         duration: 0.2,
         ..Acquisition::default()
     };
-    let reading = PhasorReading {
-        full_scale: Some(daq.full_scale),
-        ..PhasorReading::new(daq.sampling_frequency)
-    };
+    let mut reading = PhasorReading::new(daq.sampling_frequency);
+    reading.full_scale = Some(daq.full_scale);
     let runs: Vec<RunInput> = campaign
         .runs
         .iter()
@@ -174,10 +172,8 @@ fn refuses_clipped_runs_and_a_wrong_frequency_and_a_short_certificate() {
         ..Acquisition::default()
     };
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(12);
-    let reading = PhasorReading {
-        full_scale: Some(10.0),
-        ..PhasorReading::new(daq.sampling_frequency)
-    };
+    let mut reading = PhasorReading::new(daq.sampling_frequency);
+    reading.full_scale = Some(10.0);
     // Run 50 at 160 Hz: overdriven. Run 60: recorded at 315 Hz.
     let again = |k: usize, gain: f64, f: f64, rng: &mut Xoshiro256PlusPlus| {
         let r = shaker.runs[k].clone();

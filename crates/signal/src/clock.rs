@@ -78,6 +78,7 @@ pub struct RateChange {
 
 /// What time stamps tell about the clock they came from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Clock {
     /// Sampling rate by the line through the stamps, Hz.
     pub rate_hz: f64,
@@ -131,12 +132,7 @@ pub struct Clock {
 /// assert_eq!((slips[0].row, slips[0].samples), (601, 3));
 /// ```
 pub fn read(stamps: &[f64], nominal: Option<f64>) -> Result<(Clock, Vec<Slip>), Error> {
-    if let Some(index) = stamps.iter().position(|t| !t.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "time stamps",
-            index,
-        });
-    }
+    proofmass_core::check::finite("time stamps", stamps)?;
     let n = stamps.len();
     if n < 3 {
         return Err(Error::TooFew {

@@ -69,12 +69,7 @@ impl Detrend {
                 got: 0,
             });
         }
-        if let Some(index) = signal.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "signal",
-                index,
-            });
-        }
+        proofmass_core::check::finite("signal", signal)?;
         Ok(self.subtract(signal, rate))
     }
 

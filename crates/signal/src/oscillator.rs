@@ -1,8 +1,8 @@
 //! One linear oscillator on a moving base, stepped exactly through a record of straight lines.
 
-use crate::shock_spectrum::positive;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_core::check::positive;
 
 /// z = v − λ̄ x of an oscillator x″ + 2ζω x′ + ω² x = −a, λ = −ζω + jω√(1 − ζ²): one complex state, z′ = λz − a.
 ///
@@ -145,12 +145,7 @@ pub fn relative_displacement(
             max: 1.0,
         });
     }
-    if let Some(index) = acceleration.iter().position(|a| !a.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "acceleration",
-            index,
-        });
-    }
+    proofmass_core::check::finite("acceleration", acceleration)?;
     let oscillator = Oscillator::new(frequency, damping, 1.0 / rate);
     let mut z = Complex64::new(0.0, 0.0);
     let mut before = acceleration.first().copied().unwrap_or(0.0);

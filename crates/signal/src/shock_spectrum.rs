@@ -5,6 +5,7 @@ mod kernel;
 mod tests;
 
 use crate::oscillator::{Oscillator, Reading};
+use proofmass_core::check::positive;
 use proofmass_core::{Error, Unwatched, Watch};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -298,12 +299,7 @@ impl ShockSpectrum {
                 got: record.len(),
             });
         }
-        if let Some(index) = record.iter().position(|a| !a.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "record",
-                index,
-            });
-        }
+        proofmass_core::check::finite("record", record)?;
         if let Some(end) = self
             .shock_end
             .filter(|end| *end > record.len() || *end == 0)
@@ -317,18 +313,6 @@ impl ShockSpectrum {
         }
         Ok(())
     }
-}
-
-pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
-    if value > 0.0 && value.is_finite() {
-        return Ok(());
-    }
-    Err(Error::OutOfRange {
-        name,
-        value,
-        min: f64::MIN_POSITIVE,
-        max: f64::MAX,
-    })
 }
 
 /// Frequencies from `low` to at least `high` with `per_octave` equal ratios to the octave.

@@ -81,6 +81,7 @@ pub struct SineApproximation {
 
 /// One channel of a [`SineFit`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ChannelSine {
     /// Complex peak amplitude X of x(t) = Re(X e^{jΩt}), t = 0 at the first sample.
     pub amplitude: Complex64,
@@ -383,14 +384,7 @@ impl SineApproximation {
                 got: n,
             });
         }
-        if !(sampling_frequency > 0.0 && sampling_frequency.is_finite()) {
-            return Err(Error::OutOfRange {
-                name: "sampling frequency",
-                value: sampling_frequency,
-                min: f64::MIN_POSITIVE,
-                max: f64::MAX,
-            });
-        }
+        proofmass_core::check::positive("sampling frequency", sampling_frequency)?;
         let lowest = sampling_frequency / n as f64;
         let highest = 0.5 * sampling_frequency / self.harmonics.max(1) as f64;
         if !(self.nominal >= lowest && self.nominal < highest) {

@@ -1,6 +1,6 @@
 //! What seismologists and vehicle engineers read from a record of acceleration: intensity, velocity, displacement.
 
-use crate::shock_spectrum::positive;
+use proofmass_core::check::positive;
 use proofmass_core::{Error, STANDARD_GRAVITY};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -29,6 +29,7 @@ pub enum Baseline {
 
 /// Velocity and displacement from rest, by the trapezoidal rule and the exact integral of straight lines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Motion {
     /// Acceleration after the correction, m/s².
     pub acceleration: Vec<f64>,
@@ -59,6 +60,7 @@ pub struct Motion {
 /// assert!((figures.arias_intensity - std::f64::consts::PI / (2.0 * 9.81)).abs() < 1e-12);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StrongMotion {
     /// Greatest |a|, m/s².
     pub peak_acceleration: f64,

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[doc(alias("decimation", "downsampling"))]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Trace {
     /// Abscissae, in their order.
     pub x: Vec<f64>,

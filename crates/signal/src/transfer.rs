@@ -144,7 +144,7 @@ impl CrossSpectra {
             });
         };
         if let Estimator::Hv { noise_ratio } = estimator {
-            crate::shock_spectrum::positive("ratio of the noises", noise_ratio)?;
+            proofmass_core::check::positive("ratio of the noises", noise_ratio)?;
         }
         let k = self.independent;
         if !(k >= 1.5) {

@@ -61,7 +61,7 @@ impl Vibration {
             });
         }
         // Lines a tenth of the lower edge apart, so that the edge is where it is said to be.
-        crate::shock_spectrum::positive("sample rate", rate)?;
+        proofmass_core::check::positive("sample rate", rate)?;
         let [low, high] = band;
         if !(low > 0.0 && high > low && high <= 0.5 * rate) {
             return Err(Error::OutOfRange {

@@ -103,14 +103,7 @@ pub(crate) fn check(signal: &[f64], rate: f64, segment: usize) -> Result<(), Err
 }
 
 fn check_shape(signal: &[f64], rate: f64, segment: usize) -> Result<(), Error> {
-    if !(rate > 0.0 && rate.is_finite()) {
-        return Err(Error::OutOfRange {
-            name: "sample rate",
-            value: rate,
-            min: f64::MIN_POSITIVE,
-            max: f64::MAX,
-        });
-    }
+    proofmass_core::check::positive("sample rate", rate)?;
     if segment < 4 {
         return Err(Error::OutOfRange {
             name: "segment",

@@ -128,6 +128,7 @@ pub struct BiasTracking {
 
 /// The bias over a recording.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BiasTrack {
     /// Times at which the bias is given, s: the means of the rests, and points between them.
     pub time: Vec<f64>,

@@ -6,6 +6,7 @@ use std::fmt;
 
 /// One of the six directions a sensor axis can point along or against the specific force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Direction {
     /// 0, 1, 2 for x, y, z.
     pub axis: usize,

@@ -115,14 +115,7 @@ impl WindowedVariance {
             ("window", search.window),
             ("minimum duration", search.minimum_duration),
         ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: 0.0,
-                    max: f64::MAX,
-                });
-            }
+            proofmass_core::check::positive(name, value)?;
         }
         let [half, minimum_samples] = search.samples(rate);
         let n = samples.len();

@@ -7,6 +7,7 @@ use proofmass_core::{Error, Gravity, Unwatched};
 
 /// A multi-position calibration with everything it went through.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StandstillCalibration {
     /// The standstills and how they were found.
     pub sweep: ThresholdSweep,

@@ -9,6 +9,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// One threshold of a sweep and what came of it.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Candidate {
     /// Largest windowed variance of a standstill, in multiples of the noise floor.
     pub threshold: f64,
@@ -69,14 +70,7 @@ impl ThresholdSweep {
         watch: &dyn Watch,
     ) -> Result<Self, Error> {
         if let Some(threshold) = search.threshold {
-            if !(threshold.is_finite() && threshold > 0.0) {
-                return Err(Error::OutOfRange {
-                    name: "threshold",
-                    value: threshold,
-                    min: 0.0,
-                    max: f64::MAX,
-                });
-            }
+            proofmass_core::check::positive("threshold", threshold)?;
             let windowed = WindowedVariance::new(samples, rate, breaks, search)?;
             return Ok(Self {
                 segments: windowed.holds(samples, threshold),

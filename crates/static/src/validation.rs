@@ -35,6 +35,7 @@ pub struct AttitudeCheck {
 /// **Source** the 0.1 % rule: good practice of accelerometer compensation; χ²: `[GUM]` H.3 in matrix form.
 #[doc(alias("verification", "cross-validation"))]
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Validation {
     /// One per standstill.
     pub attitudes: Vec<AttitudeCheck>,
@@ -99,12 +100,7 @@ impl Validation {
             .map(|p| calibration.sensor.apply(p.mean))
             .collect();
         let residuals: Vec<f64> = accelerations.iter().map(|a| norm(*a) - g).collect();
-        if let Some(index) = residuals.iter().position(|r| !r.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "compensated acceleration",
-                index,
-            });
-        }
+        proofmass_core::check::finite("compensated acceleration", &residuals)?;
         let v = ResidualCovariance::of(calibration, gravity, poses, &accelerations)?;
         let chi_square = v.square(&residuals)?;
         let p_value = ChiSquared::new(n as f64).map_or(0.0, |d| 1.0 - d.cdf(chi_square));

@@ -296,3 +296,12 @@ fn known_sweeps_that_tell_less_than_they_seem_to() {
     // Moved by half a degree.
     insist("output-step", &sweep(up, [0.02, 0.06], 0.087));
 }
+
+/// A thermometer that scatters by two kelvins over one kelvin of a room, and over eighty in a chamber.
+#[test]
+fn known_thermometer_that_flattens_a_slope() {
+    let room = sweep(|s| 22.0 + s, [0.002, 2.0], 0.0);
+    insist("noisy-thermometer", &room);
+    let chamber = sweep(|s| -18.0 + 80.0 * s, [0.002, 2.0], 0.0);
+    spare("noisy-thermometer", &chamber);
+}

@@ -13,6 +13,7 @@ pub struct Equations {
 
 /// Where an adjustment ended.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Solution {
     /// θ.
     pub parameters: Vec<f64>,
@@ -183,6 +184,7 @@ pub fn solve(l: &[f64], b: &mut [f64]) {
 
 /// The root of a symmetric positive definite matrix of few unknowns whose diagonal was scaled to one.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ScaledRoot {
     /// What each unknown was scaled with.
     pub scale: Vec<f64>,

@@ -88,6 +88,7 @@ impl NoiseDof {
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct BetweenScatter {
     /// p.
     pub(crate) parameters: usize,
@@ -357,14 +358,7 @@ fn check(variances: &[f64], dof: &NoiseDof, probability: f64) -> Result<(), Erro
         });
     }
     for &value in variances {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(Error::OutOfRange {
-                name: "variance of an equation",
-                value,
-                min: f64::MIN_POSITIVE,
-                max: f64::MAX,
-            });
-        }
+        proofmass_core::check::positive("variance of an equation", value)?;
     }
     if let NoiseDof::Each(each) = dof
         && each.len() != variances.len()

@@ -40,6 +40,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// **Source** `[JCGM106]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Limits {
     /// Lower limit.
     pub lower: Option<f64>,
@@ -66,6 +67,7 @@ pub enum DecisionRule {
 
 /// A decision about one item.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Conformity {
     /// Probability that the item conforms.
     pub probability: f64,

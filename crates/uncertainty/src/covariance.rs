@@ -71,12 +71,7 @@ impl Covariance {
                 got: elements.len(),
             });
         }
-        if let Some(index) = elements.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "covariance",
-                index,
-            });
-        }
+        proofmass_core::check::finite("covariance", elements)?;
         let mut covariance = Self {
             n,
             elements: elements.to_vec(),
@@ -183,14 +178,7 @@ impl Covariance {
     /// # Errors
     /// [`Error::OutOfRange`] when the factor is negative or not finite.
     pub fn scaled(&self, factor: f64) -> Result<Self, Error> {
-        if !(factor.is_finite() && factor >= 0.0) {
-            return Err(Error::OutOfRange {
-                name: "factor",
-                value: factor,
-                min: 0.0,
-                max: f64::MAX,
-            });
-        }
+        proofmass_core::check::not_negative("factor", factor)?;
         let elements = self.elements.iter().map(|v| v * factor).collect();
         Ok(Self {
             n: self.n,

@@ -409,9 +409,7 @@ fn mean_and_variance(name: &'static str, values: &[f64]) -> Result<(f64, f64), E
             got: values.len(),
         });
     }
-    if let Some(index) = values.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NotFinite { name, index });
-    }
+    proofmass_core::check::finite(name, values)?;
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// One quantity of an [`Estimate`]: its stable dotted name, its unit and its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Component {
     /// Stable documented name, such as `bias.x`.
     pub name: String,
@@ -48,6 +49,20 @@ pub struct Influence {
     pub dof: DegreesOfFreedom,
     /// How it appears in the components.
     pub effect: Effect,
+}
+
+impl Influence {
+    /// A cause of type B whose standard uncertainty is known and whose distribution is normal: what a certificate states.
+    pub fn normal(key: impl Into<String>, description: impl Into<String>, effect: Effect) -> Self {
+        Self {
+            key: key.into(),
+            description: description.into(),
+            evaluation: Evaluation::B,
+            distribution: "normal".to_owned(),
+            dof: DegreesOfFreedom::INFINITE,
+            effect,
+        }
+    }
 }
 
 /// How one cause appears in the components of an estimate.

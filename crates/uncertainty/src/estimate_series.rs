@@ -229,12 +229,7 @@ impl EstimateSeries {
                 got: weights.len(),
             });
         }
-        if let Some(index) = weights.iter().position(|w| !w.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "weight",
-                index,
-            });
-        }
+        proofmass_core::check::finite("weight", weights)?;
         let entering: Vec<(f64, &SeriesPoint)> = weights
             .iter()
             .copied()
@@ -407,16 +402,13 @@ mod tests {
     use super::*;
 
     fn point(at: f64, value: f64, covariance: &[f64]) -> SeriesPoint {
-        let influence = Influence {
-            key: "all".into(),
-            description: "all".into(),
-            evaluation: Evaluation::B,
-            distribution: "normal".into(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::Joint {
+        let influence = Influence::normal(
+            "all",
+            "all",
+            Effect::Joint {
                 covariance: Covariance::try_from_rows(2, covariance).unwrap(),
             },
-        };
+        );
         let components = vec![
             Component::new("re", "V", value),
             Component::new("im", "V", -value),

@@ -120,6 +120,7 @@ pub struct OutputResult {
 
 /// Result of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ModelResult {
     /// Title of the model.
     pub title: String,

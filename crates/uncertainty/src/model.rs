@@ -42,6 +42,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct BudgetEntries {
     /// Title for the report.
     #[serde(default)]
@@ -57,6 +58,7 @@ pub struct BudgetEntries {
 /// One `[[correlation]]` between two inputs or two draws of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct CorrelationEntry {
     /// Two names, such as `["V", "I"]` or `["reference[frequency=10]", "reference[frequency=20]"]`.
     #[serde(deserialize_with = "two_names")]
@@ -108,6 +110,7 @@ impl BudgetEntries {
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct UncertaintyModel {
     /// Title for the report.
     #[serde(default)]

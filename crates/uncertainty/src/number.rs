@@ -2,6 +2,23 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+/// xⁿ by squaring; `one` is the 1 of its kind.
+fn power<T: Copy + Mul<Output = T> + Div<Output = T>>(x: T, one: T, n: i32) -> T {
+    let mut result = one;
+    let mut base = x;
+    let mut left = n.unsigned_abs();
+    while left > 0 {
+        if left & 1 == 1 {
+            result = result * base;
+        }
+        left >>= 1;
+        if left > 0 {
+            base = base * base;
+        }
+    }
+    if n < 0 { one / result } else { result }
+}
+
 /// What arithmetic a model may use. Write the model once over `T: Number`; it then runs on `f64` for its value
 /// and for Monte Carlo, and on [`Dual`] for its derivatives.
 ///
@@ -76,23 +93,7 @@ pub trait Number:
     }
     /// Integer power.
     fn powi(self, n: i32) -> Self {
-        let mut result = Self::from(1.0);
-        let mut base = self;
-        let mut left = n.unsigned_abs();
-        while left > 0 {
-            if left & 1 == 1 {
-                result = result * base;
-            }
-            left >>= 1;
-            if left > 0 {
-                base = base * base;
-            }
-        }
-        if n < 0 {
-            Self::from(1.0) / result
-        } else {
-            result
-        }
+        power(self, Self::from(1.0), n)
     }
     /// Real power of a positive number.
     fn powf(self, exponent: Self) -> Self {
@@ -168,6 +169,7 @@ impl Number for f64 {
 /// `Dual<f64, N>` carries first derivatives; `Dual<Dual<f64, 1>, 1>` second ones.
 #[doc(alias("automatic differentiation"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Dual<T, const N: usize> {
     /// The value.
     pub real: T,
@@ -354,6 +356,7 @@ impl<T: Number, const N: usize> Number for Dual<T, N> {
 
 /// A complex number over any [`Number`]: two real components whose derivatives are kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Complex<T> {
     /// Real part.
     pub re: T,
@@ -410,23 +413,7 @@ impl<T: Number> Complex<T> {
     }
     /// Integer power.
     pub fn powi(self, n: i32) -> Self {
-        let mut result = Self::new(T::from(1.0), T::from(0.0));
-        let mut base = self;
-        let mut left = n.unsigned_abs();
-        while left > 0 {
-            if left & 1 == 1 {
-                result = result * base;
-            }
-            left >>= 1;
-            if left > 0 {
-                base = base * base;
-            }
-        }
-        if n < 0 {
-            Self::new(T::from(1.0), T::from(0.0)) / result
-        } else {
-            result
-        }
+        power(self, Self::new(T::from(1.0), T::from(0.0)), n)
     }
 }
 

@@ -113,9 +113,7 @@ fn finite(value: &[f64], jacobian: &[f64]) -> Result<(), Error> {
         ("model output", value),
         ("derivative of the model", jacobian),
     ] {
-        if let Some(index) = values.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite { name, index });
-        }
+        proofmass_core::check::finite(name, values)?;
     }
     Ok(())
 }

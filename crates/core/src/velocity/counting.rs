@@ -110,6 +110,7 @@ pub enum CountUse {
 
 /// What a count said.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CountUpdate<T> {
     /// What the count was used as.
     pub kind: CountUse,

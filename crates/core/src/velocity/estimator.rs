@@ -13,6 +13,7 @@ use crate::Float;
 /// A position of 10⁷ turns leaves single precision no fraction; the way since the last sample has all its digits.
 /// [`Counter`](super::Counter) and [`Circle`](super::Circle) make it from counters and angles that roll over.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AxisSample<T> {
     /// Counts since the last reading; `None` where this sample has no reading.
     pub counts: Option<i32>,

@@ -126,6 +126,7 @@ impl BiasModel {
 /// ```
 #[doc(alias("Kalman filter", "EKF", "state estimator"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Kalman<T, const N: usize> {
     /// Transition F.
     pub f: [[T; N]; N],

@@ -33,6 +33,7 @@ pub struct Observer<T> {
 
 /// Memory of an [`Observer`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ObserverState<T> {
     /// Position x̂.
     pub position: T,

@@ -91,6 +91,7 @@ pub enum ReadingKind {
 
 /// A velocity from timed edges with what limits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PulseReading<T> {
     /// Velocity in the middle of the measured interval.
     pub velocity: T,

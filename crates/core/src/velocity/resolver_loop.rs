@@ -37,6 +37,7 @@ pub struct ResolverLoop<T> {
 
 /// What a [`ResolverLoop`] says.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ResolverReading<T> {
     /// Angle, −π…π.
     pub angle: T,

@@ -583,8 +583,8 @@ mod tests {
     use super::*;
     use crate::reference_table::{ReferencePoint, ReferenceTable};
     use proofmass_uncertainty::{
-        Component, Covariance, Effect, Estimate, EstimateSeries, Evaluation, Influence,
-        SeriesPoint, SharedEffect,
+        Component, Covariance, Effect, Estimate, EstimateSeries, Influence, SeriesPoint,
+        SharedEffect,
     };
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
@@ -605,15 +605,14 @@ mod tests {
             let k = truth(at) * scale;
             let u = own * k.norm();
             let z = k + Complex64::new(u * normal(), u * normal());
-            let joint = |key: &str, rows: [f64; 4]| Influence {
-                key: key.into(),
-                description: key.into(),
-                evaluation: Evaluation::B,
-                distribution: "normal".into(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Joint {
-                    covariance: Covariance::try_from_rows(2, &rows).unwrap(),
-                },
+            let joint = |key: &str, rows: [f64; 4]| {
+                Influence::normal(
+                    key,
+                    key,
+                    Effect::Joint {
+                        covariance: Covariance::try_from_rows(2, &rows).unwrap(),
+                    },
+                )
             };
             let e = [common * z.re, common * z.im];
             let outer = [e[0] * e[0], e[0] * e[1], e[0] * e[1], e[1] * e[1]];

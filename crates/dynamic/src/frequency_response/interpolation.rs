@@ -212,8 +212,7 @@ impl FrequencyResponse {
 mod tests {
     use super::*;
     use proofmass_uncertainty::{
-        Component, DegreesOfFreedom, Effect, Estimate, EstimateSeries, Evaluation, Influence,
-        SeriesPoint,
+        Component, Effect, Estimate, EstimateSeries, Influence, SeriesPoint,
     };
 
     /// A resonance at 5 kHz with a delay of 20 µs.
@@ -228,16 +227,13 @@ mod tests {
             .take_while(|f| *f <= 2600.0)
             .map(|at| {
                 let k = truth(at);
-                let influence = Influence {
-                    key: "reading".into(),
-                    description: "reading".into(),
-                    evaluation: Evaluation::B,
-                    distribution: "normal".into(),
-                    dof: DegreesOfFreedom::INFINITE,
-                    effect: Effect::Joint {
+                let influence = Influence::normal(
+                    "reading",
+                    "reading",
+                    Effect::Joint {
                         covariance: Covariance::from_standard_uncertainties(&[0.01; 2]).unwrap(),
                     },
-                };
+                );
                 let components = vec![
                     Component::new("K.re", "V/(m/s²)", k.re),
                     Component::new("K.im", "V/(m/s²)", k.im),

@@ -31,6 +31,7 @@ pub struct CommonCause {
 
 /// A measured frequency response: points with the covariance of each, and what is common to all.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ResponsePoints {
     /// Hz.
     pub frequency: Vec<f64>,
@@ -382,6 +383,7 @@ pub struct FitProblem {
 ///
 /// **Source** `[ISO16063-43]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ModelFit {
     /// What was asked.
     pub problem: FitProblem,

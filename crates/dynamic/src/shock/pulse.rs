@@ -34,6 +34,7 @@ impl Default for PulseSearch {
 
 /// Where the pulse of a record lies.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Pulse {
     /// +1 or −1: the side to which it goes.
     pub sign: f64,
@@ -79,12 +80,7 @@ impl PulseSearch {
                 got: n,
             });
         }
-        if let Some(index) = record.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "record",
-                index,
-            });
-        }
+        proofmass_core::check::finite("record", record)?;
         if record.iter().all(|v| *v == record[0]) {
             return Err(Error::Constant {
                 name: "record",
@@ -192,6 +188,7 @@ impl PulseSearch {
 
 /// What is read from one pulse. **Source** `[ISO16063-22]`, `[IEC60068-2-27]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PulseMeasures {
     /// Greatest value above the baseline, by a polynomial through the top, with the sign of the pulse; unit of the record.
     pub peak: f64,

@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 
 /// A stretch of one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Plateau {
     /// First sample.
     pub from: usize,
@@ -222,12 +223,7 @@ pub(super) fn find(x: &[f64], rate: f64) -> Result<Result<Vec<Plateau>, NoSteps>
             got: x.len(),
         });
     }
-    if let Some(index) = x.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "input",
-            index,
-        });
-    }
+    proofmass_core::check::finite("input", x)?;
     let none = NoSteps::NoSine {
         periods: 0,
         steady: 0,

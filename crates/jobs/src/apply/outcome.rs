@@ -130,6 +130,7 @@ pub(super) fn findings(
 
 /// A filter, but for its taps.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FilterFigures {
     /// Sampling rate, Hz.
     pub(crate) rate: f64,

@@ -11,6 +11,7 @@ use std::f64::consts::{LN_2, PI};
 /// Noise of one axis: what a noise analysis found of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct AxisNoise {
     /// White noise N, (m/s²)/√Hz, two-sided.
     pub white: f64,

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 /// What is known of a recording beside the recording itself.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Draft {
     /// Columns of x, y, z by name or number; found by their headings where they are not given.
     pub columns: Option<[String; 3]>,

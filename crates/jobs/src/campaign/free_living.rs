@@ -1,86 +1,62 @@
 //! `kind = "free-living"`: days of a logger on a wrist or a machine.
 
-use super::CampaignFile;
-use super::multi_position::{Axes, GravityInput, Prefixes};
-use proofmass_io::{
-    ColumnRef, DecimalMark, Device, LayoutOptions, Result, Separator, TimeUnit, Unit,
-};
+use super::multi_position::{Axes, GravityInput};
+use proofmass_io::{ColumnRef, Result, TimeUnit, Unit};
 use proofmass_static::Stop;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
-/// A recording of days, calibrated from its still moments.
-///
-/// ```toml
-/// kind = "free-living"
-///
-/// [recording]
-/// file = "wrist.csv.gz"
-/// columns = { x = "x", y = "y", z = "z" }
-/// time = "t"
-/// temperature = "temperature"
-/// unit = "g"
-/// ```
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FreeLivingCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The device.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Where the samples are.
-    pub(crate) recording: StreamTable,
-    /// How they are fitted.
-    #[serde(default)]
-    pub(crate) method: FreeLivingMethod,
-    /// Gravity where it was worn; `None`: anywhere on the ground.
-    pub(crate) gravity: Option<GravityInput>,
+super::head::campaign! {
+    /// A recording of days, calibrated from its still moments.
+    ///
+    /// ```toml
+    /// kind = "free-living"
+    ///
+    /// [recording]
+    /// file = "wrist.csv.gz"
+    /// columns = { x = "x", y = "y", z = "z" }
+    /// time = "t"
+    /// temperature = "temperature"
+    /// unit = "g"
+    /// ```
+    pub struct FreeLivingCampaign {
+        /// Where the samples are.
+        pub(crate) recording: StreamTable,
+        /// How they are fitted.
+        #[serde(default)]
+        pub(crate) method: FreeLivingMethod,
+        /// Gravity where it was worn; `None`: anywhere on the ground.
+        pub(crate) gravity: Option<GravityInput>,
+    }
 }
 
-/// `[recording]` of a stream.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StreamTable {
-    /// The file, relative to the campaign.
-    pub(crate) file: String,
-    /// `text`, or `f32` for raw floats.
-    #[serde(default)]
-    pub(crate) format: StreamFormat,
-    /// Channels in a file of raw floats, when there are more than are named.
-    pub(crate) channel_count: Option<usize>,
-    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub(crate) separator: Option<Separator>,
-    /// Whether there is a header row.
-    pub(crate) header: Option<bool>,
-    /// Prefixes of comment lines.
-    pub(crate) comment: Option<Prefixes>,
-    /// `point` or `comma`.
-    pub(crate) decimal: Option<DecimalMark>,
-    /// Lines to pass over at the top.
-    pub(crate) skip_lines: Option<usize>,
-    /// Columns of the axes, by name or number.
-    pub(crate) columns: Axes,
-    /// Time column, by name or number.
-    pub(crate) time: Option<ColumnRef>,
-    /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
-    pub(crate) time_unit: Option<TimeUnit>,
-    /// Sampling rate, Hz, instead of a time column.
-    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub(crate) sampling_rate_hz: Option<f64>,
-    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
-    pub(crate) source: Option<String>,
-    /// The segment that is read, from one time on and before another, s.
-    pub(crate) between_s: Option<[f64; 2]>,
-    /// Temperature column, by name or number.
-    pub(crate) temperature: Option<ColumnRef>,
-    /// Unit of the three axes, where the headings do not say it.
-    pub(crate) unit: Option<Unit>,
+super::text_table::text_table! {
+    /// `[recording]` of a stream.
+    pub struct StreamTable {
+        /// The file, relative to the campaign.
+        pub(crate) file: String,
+        /// `text`, or `f32` for raw floats.
+        #[serde(default)]
+        pub(crate) format: StreamFormat,
+        /// Channels in a file of raw floats, when there are more than are named.
+        pub(crate) channel_count: Option<usize>,
+        /// Columns of the axes, by name or number.
+        pub(crate) columns: Axes,
+        /// Time column, by name or number.
+        pub(crate) time: Option<ColumnRef>,
+        /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
+        pub(crate) time_unit: Option<TimeUnit>,
+        /// Sampling rate, Hz, instead of a time column.
+        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+        pub(crate) sampling_rate_hz: Option<f64>,
+        /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        pub(crate) source: Option<String>,
+        /// The segment that is read, from one time on and before another, s.
+        pub(crate) between_s: Option<[f64; 2]>,
+        /// Temperature column, by name or number.
+        pub(crate) temperature: Option<ColumnRef>,
+        /// Unit of the three axes, where the headings do not say it.
+        pub(crate) unit: Option<Unit>,
+    }
 }
 
 /// Form of the samples of a stream.
@@ -92,18 +68,6 @@ pub enum StreamFormat {
     Text,
     /// Little-endian 32-bit floats, the channels of one instant side by side, nothing else in the file.
     F32,
-}
-
-impl StreamTable {
-    pub(crate) fn layout(&self) -> LayoutOptions {
-        LayoutOptions {
-            separator: self.separator,
-            header: self.header,
-            comment: self.comment.as_ref().map(Prefixes::list),
-            decimal: self.decimal,
-            skip_lines: self.skip_lines,
-        }
-    }
 }
 
 /// `[method]` of a free-living campaign.

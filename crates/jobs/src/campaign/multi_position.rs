@@ -3,67 +3,53 @@
 use super::single_axis::twice;
 use super::{CampaignFile, Unsaid};
 use proofmass_io::SegmentRow;
-use proofmass_io::{Ambient, Device};
-use proofmass_io::{ColumnRef, DecimalMark, Layout, LayoutOptions, Separator};
+use proofmass_io::{ColumnRef, Layout};
 use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
 use proofmass_static::Terms;
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// The tables of a multi-position campaign.
-///
-/// ```toml
-/// kind = "multi-position"
-/// title = "Hand-held positions, unit 0300"
-///
-/// [device]
-/// manufacturer = "Xsens"
-/// model = "MTi"
-///
-/// [recording]
-/// file = "recording.txt"
-/// columns = { x = 2, y = 3, z = 4 }
-/// time = 1
-/// time_unit = "s"
-/// unit = "count"
-///
-/// [gravity]
-/// value = 9.81744
-/// standard_uncertainty = 2e-5
-/// ```
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MultiPositionCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The device under calibration.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Where the samples are.
-    pub(crate) recording: RecordingTable,
-    /// Local gravity.
-    pub(crate) gravity: GravityInput,
-    /// How standstills are found.
-    #[serde(default)]
-    pub(crate) standstill: StandstillTable,
-    /// What is fitted.
-    #[serde(default)]
-    pub method: MethodTable,
-    /// What is fitted beside the matrix.
-    #[serde(default)]
-    pub(crate) terms: Terms,
-    /// Uncertainty of given attitudes.
-    #[serde(default)]
-    pub(crate) attitude: AttitudeTable,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
+super::head::campaign! {
+    /// The tables of a multi-position campaign.
+    ///
+    /// ```toml
+    /// kind = "multi-position"
+    /// title = "Hand-held positions, unit 0300"
+    ///
+    /// [device]
+    /// manufacturer = "Xsens"
+    /// model = "MTi"
+    ///
+    /// [recording]
+    /// file = "recording.txt"
+    /// columns = { x = 2, y = 3, z = 4 }
+    /// time = 1
+    /// time_unit = "s"
+    /// unit = "count"
+    ///
+    /// [gravity]
+    /// value = 9.81744
+    /// standard_uncertainty = 2e-5
+    /// ```
+    #[non_exhaustive]
+    pub struct MultiPositionCampaign {
+        /// Where the samples are.
+        pub(crate) recording: RecordingTable,
+        /// Local gravity.
+        pub(crate) gravity: GravityInput,
+        /// How standstills are found.
+        #[serde(default)]
+        pub(crate) standstill: StandstillTable,
+        /// What is fitted.
+        #[serde(default)]
+        pub method: MethodTable,
+        /// What is fitted beside the matrix.
+        #[serde(default)]
+        pub(crate) terms: Terms,
+        /// Uncertainty of given attitudes.
+        #[serde(default)]
+        pub(crate) attitude: AttitudeTable,
+    }
 }
 
 /// Columns of the three axes.
@@ -78,49 +64,39 @@ pub struct Axes {
     pub(crate) z: ColumnRef,
 }
 
-/// `[recording]`: files, shape of the text, columns, times, unit.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RecordingTable {
-    /// One file, relative to the campaign.
-    pub(crate) file: Option<String>,
-    /// Several files, each a recording of its own.
-    pub(crate) files: Option<Vec<String>>,
-    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub(crate) separator: Option<Separator>,
-    /// Whether there is a header row.
-    pub(crate) header: Option<bool>,
-    /// Prefixes of comment lines.
-    pub(crate) comment: Option<Prefixes>,
-    /// `point` or `comma`.
-    pub(crate) decimal: Option<DecimalMark>,
-    /// Lines to pass over at the top.
-    pub(crate) skip_lines: Option<usize>,
-    /// Columns of the axes, by name or number.
-    pub(crate) columns: Axes,
-    /// Time column, by name or number.
-    pub(crate) time: Option<ColumnRef>,
-    /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
-    pub(crate) time_unit: Option<TimeUnit>,
-    /// Sampling rate, Hz, instead of a time column.
-    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub(crate) sampling_rate_hz: Option<f64>,
-    /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
-    pub(crate) source: Option<String>,
-    /// The segment that is read, from one time on and before another, s.
-    pub(crate) between_s: Option<[f64; 2]>,
-    /// Temperature column, by name or number.
-    pub(crate) temperature: Option<ColumnRef>,
-    /// Unit of the three axes.
-    pub(crate) unit: Option<Unit>,
-    /// Smallest and largest output in that unit, beyond which the converter clips.
-    pub(crate) range: Option<[f64; 2]>,
-    /// What a row is: a sample of a recording, or a reading (a mean) of its own.
-    #[serde(default)]
-    pub(crate) rows: RowsAre,
-    /// What a file is: a recording in which standstills are found, or one standstill.
-    #[serde(default)]
-    pub(crate) each_file: FileIs,
+super::text_table::text_table! {
+    /// `[recording]`: files, shape of the text, columns, times, unit.
+    pub struct RecordingTable {
+        /// One file, relative to the campaign.
+        pub(crate) file: Option<String>,
+        /// Several files, each a recording of its own.
+        pub(crate) files: Option<Vec<String>>,
+        /// Columns of the axes, by name or number.
+        pub(crate) columns: Axes,
+        /// Time column, by name or number.
+        pub(crate) time: Option<ColumnRef>,
+        /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
+        pub(crate) time_unit: Option<TimeUnit>,
+        /// Sampling rate, Hz, instead of a time column.
+        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+        pub(crate) sampling_rate_hz: Option<f64>,
+        /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        pub(crate) source: Option<String>,
+        /// The segment that is read, from one time on and before another, s.
+        pub(crate) between_s: Option<[f64; 2]>,
+        /// Temperature column, by name or number.
+        pub(crate) temperature: Option<ColumnRef>,
+        /// Unit of the three axes.
+        pub(crate) unit: Option<Unit>,
+        /// Smallest and largest output in that unit, beyond which the converter clips.
+        pub(crate) range: Option<[f64; 2]>,
+        /// What a row is: a sample of a recording, or a reading (a mean) of its own.
+        #[serde(default)]
+        pub(crate) rows: RowsAre,
+        /// What a file is: a recording in which standstills are found, or one standstill.
+        #[serde(default)]
+        pub(crate) each_file: FileIs,
+    }
 }
 
 /// What a row of a table is.
@@ -283,6 +259,7 @@ impl MethodModel {
 /// `[method]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct MethodTable {
     /// What is fitted.
     pub model: MethodModel,
@@ -532,13 +509,7 @@ impl MultiPositionCampaign {
     pub(crate) fn recording_options(&self) -> RecordingOptions {
         let t = &self.recording;
         RecordingOptions {
-            layout: LayoutOptions {
-                separator: t.separator,
-                header: t.header,
-                comment: t.comment.as_ref().map(Prefixes::list),
-                decimal: t.decimal,
-                skip_lines: t.skip_lines,
-            },
+            layout: t.layout(),
             columns: vec![
                 t.columns.x.clone(),
                 t.columns.y.clone(),

@@ -1,17 +1,15 @@
 //! `kind = "shaker-primary"`: a single-axis accelerometer against a laser interferometer (ISO 16063-11).
 
-use super::CampaignFile;
 use super::shaker::{RunTable, RunsTable, ShakerRecording, SingleAxisSeat, read_runs};
 use super::shaker_single::TransverseTable;
 use super::shaker_triaxial::Datasheet;
 use super::statement::{StatementTable, coverage_factor};
-use proofmass_io::{Ambient, Device, Result, WaveformOptions};
+use proofmass_io::{Result, WaveformOptions};
 use proofmass_shaker::interferometer::HELIUM_NEON_UNCERTAINTY;
 use proofmass_shaker::primary::{DeclaredInput, PrimaryBudget};
 use proofmass_shaker::recording::Drive;
 use proofmass_uncertainty::DegreesOfFreedom;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 /// Which way the phase grows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -62,40 +60,27 @@ pub struct DeclaredTable {
     pub(crate) dof: Option<f64>,
 }
 
-/// The tables of a primary calibration; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShakerPrimaryCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The device under calibration.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Runs.
-    pub(crate) runs: RunsTable,
-    /// Waveforms.
-    pub(crate) recording: ShakerRecording,
-    /// The laser.
-    #[serde(default)]
-    pub(crate) interferometer: InterferometerTable,
-    /// Inputs that the samples do not show.
-    #[serde(default)]
-    pub(crate) budget: Vec<DeclaredTable>,
-    /// Transverse sensitivity and motion.
-    pub(crate) transverse: Option<TransverseTable>,
-    /// Sensitivity on the datasheet, and its tolerance.
-    pub(crate) datasheet: Option<Datasheet>,
-    /// How U is stated.
-    #[serde(default)]
-    pub(crate) method: StatementTable,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
+super::head::campaign! {
+    /// The tables of a primary calibration; the files they name are read by its methods.
+    pub struct ShakerPrimaryCampaign {
+        /// Runs.
+        pub(crate) runs: RunsTable,
+        /// Waveforms.
+        pub(crate) recording: ShakerRecording,
+        /// The laser.
+        #[serde(default)]
+        pub(crate) interferometer: InterferometerTable,
+        /// Inputs that the samples do not show.
+        #[serde(default)]
+        pub(crate) budget: Vec<DeclaredTable>,
+        /// Transverse sensitivity and motion.
+        pub(crate) transverse: Option<TransverseTable>,
+        /// Sensitivity on the datasheet, and its tolerance.
+        pub(crate) datasheet: Option<Datasheet>,
+        /// How U is stated.
+        #[serde(default)]
+        pub(crate) method: StatementTable,
+    }
 }
 
 /// Channels of a recording.

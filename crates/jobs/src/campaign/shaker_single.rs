@@ -8,11 +8,10 @@ use super::shaker::{
 use super::shaker_triaxial::{Datasheet, of_the_bench, waveform_options};
 use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
-use proofmass_io::{Ambient, Device};
+use proofmass_io::Device;
 use proofmass_io::{Result, WaveformOptions};
 use proofmass_shaker::single_axis::TransverseMotion;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 /// `[reading]`: standard uncertainties of the comparison beside those of the certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -128,48 +127,35 @@ pub(super) fn reference_fits<S>(
         .with_hint("reference_V goes with [reference], reference_m/s2 without"))
 }
 
-/// The tables of a comparison; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShakerSingleCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The device under calibration.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Its channel.
-    #[serde(skip)]
-    pub(crate) channel: String,
-    /// All devices on the table, where they are several.
-    #[serde(default)]
-    pub(crate) devices: Vec<DeviceChannel>,
-    /// A device of known sensitivity on the same table.
-    pub(crate) check_standard: Option<CheckStandardTable>,
-    /// Runs.
-    pub(crate) runs: RunsTable,
-    /// Waveforms.
-    pub(crate) recording: Option<ShakerRecording>,
-    /// Files of a sensor that records by itself.
-    pub(crate) output_recording: Option<OutputRecording>,
-    /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub(crate) reference: Option<CertificateTable>,
-    /// Uncertainty of a reading.
-    pub(crate) reading: ReadingTable,
-    /// Transverse sensitivity and motion.
-    pub(crate) transverse: Option<TransverseTable>,
-    /// Sensitivity on the datasheet, and its tolerance.
-    pub(crate) datasheet: Option<Datasheet>,
-    /// How U is stated.
-    #[serde(default)]
-    pub(crate) method: StatementTable,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
+super::head::campaign! {
+    /// The tables of a comparison; the files they name are read by its methods.
+    pub struct ShakerSingleCampaign {
+        /// Its channel.
+        #[serde(skip)]
+        pub(crate) channel: String,
+        /// All devices on the table, where they are several.
+        #[serde(default)]
+        pub(crate) devices: Vec<DeviceChannel>,
+        /// A device of known sensitivity on the same table.
+        pub(crate) check_standard: Option<CheckStandardTable>,
+        /// Runs.
+        pub(crate) runs: RunsTable,
+        /// Waveforms.
+        pub(crate) recording: Option<ShakerRecording>,
+        /// Files of a sensor that records by itself.
+        pub(crate) output_recording: Option<OutputRecording>,
+        /// Certificate of the reference; `None` when the runs carry accelerations.
+        pub(crate) reference: Option<CertificateTable>,
+        /// Uncertainty of a reading.
+        pub(crate) reading: ReadingTable,
+        /// Transverse sensitivity and motion.
+        pub(crate) transverse: Option<TransverseTable>,
+        /// Sensitivity on the datasheet, and its tolerance.
+        pub(crate) datasheet: Option<Datasheet>,
+        /// How U is stated.
+        #[serde(default)]
+        pub(crate) method: StatementTable,
+    }
 }
 
 impl ShakerSingleCampaign {

@@ -9,13 +9,11 @@ use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
-use proofmass_io::{Ambient, Device};
 use proofmass_io::{Error, ErrorKind, Input, Result, WaveformOptions};
 use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 /// Most trials of the check: an hour of a small campaign on one core.
 const MOST_TRIALS: u64 = 100_000_000;
@@ -105,49 +103,36 @@ pub struct PlanTable {
     pub(crate) amplitude: Option<f64>,
 }
 
-/// The tables of a campaign on the shaker; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShakerTriaxialCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub title: Option<String>,
-    /// The device under calibration.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Runs; a plan may do without.
-    pub(crate) runs: Option<RunsTable>,
-    /// Waveforms.
-    pub(crate) recording: Option<ShakerRecording>,
-    /// Files of a sensor that records by itself.
-    pub(crate) output_recording: Option<OutputRecording>,
-    /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub(crate) reference: Option<CertificateTable>,
-    /// Corrections to set side by side.
-    #[serde(default, rename = "correction")]
-    pub(crate) corrections: Vec<CorrectionTable>,
-    /// Methods.
-    #[serde(default)]
-    pub(crate) method: ShakerMethods,
-    /// Inputs of the published method.
-    #[serde(default)]
-    pub(crate) published: PublishedInputs,
-    /// Sensitivity on the datasheet, and its tolerance.
-    pub(crate) datasheet: Option<Datasheet>,
-    /// Plan.
-    pub(crate) plan: Option<PlanTable>,
-    /// Results of `modes` of the wedges, by file.
-    #[serde(default)]
-    pub(crate) fixtures: Vec<String>,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
-    #[serde(default)]
-    budget: BudgetSource,
+super::head::campaign! {
+    /// The tables of a campaign on the shaker; the files they name are read by its methods.
+    pub struct ShakerTriaxialCampaign {
+        /// Runs; a plan may do without.
+        pub(crate) runs: Option<RunsTable>,
+        /// Waveforms.
+        pub(crate) recording: Option<ShakerRecording>,
+        /// Files of a sensor that records by itself.
+        pub(crate) output_recording: Option<OutputRecording>,
+        /// Certificate of the reference; `None` when the runs carry accelerations.
+        pub(crate) reference: Option<CertificateTable>,
+        /// Corrections to set side by side.
+        #[serde(default, rename = "correction")]
+        pub(crate) corrections: Vec<CorrectionTable>,
+        /// Methods.
+        #[serde(default)]
+        pub(crate) method: ShakerMethods,
+        /// Inputs of the published method.
+        #[serde(default)]
+        pub(crate) published: PublishedInputs,
+        /// Sensitivity on the datasheet, and its tolerance.
+        pub(crate) datasheet: Option<Datasheet>,
+        /// Plan.
+        pub(crate) plan: Option<PlanTable>,
+        /// Results of `modes` of the wedges, by file.
+        #[serde(default)]
+        pub(crate) fixtures: Vec<String>,
+        #[serde(default)]
+        budget: BudgetSource,
+    }
 }
 
 impl ShakerTriaxialCampaign {

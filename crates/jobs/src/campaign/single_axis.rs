@@ -1,97 +1,69 @@
 //! `kind = "single-axis"`: one axis at rest, up and down or at many known angles.
 
-use super::CampaignFile;
-use super::multi_position::{GravityInput, Prefixes};
-use proofmass_io::{
-    Ambient, ColumnRef, DecimalMark, Device, LayoutOptions, Recording, RecordingOptions, Result,
-    Separator, TimeUnit, Unit,
-};
+use super::multi_position::GravityInput;
+use proofmass_io::{ColumnRef, Recording, RecordingOptions, Result, TimeUnit, Unit};
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
-/// One axis at known angles to the vertical.
-///
-/// ```toml
-/// kind = "single-axis"
-///
-/// [recording]
-/// files = ["up.csv", "down.csv"]      # or file = "table.csv" with `angle`, one reading a line
-/// column = "a"
-/// unit = "m/s²"
-///
-/// [position]
-/// angles_deg = [0, 180]
-/// levelling_deg = 0.1
-///
-/// [gravity]
-/// latitude_deg = 52.3
-/// height_m = 80
-/// ```
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SingleAxisCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The device under calibration.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Where the readings are.
-    pub(crate) recording: SingleAxisTable,
-    /// The angles and how well the fixture holds them.
-    #[serde(default)]
-    pub(crate) position: PositionTable,
-    /// Local gravity.
-    pub(crate) gravity: GravityInput,
-    /// How they are fitted.
-    #[serde(default)]
-    pub(crate) method: SingleAxisMethod,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
+super::head::campaign! {
+    /// One axis at known angles to the vertical.
+    ///
+    /// ```toml
+    /// kind = "single-axis"
+    ///
+    /// [recording]
+    /// files = ["up.csv", "down.csv"]      # or file = "table.csv" with `angle`, one reading a line
+    /// column = "a"
+    /// unit = "m/s²"
+    ///
+    /// [position]
+    /// angles_deg = [0, 180]
+    /// levelling_deg = 0.1
+    ///
+    /// [gravity]
+    /// latitude_deg = 52.3
+    /// height_m = 80
+    /// ```
+    pub struct SingleAxisCampaign {
+        /// Where the readings are.
+        pub(crate) recording: SingleAxisTable,
+        /// The angles and how well the fixture holds them.
+        #[serde(default)]
+        pub(crate) position: PositionTable,
+        /// Local gravity.
+        pub(crate) gravity: GravityInput,
+        /// How they are fitted.
+        #[serde(default)]
+        pub(crate) method: SingleAxisMethod,
+    }
 }
 
-/// `[recording]` of one axis.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SingleAxisTable {
-    /// A table of readings, or one recording in which the axis rests at one angle after the other.
-    pub(crate) file: Option<String>,
-    /// One file per angle.
-    pub(crate) files: Option<Vec<String>>,
-    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub(crate) separator: Option<Separator>,
-    /// Whether there is a header row.
-    pub(crate) header: Option<bool>,
-    /// Prefixes of comment lines.
-    pub(crate) comment: Option<Prefixes>,
-    /// `point` or `comma`.
-    pub(crate) decimal: Option<DecimalMark>,
-    /// Lines to pass over at the top.
-    pub(crate) skip_lines: Option<usize>,
-    /// Column of the output, by name or number.
-    pub(crate) column: ColumnRef,
-    /// Column of the angle between the axis and the vertical, degrees unless its heading says rad: every line is a reading.
-    pub(crate) angle: Option<ColumnRef>,
-    /// Column of the position, 1 up and −1 down: every line is a reading.
-    pub(crate) position: Option<ColumnRef>,
-    /// Time column, by name or number.
-    pub(crate) time: Option<ColumnRef>,
-    /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
-    pub(crate) time_unit: Option<TimeUnit>,
-    /// Sampling rate, Hz, instead of a time column.
-    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub(crate) sampling_rate_hz: Option<f64>,
-    /// Stream of files that hold several, by its name as `proofmass inspect` lists it.
-    pub(crate) source: Option<String>,
-    /// The segment of every file that is read, from one time on and before another, s.
-    pub(crate) between_s: Option<[f64; 2]>,
-    /// Unit of the output.
-    pub(crate) unit: Option<Unit>,
+super::text_table::text_table! {
+    /// `[recording]` of one axis.
+    pub struct SingleAxisTable {
+        /// A table of readings, or one recording in which the axis rests at one angle after the other.
+        pub(crate) file: Option<String>,
+        /// One file per angle.
+        pub(crate) files: Option<Vec<String>>,
+        /// Column of the output, by name or number.
+        pub(crate) column: ColumnRef,
+        /// Column of the angle between the axis and the vertical, degrees unless its heading says rad: every line is a reading.
+        pub(crate) angle: Option<ColumnRef>,
+        /// Column of the position, 1 up and −1 down: every line is a reading.
+        pub(crate) position: Option<ColumnRef>,
+        /// Time column, by name or number.
+        pub(crate) time: Option<ColumnRef>,
+        /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
+        pub(crate) time_unit: Option<TimeUnit>,
+        /// Sampling rate, Hz, instead of a time column.
+        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+        pub(crate) sampling_rate_hz: Option<f64>,
+        /// Stream of files that hold several, by its name as `proofmass inspect` lists it.
+        pub(crate) source: Option<String>,
+        /// The segment of every file that is read, from one time on and before another, s.
+        pub(crate) between_s: Option<[f64; 2]>,
+        /// Unit of the output.
+        pub(crate) unit: Option<Unit>,
+    }
 }
 
 /// `[position]`: everything may be left out of a table that has a column of angles.
@@ -271,13 +243,7 @@ impl SingleAxisCampaign {
         let t = &self.recording;
         let known = t.angle.iter().chain(&t.position);
         let options = RecordingOptions {
-            layout: LayoutOptions {
-                separator: t.separator,
-                header: t.header,
-                comment: t.comment.as_ref().map(Prefixes::list),
-                decimal: t.decimal,
-                skip_lines: t.skip_lines,
-            },
+            layout: t.layout(),
             columns: known.chain([&t.column]).cloned().collect(),
             time: t.time.clone(),
             time_unit: t.time_unit,

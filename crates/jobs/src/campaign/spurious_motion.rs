@@ -1,16 +1,13 @@
 //! `kind = "spurious-motion"`: what the table and the wedges do beside the excitation, by a vibrometer.
 
-use super::CampaignFile;
 use super::shaker::{
     CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording, SpuriousFile,
     SpuriousSeat, read_runs,
 };
 use super::shaker_single::{REFERENCES, reference_fits};
 use super::shaker_triaxial::waveform_options;
-use proofmass_io::{Ambient, Device};
 use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 /// `[vibrometer]`: its decoder, where the runs carry its volts.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -34,34 +31,21 @@ pub struct ModelTable {
     pub(crate) file: String,
 }
 
-/// The tables of a campaign of spurious motion; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SpuriousMotionCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The bench.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Runs: one repeat along one axis each.
-    pub(crate) runs: RunsTable,
-    /// Waveforms.
-    pub(crate) recording: Option<ShakerRecording>,
-    /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub(crate) reference: Option<CertificateTable>,
-    /// The vibrometer; `None` when the runs carry velocities.
-    pub(crate) vibrometer: Option<VibrometerTable>,
-    /// Calculated motions to set beside the measured one.
-    #[serde(default, rename = "model")]
-    pub(crate) models: Vec<ModelTable>,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
+super::head::campaign! {
+    /// The tables of a campaign of spurious motion; the files they name are read by its methods.
+    pub struct SpuriousMotionCampaign {
+        /// Runs: one repeat along one axis each.
+        pub(crate) runs: RunsTable,
+        /// Waveforms.
+        pub(crate) recording: Option<ShakerRecording>,
+        /// Certificate of the reference; `None` when the runs carry accelerations.
+        pub(crate) reference: Option<CertificateTable>,
+        /// The vibrometer; `None` when the runs carry velocities.
+        pub(crate) vibrometer: Option<VibrometerTable>,
+        /// Calculated motions to set beside the measured one.
+        #[serde(default, rename = "model")]
+        pub(crate) models: Vec<ModelTable>,
+    }
 }
 
 impl SpuriousMotionCampaign {

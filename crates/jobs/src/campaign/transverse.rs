@@ -1,6 +1,5 @@
 //! `kind = "transverse-sensitivity"`: a single-axis accelerometer shaken across its axis (ISO 16063-31).
 
-use super::CampaignFile;
 use super::shaker::{
     Certificate, CertificateTable, PhasorQuantity, RunTable, RunsTable, ShakerRecording,
     TransverseSeat, read_runs,
@@ -9,9 +8,8 @@ use super::shaker_single::{OUTPUTS, REFERENCES, reference_fits};
 use super::shaker_triaxial::waveform_options;
 use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
-use proofmass_io::{Ambient, Device, Result, WaveformOptions};
+use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 
 /// `[mounting]`: how well the device sits, standard uncertainties in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -45,40 +43,27 @@ pub struct TransverseDatasheet {
     pub(crate) transverse: f64,
 }
 
-/// The tables of a transverse test; the files they name are read by its methods.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TransverseCampaign {
-    #[serde(rename = "kind")]
-    _kind: IgnoredAny,
-    /// The file it was read from.
-    #[serde(skip, default = "CampaignFile::unread")]
-    pub(crate) source: CampaignFile,
-    /// One line for the head of the report.
-    pub(crate) title: Option<String>,
-    /// The device under calibration.
-    #[serde(default)]
-    pub(crate) device: Device,
-    /// Runs.
-    pub(crate) runs: RunsTable,
-    /// Waveforms.
-    pub(crate) recording: Option<ShakerRecording>,
-    /// Certificate of the reference; `None` when the runs carry accelerations.
-    pub(crate) reference: Option<CertificateTable>,
-    /// The calibration along the axis, where no run is along it.
-    pub(crate) axis: Option<CertificateTable>,
-    /// How well the device sits.
-    pub(crate) mounting: TransverseMounting,
-    /// Uncertainty of a reading.
-    pub(crate) reading: Option<TransverseReading>,
-    /// Largest transverse sensitivity of the datasheet.
-    pub(crate) datasheet: Option<TransverseDatasheet>,
-    /// How U is stated.
-    #[serde(default)]
-    pub(crate) method: StatementTable,
-    /// Conditions.
-    #[serde(default)]
-    pub(crate) ambient: Ambient,
+super::head::campaign! {
+    /// The tables of a transverse test; the files they name are read by its methods.
+    pub struct TransverseCampaign {
+        /// Runs.
+        pub(crate) runs: RunsTable,
+        /// Waveforms.
+        pub(crate) recording: Option<ShakerRecording>,
+        /// Certificate of the reference; `None` when the runs carry accelerations.
+        pub(crate) reference: Option<CertificateTable>,
+        /// The calibration along the axis, where no run is along it.
+        pub(crate) axis: Option<CertificateTable>,
+        /// How well the device sits.
+        pub(crate) mounting: TransverseMounting,
+        /// Uncertainty of a reading.
+        pub(crate) reading: Option<TransverseReading>,
+        /// Largest transverse sensitivity of the datasheet.
+        pub(crate) datasheet: Option<TransverseDatasheet>,
+        /// How U is stated.
+        #[serde(default)]
+        pub(crate) method: StatementTable,
+    }
 }
 
 impl TransverseCampaign {

@@ -17,6 +17,7 @@ use std::path::Path;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct CertificateFile {
     /// Who calibrates.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -50,6 +51,7 @@ pub struct CertificateFile {
 /// A laboratory or a customer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Contact {
     /// Name.
     pub name: Option<String>,
@@ -76,6 +78,7 @@ pub struct Contact {
 /// Who authorises a certificate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Signatory {
     /// Name.
     pub name: String,
@@ -86,6 +89,7 @@ pub struct Signatory {
 /// How certificates are numbered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Numbering {
     /// `{year}` and `{number}` stand for the year of issue and the next number, `{number:4}` for four digits of it.
     pub pattern: String,
@@ -101,6 +105,7 @@ fn register() -> String {
 /// The certificate of a standard.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Standard {
     /// What it is, with its serial number.
     pub name: String,
@@ -118,6 +123,7 @@ pub struct Standard {
 /// The calibrated item.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Item {
     /// What it is; an accelerometer where nothing else is said.
     pub name: Option<String>,
@@ -147,6 +153,7 @@ pub enum CalibrationPlace {
 /// When and how the calibration was carried out; days are written YYYY-MM-DD.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Performance {
     /// Day of receipt.
     #[serde(deserialize_with = "stated::day")]
@@ -181,6 +188,7 @@ pub struct Performance {
 /// Limits of a quantity and the rule of the decision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ConformityEntry {
     /// Name of the quantity in the result; of a quantity over frequency without the frequency, for all of them: `S.modulus`.
     pub quantity: String,
@@ -209,6 +217,7 @@ pub enum RuleWord {
 /// What a result is expected to state: what contradicts it is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
 pub struct Statement {
     /// Coverage factor of every number.
     pub coverage_factor: Option<f64>,

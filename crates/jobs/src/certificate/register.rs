@@ -12,6 +12,7 @@ use std::path::Path;
 /// A released certificate.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Registered {
     /// Its place, from one.
     pub sequence: u64,

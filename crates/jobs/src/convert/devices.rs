@@ -12,9 +12,9 @@ pub struct Device {
     /// Name of the recording, as the table has it.
     pub file: String,
     /// Serial number.
-    pub serial: String,
+    pub(crate) serial: String,
     /// Batch that it was made in, where the table has batches; empty where nobody knows it.
-    pub batch: Option<String>,
+    pub(crate) batch: Option<String>,
 }
 
 impl Device {
@@ -35,7 +35,7 @@ impl Device {
 #[non_exhaustive]
 pub struct DeviceTable {
     /// The table itself, with its digest.
-    pub input: Input,
+    pub(crate) input: Input,
     /// Its rows.
     pub devices: Vec<Device>,
 }

@@ -6,9 +6,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, THERMAL_ORDER};
 use proofmass_io::{CalibrationFile, ThermalBlock, Unit};
-use proofmass_uncertainty::{
-    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Quantity,
-};
+use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Estimate, Influence, Quantity};
 
 impl FreeLivingOutcome {
     /// ã = K a + b with K = g₀/(s g), b = −o g₀ and β = −c g₀/s, from a/g = s (ã/g₀ + o) + c (T − T̄).
@@ -112,19 +110,16 @@ impl FreeLivingOutcome {
         for (axis, value) in k.into_iter().enumerate() {
             sensitivity[3 + axis] = -value / self.gravity.value();
         }
-        influences.push(Influence {
-            key: "gravity".to_owned(),
-            description: "gravity where it was worn".to_owned(),
-            evaluation: Evaluation::B,
-            distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::Scalar {
+        influences.push(Influence::normal(
+            "gravity",
+            "gravity where it was worn",
+            Effect::Scalar {
                 value: self.gravity.value(),
                 unit: "m/s²".to_owned(),
                 standard_uncertainty: self.gravity.standard_uncertainty(),
                 sensitivity,
             },
-        });
+        ));
         Ok(Estimate::new(estimate.components().to_vec(), influences)?)
     }
 }

@@ -14,6 +14,7 @@ use std::path::Path;
 
 /// A fixture read from a file, with the mesh it names.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ModesFile {
     /// The file.
     pub(crate) source: CampaignFile,

@@ -43,6 +43,7 @@ pub struct ModesOutcome {
 
 /// What a campaign on a fixture needs of its modes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FixtureModes {
     /// Inclination of the face of the gluing point, rad.
     pub(crate) inclination: f64,

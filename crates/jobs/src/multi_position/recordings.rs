@@ -154,14 +154,7 @@ impl MultiPositionCampaign {
     pub fn record(&self, data: &MultiPositionRecordings, date: Option<String>) -> Record {
         let mut inputs = data.inputs.clone();
         state_gravity(&mut inputs, &self.gravity);
-        Record {
-            title: self.title.clone(),
-            device: self.device.clone(),
-            ambient: self.ambient.clone(),
-            date,
-            inputs,
-            ..Record::default()
-        }
+        self.filed(date, inputs)
     }
 }
 

@@ -114,7 +114,7 @@ impl ShakerPrimaryCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &ShakerPrimaryFiles, date: Option<String>) -> Record {
-        files.record(&self.title, &self.device, &self.ambient, date)
+        self.filed(date, files.inputs.clone())
     }
 
     /// One recording.

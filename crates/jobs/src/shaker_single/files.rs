@@ -129,7 +129,7 @@ impl ShakerSingleCampaign {
 
     /// What the result is filed with.
     pub fn record(&self, files: &ShakerSingleFiles, date: Option<String>) -> Record {
-        files.record(&self.title, &self.device, &self.ambient, date)
+        self.filed(date, files.inputs.clone())
     }
 }
 

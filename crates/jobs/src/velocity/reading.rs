@@ -27,6 +27,7 @@ use std::f64::consts::TAU;
     group(id = "reading", required = false)
 )]
 #[serde(default)]
+#[non_exhaustive]
 pub struct Reading {
     /// Column of the position (count, length or angle); of several columns the mean, as of two wheels
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN,…", value_delimiter = ',', conflicts_with_all = ["speed", "quadrature", "resolver"]))]

@@ -10,6 +10,7 @@ use proofmass_motion::OnLines;
 /// A reference velocity: its column, and its file where it has one of its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[non_exhaustive]
 pub struct Reference {
     /// Column of a reference velocity, from a better instrument or a simulation
     #[cfg_attr(
@@ -147,6 +148,7 @@ impl Reference {
             value,
             step,
             bridged,
+            ..
         } = found;
         let (from, to) = (used.start, used.end);
         if bridged > 0 {

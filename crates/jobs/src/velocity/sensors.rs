@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
+#[non_exhaustive]
 pub struct AxisSensors {
     /// Recording with the encoder or the wheel speed, and with the accelerometer unless that has its own file
     #[cfg_attr(feature = "clap", arg(value_hint = clap::ValueHint::FilePath))]

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(default)]
+#[non_exhaustive]
 pub struct Turning {
     /// Column of a gyroscope's yaw rate, positive to the left: finds where one of two wheels (left,right) slips
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN", requires = "track"))]

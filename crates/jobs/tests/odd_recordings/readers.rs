@@ -14,7 +14,7 @@ use proofmass_jobs::response::ResponseRecordings;
 use proofmass_jobs::static_test::{ReadingColumns, StaticTest, StaticTestFiles};
 use proofmass_jobs::temperature::TemperatureRecording;
 use proofmass_jobs::validation::ValidationRecording;
-use proofmass_jobs::velocity::{AxisSensors, Reading};
+use proofmass_jobs::velocity::AxisSensors;
 use proofmass_jobs::{ChannelReading, Job, Memory, RecordingReading, Trouble, WantedChannel};
 use proofmass_static::static_test::Linearity;
 use proofmass_uncertainty::Estimate;
@@ -121,14 +121,12 @@ fn draft(odd: &Odd, said: &Said, change: impl FnOnce(&mut Draft)) -> Answer {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(odd.name);
     std::fs::write(&path, &odd.bytes).unwrap();
-    let mut draft = Draft {
-        unit: said.unit,
-        time_unit: said.time_unit,
-        rate_hz: said.rate,
-        between: said.between,
-        gravity: Some((9.81, 1e-4)),
-        ..Draft::default()
-    };
+    let mut draft = Draft::default();
+    draft.unit = said.unit;
+    draft.time_unit = said.time_unit;
+    draft.rate_hz = said.rate;
+    draft.between = said.between;
+    draft.gravity = Some((9.81, 1e-4));
     change(&mut draft);
     match draft.campaign(&path)? {
         Campaign::MultiPosition(campaign) => {
@@ -341,19 +339,14 @@ fn response(odd: &Odd, said: &Said) -> Answer {
 
 fn velocity(odd: &Odd, said: &Said) -> Answer {
     let files = Memory::new().file(odd.name, odd.bytes.clone());
-    let sensors = AxisSensors {
-        recording: odd.name.into(),
-        reading: Reading {
-            position: Some(vec![odd.position.into()]),
-            ..Reading::default()
-        },
-        acceleration: vec![odd.axes[2].into()],
-        acceleration_unit: said.unit,
-        time_unit: said.time_unit,
-        rate: said.rate,
-        between: said.between.map(|b| b.to_vec()),
-        ..AxisSensors::default()
-    };
+    let mut sensors = AxisSensors::default();
+    sensors.recording = odd.name.into();
+    sensors.reading.position = Some(vec![odd.position.into()]);
+    sensors.acceleration = vec![odd.axes[2].into()];
+    sensors.acceleration_unit = said.unit;
+    sensors.time_unit = said.time_unit;
+    sensors.rate = said.rate;
+    sensors.between = said.between.map(|b| b.to_vec());
     let read = sensors.load(&files, None, &Unwatched)?;
     told(
         &read.record(None).inputs,

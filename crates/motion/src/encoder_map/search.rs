@@ -46,6 +46,7 @@ impl Default for MapSearch {
 
 /// What a search found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FoundMap {
     /// Every line that was looked for.
     pub lines: Vec<MapLine>,

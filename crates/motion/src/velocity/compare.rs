@@ -63,6 +63,7 @@ pub struct TunedAtRate {
 
 /// Answer of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CompareResult {
     /// One row per method and rate.
     pub rows: Vec<MethodRow>,

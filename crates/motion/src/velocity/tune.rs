@@ -12,6 +12,7 @@ use std::ops::Range;
 
 /// Answer of [`tune`]: the model and the gains of every fused method, found without a truth.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TuneResult {
     /// Noise by maximum likelihood; the smoother's model.
     pub tuned: Tuned,

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// paper and clusters or holes of attitudes show as what they are. Positive values are discs, negative ones
 /// squares, so that the sign survives a black and white print.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SpherePlot {
     /// The points.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_report::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct XyPlot {
     /// The common horizontal axis.
     pub x: Axis,
@@ -29,6 +30,7 @@ pub struct XyPlot {
 
 /// One rectangle of an [`XyPlot`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Panel {
     /// Vertical axis.
     pub(crate) y: Axis,
@@ -56,6 +58,7 @@ pub struct Panel {
 
 /// Points with what surrounds them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Series {
     /// Name in the legend; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]

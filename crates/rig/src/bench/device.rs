@@ -51,6 +51,7 @@ impl BenchDevice {
 /// Motion of a wedge beside the excitation: the transverse motion of the shaker, and a bending of the wedge with a
 /// resonance of its own along each axis of the table.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BenchWedge {
     /// Transverse motion of the shaker relative to the excitation along x′ and y′.
     pub(crate) transverse: [Complex64; 2],

@@ -109,6 +109,7 @@ pub struct Unreached {
 
 /// One run before its samples are taken.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PreparedRun {
     /// Nominal frequency in Hz.
     pub frequency: f64,
@@ -157,6 +158,7 @@ pub struct AngleTruth {
 
 /// What only a simulation knows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Truth {
     /// Seed of everything random.
     pub seed: u64,

@@ -23,6 +23,7 @@ pub enum ShakerMethod {
 
 /// A campaign on the shaker.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ShakerCampaign {
     /// Runs.
     pub runs: Vec<RunInput>,

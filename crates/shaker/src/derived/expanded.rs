@@ -8,6 +8,7 @@ pub const PROBABILITY: f64 = 0.95;
 
 /// A real quantity with its expanded uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Expanded {
     /// Dotted name.
     pub name: String,

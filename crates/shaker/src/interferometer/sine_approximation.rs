@@ -47,6 +47,7 @@ pub enum CheckMethod {
 
 /// Amplitude of the displacement by another method, from the same samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct AmplitudeCheck {
     /// The method.
     pub method: CheckMethod,

@@ -31,12 +31,7 @@ pub fn dominant_frequency(sampling_frequency: f64, x: &[f64]) -> Result<f64, Err
             got: n,
         });
     }
-    if let Some(index) = x.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "samples",
-            index,
-        });
-    }
+    proofmass_core::check::finite("samples", x)?;
     let mean = x.iter().sum::<f64>() / n as f64;
     let window = Window::Hann.weights(n);
     let windowed = x.iter().zip(window).map(|(v, w)| (v - mean) * w);

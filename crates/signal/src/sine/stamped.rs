@@ -41,12 +41,7 @@ impl SineApproximation {
                 got: late.len(),
             });
         }
-        if let Some(index) = late.iter().position(|t| !t.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "time stamps",
-                index,
-            });
-        }
+        proofmass_core::check::finite("time stamps", late)?;
         if late.iter().all(|t| *t == 0.0) {
             return Ok(fit);
         }

@@ -22,6 +22,7 @@ pub struct OutputSpectra {
 
 /// One-sided auto- and cross-densities, averaged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CrossSpectra {
     /// Hz.
     pub frequency: Vec<f64>,
@@ -171,7 +172,7 @@ impl CrossSpectra {
                 got: hits.len(),
             });
         }
-        crate::shock_spectrum::positive("sample rate", rate)?;
+        proofmass_core::check::positive("sample rate", rate)?;
         let bins = length / 2 + 1;
         let outputs = hits[0].outputs.len();
         let mut sums = Sums::new(bins, outputs);

@@ -56,7 +56,7 @@ impl LocalPolynomial {
         rate: f64,
         watch: &dyn Watch,
     ) -> Result<ResponseEstimate, Error> {
-        crate::shock_spectrum::positive("sample rate", rate)?;
+        proofmass_core::check::positive("sample rate", rate)?;
         if input.len() != output.len() {
             return Err(Error::Length {
                 name: "output",
@@ -65,9 +65,7 @@ impl LocalPolynomial {
             });
         }
         for (name, signal) in [("input", input), ("output", output)] {
-            if let Some(index) = signal.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite { name, index });
-            }
+            proofmass_core::check::finite(name, signal)?;
         }
         watch.step("transform", 0, 2)?;
         let n = input.len();

@@ -74,6 +74,7 @@ pub struct AutoCalibrationQuantities {
 
 /// What came of an auto-calibration.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AutoCalibrationFit {
     /// The parameters.
     pub parameters: AutoCalibrationQuantities,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Which windows count as still.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct WindowRule {
     /// Length of a window, s.
     pub duration: f64,
@@ -100,14 +101,7 @@ impl StillWindows {
             ("magnitude of a still window", rule.magnitude),
             ("pause in a window", rule.pause),
         ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: 0.0,
-                    max: f64::MAX,
-                });
-            }
+            proofmass_core::check::positive(name, value)?;
         }
         Ok(Self {
             rule,

@@ -4,7 +4,7 @@ use super::{MultiPosition, Problem, Solved};
 use crate::Triple;
 use faer::Mat;
 use proofmass_core::{Error, Matrix3};
-use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Effect, Evaluation, Influence};
+use proofmass_uncertainty::{Covariance, Effect, Evaluation, Influence};
 
 /// Key of the influence that holds everything the residuals show.
 pub(crate) const STANDSTILLS: &str = "standstills";
@@ -49,16 +49,13 @@ pub(super) fn causes(
         && settings.attitude.common > 0.0
     {
         let turned = frame_rotation(problem, solved, &kappa, attitudes, settings.attitude.common);
-        causes.push(Influence {
-            key: "attitude-common".to_owned(),
-            description: "orientation of the frame of all attitudes".to_owned(),
-            evaluation: Evaluation::B,
-            distribution: "normal".to_owned(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::Joint {
+        causes.push(Influence::normal(
+            "attitude-common",
+            "orientation of the frame of all attitudes",
+            Effect::Joint {
                 covariance: covariance_of(&turned)?,
             },
-        });
+        ));
     }
     Ok(causes)
 }
@@ -75,19 +72,16 @@ fn gravity(
         None => vec![-1.0 / g; problem.rows()],
         Some(attitudes) => along_rotations(solved, attitudes, |u| kappa.times(u).map(|v| -v / g)),
     };
-    Influence {
-        key: "gravity".to_owned(),
-        description: "local gravity".to_owned(),
-        evaluation: Evaluation::B,
-        distribution: "normal".to_owned(),
-        dof: DegreesOfFreedom::INFINITE,
-        effect: Effect::Scalar {
+    Influence::normal(
+        "gravity",
+        "local gravity",
+        Effect::Scalar {
             value: g,
             unit: "m/s²".to_owned(),
             standard_uncertainty: settings.gravity.standard_uncertainty(),
             sensitivity: solved.through(&by_gravity),
         },
-    }
+    )
 }
 
 /// What f makes of each given attitude, along the directions in which the equations are taken.

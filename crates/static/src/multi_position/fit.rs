@@ -33,6 +33,7 @@ pub struct PoseResidual {
 
 /// Contributions to the standard uncertainty of one quantity from the standstills, in its unit; they add in squares.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ScatterParts {
     /// The quantity.
     pub(crate) name: String,

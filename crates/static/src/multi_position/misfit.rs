@@ -40,6 +40,7 @@ pub enum MisfitCause {
 
 /// One tested cause.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Misfit {
     /// What was looked for.
     pub cause: MisfitCause,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A calibration of one quantity.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct DatedValue {
     /// Days from any origin.
     pub day: f64,
@@ -42,6 +43,7 @@ impl DatedValue {
 
 /// One quantity over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Drift {
     /// Name of the quantity.
     pub name: String,

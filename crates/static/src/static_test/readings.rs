@@ -153,12 +153,7 @@ pub(super) fn weighed_least_squares(
             got: n,
         });
     }
-    if let Some(index) = y.iter().position(|v| !v.is_finite()) {
-        return Err(Error::NotFinite {
-            name: "output",
-            index,
-        });
-    }
+    proofmass_core::check::finite("output", y)?;
     // Columns of unit length, so that the limit of the factorisation is one of direction.
     let length: Vec<f64> = columns
         .iter()
@@ -302,19 +297,16 @@ impl Solved {
                         .sum::<f64>()
                 })
                 .collect();
-            influences.push(Influence {
-                key: error.key.to_owned(),
-                description: error.description.to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Scalar {
+            influences.push(Influence::normal(
+                error.key,
+                error.description,
+                Effect::Scalar {
                     value: error.value,
                     unit: error.unit.to_owned(),
                     standard_uncertainty: error.standard_uncertainty,
                     sensitivity,
                 },
-            });
+            ));
         }
         Ok(influences)
     }
@@ -351,18 +343,17 @@ pub(super) fn fixture_angle(
     u: f64,
     sensitivity: Vec<f64>,
 ) -> Option<Influence> {
-    (u > 0.0).then(|| Influence {
-        key: key.to_owned(),
-        description: description.to_owned(),
-        evaluation: Evaluation::B,
-        distribution: "normal".to_owned(),
-        dof: DegreesOfFreedom::INFINITE,
-        effect: Effect::Scalar {
-            value: 0.0,
-            unit: "rad".to_owned(),
-            standard_uncertainty: u,
-            sensitivity,
-        },
+    (u > 0.0).then(|| {
+        Influence::normal(
+            key,
+            description,
+            Effect::Scalar {
+                value: 0.0,
+                unit: "rad".to_owned(),
+                standard_uncertainty: u,
+                sensitivity,
+            },
+        )
     })
 }
 

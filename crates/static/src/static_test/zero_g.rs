@@ -6,7 +6,7 @@ use crate::findings;
 use crate::{MeanNoise, Samples, Segment};
 use proofmass_core::{Error, Gravity};
 use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
+    Component, Covariance, Effect, Estimate, Evaluation, Finding, Influence,
 };
 use serde::{Deserialize, Serialize};
 
@@ -91,36 +91,30 @@ impl ZeroG {
                     covariance: Covariance::try_from_rows(3, noise.of_mean(n).as_flattened())?,
                 },
             },
-            Influence {
-                key: "gravity".to_owned(),
-                description: "local gravity".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Scalar {
+            Influence::normal(
+                "gravity",
+                "local gravity",
+                Effect::Scalar {
                     value: g,
                     unit: "m/s²".to_owned(),
                     standard_uncertainty: self.gravity.standard_uncertainty(),
                     sensitivity: up,
                 },
-            },
+            ),
         ];
         for axis in (0..3).filter(|a| *a != self.up && self.levelling > 0.0) {
             let mut sensitivity = vec![0.0; 3];
             sensitivity[axis] = g;
-            influences.push(Influence {
-                key: format!("levelling.{}", ["x", "y", "z"][axis]),
-                description: "the surface is not level".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Scalar {
+            influences.push(Influence::normal(
+                format!("levelling.{}", ["x", "y", "z"][axis]),
+                "the surface is not level",
+                Effect::Scalar {
                     value: 0.0,
                     unit: "rad".to_owned(),
                     standard_uncertainty: self.levelling,
                     sensitivity,
                 },
-            });
+            ));
         }
         let estimate = Estimate::new(components.collect(), influences)?;
         let mut findings = drift(&samples, &noise);

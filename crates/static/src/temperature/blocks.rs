@@ -24,6 +24,7 @@ const ABRUPT: f64 = 4.0;
 
 /// Block means in order of time.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Blocks {
     /// Middle of each block, s.
     pub time: Vec<f64>,
@@ -47,6 +48,7 @@ pub struct Blocks {
 
 /// A stretch in which the sensor was not turned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Attitude {
     /// First and last time, s.
     pub time: [f64; 2],

@@ -68,6 +68,7 @@ impl AxisFit {
 
 /// Temperature coefficients with one joint covariance.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TemperatureFit {
     /// T₀, °C.
     pub reference: f64,

@@ -31,12 +31,7 @@ impl Projection {
                 got: jacobian.len(),
             });
         }
-        if let Some(index) = jacobian.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "Jacobian",
-                index,
-            });
-        }
+        proofmass_core::check::finite("Jacobian", jacobian)?;
         let root: Vec<f64> = variances
             .iter()
             .map(|v| (v + excess).sqrt().recip())

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Repeats {
     /// Pooled standard deviation s of one reading.
     pub standard_deviation: f64,
@@ -50,12 +51,7 @@ impl Repeats {
     pub fn pool(groups: &[&[f64]]) -> Result<Self, Error> {
         let (mut squares, mut nu) = (0.0, 0.0);
         for group in groups {
-            if let Some(index) = group.iter().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite {
-                    name: "readings",
-                    index,
-                });
-            }
+            proofmass_core::check::finite("readings", group)?;
             if group.len() > 1 {
                 let mean = group.iter().sum::<f64>() / group.len() as f64;
                 squares += group.iter().map(|v| (v - mean).powi(2)).sum::<f64>();

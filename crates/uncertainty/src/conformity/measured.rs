@@ -45,12 +45,7 @@ impl Measured {
                 got: 0,
             });
         }
-        if let Some(index) = trials.iter().position(|t| !t.is_finite()) {
-            return Err(Error::NotFinite {
-                name: "trial",
-                index,
-            });
-        }
+        proofmass_core::check::finite("trial", &trials)?;
         trials.sort_by(f64::total_cmp);
         Ok(Self {
             value,

@@ -164,9 +164,7 @@ pub(super) fn check_discrete(values: &[f64], weights: &[f64]) -> Result<(), Erro
         });
     }
     for (name, numbers) in [("values", values), ("weights", weights)] {
-        if let Some(index) = numbers.iter().position(|v| !v.is_finite()) {
-            return Err(Error::NotFinite { name, index });
-        }
+        proofmass_core::check::finite(name, numbers)?;
     }
     let total: f64 = weights.iter().sum();
     let least = weights.iter().copied().fold(0.0, f64::min);

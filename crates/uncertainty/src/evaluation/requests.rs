@@ -12,6 +12,7 @@ use std::ops::ControlFlow;
 
 /// Whether an output conforms, from the distribution that states it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OutputConformity {
     /// Name of the output.
     pub output: String,
@@ -23,6 +24,7 @@ pub struct OutputConformity {
 
 /// The outputs for several estimates of an input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Sweep {
     /// Name of the input.
     pub input: String,
@@ -32,6 +34,7 @@ pub struct Sweep {
 
 /// The outputs for one estimate of an input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SweepPoint {
     /// The estimate.
     pub estimate: f64,
@@ -44,6 +47,7 @@ pub struct SweepPoint {
 
 /// Which u of each input alone would bring an output to an expanded uncertainty.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Target {
     /// Name of the output.
     pub output: String,
@@ -57,6 +61,7 @@ pub struct Target {
 
 /// The uncertainty of one input that would bring an output to its target, all others as they are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct TargetInput {
     /// Name of the input; all members of a vector together.
     pub input: String,

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 /// One random draw: an input at one combination of the values of its keys.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Draw {
     /// `reference[frequency=10]`, or the bare name of an input that varies with nothing.
     pub name: String,

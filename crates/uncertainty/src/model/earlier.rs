@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 /// correlates them. `independent` names the causes of this result that are its own although another has the same.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct EarlierEntry {
     /// The result.json, from the folder of the model file.
     pub file: String,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 /// One `[[intermediate]]`: a part of the equations with a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct IntermediateEntry {
     /// Name.
     pub name: String,
@@ -16,6 +17,7 @@ pub struct IntermediateEntry {
 /// `name[1]` and so on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct OutputEntry {
     /// Name.
     pub name: String,
@@ -29,6 +31,7 @@ pub struct OutputEntry {
 /// One `[[solve]]`: as many equations as unknowns, solved at the estimates and in every trial.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct SolveEntry {
     /// Names of the unknowns.
     pub unknown: Vec<String>,
@@ -41,6 +44,7 @@ pub struct SolveEntry {
 /// One `[[fit]]`: a polynomial y = p₀ + p₁x + …, or a curve, through points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct FitEntry {
     /// What it is called in the budget and in findings.
     #[serde(default = "fit")]

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 /// `values` instead of `value` make it a vector. `file` with `column` takes readings, a vector or samples from a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct InputEntry {
     /// Name, as in the equations.
     pub name: String,
@@ -115,6 +116,7 @@ pub enum ColumnContent {
 /// Limits of error of an instrument as its data sheet states them: the sum of these parts, rectangular.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Accuracy {
     /// Percent of the reading.
     pub reading_percent: f64,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// One `[[conformity]]`: whether an output is within limits, for one decision rule.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ConformityEntry {
     /// Name of the output.
     pub output: String,

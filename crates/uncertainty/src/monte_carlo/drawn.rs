@@ -6,6 +6,7 @@ use crate::{JointInputs, Refusal};
 
 /// Columns of trials, of equal length: row k of all is one trial.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Drawn {
     /// One column per output.
     pub outputs: Vec<Vec<f64>>,

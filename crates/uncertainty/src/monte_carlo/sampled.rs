@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Two ends of a coverage interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Interval {
     /// Lower end.
     pub lower: f64,
@@ -22,6 +23,7 @@ impl Interval {
 
 /// One output of a Monte Carlo calculation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SampledOutput {
     /// Name.
     pub name: String,

@@ -52,6 +52,7 @@ pub struct CertificateOptions {
 
 /// The certificate of the reference standard.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Certificate {
     /// Path and digest.
     pub input: Input,

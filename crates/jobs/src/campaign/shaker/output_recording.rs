@@ -1,51 +1,40 @@
 //! `[output_recording]`: the file of a digital sensor beside the recording of the bench.
 
-use crate::campaign::{CampaignFile, Prefixes};
+use crate::campaign::CampaignFile;
 use crate::device_output::DeviceOutput;
-use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator, TimeUnit};
+use proofmass_io::{ColumnRef, TimeUnit};
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
 use proofmass_shaker::sample_clock::SampleClock;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// `[output_recording]`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OutputRecording {
-    /// `own`: the sensor samples by a clock of its own; `shared`: times of both files count from one zero, by one clock.
-    pub(crate) clock: SampleClock,
-    /// `text`, `f32` or `wav`.
-    #[serde(default = "text")]
-    pub(crate) format: WaveformFormat,
-    /// Stream of files that hold several.
-    pub(crate) source: Option<String>,
-    /// Unit of the samples: `count`, `g`, `m/s²`, `V` and their like.
-    pub(crate) unit: Unit,
-    /// Nominal sampling rate in Hz, for files without a time column.
-    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub(crate) sampling_rate_hz: Option<f64>,
-    /// Time column of a text table.
-    pub(crate) time: Option<ColumnRef>,
-    /// Unit of the time column, where the heading does not say it.
-    pub(crate) time_unit: Option<TimeUnit>,
-    /// The stretch of every file that is read, from one time on and before another, s.
-    pub(crate) between_s: Option<[f64; 2]>,
-    /// Place of every channel: a number from one, or a heading of a text table.
-    pub(crate) channels: BTreeMap<String, ColumnRef>,
-    /// Channels in a file of raw floats, when there are more than are named.
-    pub(crate) channel_count: Option<usize>,
-    /// Full scale in the unit of the samples.
-    pub(crate) full_scale: Option<f64>,
-    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub(crate) separator: Option<Separator>,
-    /// Whether there is a header row.
-    pub(crate) header: Option<bool>,
-    /// Prefixes of comment lines.
-    pub(crate) comment: Option<Prefixes>,
-    /// `point` or `comma`.
-    pub(crate) decimal: Option<DecimalMark>,
-    /// Lines to pass over at the top.
-    pub(crate) skip_lines: Option<usize>,
+crate::campaign::text_table::text_table! {
+    /// `[output_recording]`.
+    pub struct OutputRecording {
+        /// `own`: the sensor samples by a clock of its own; `shared`: times of both files count from one zero, by one clock.
+        pub(crate) clock: SampleClock,
+        /// `text`, `f32` or `wav`.
+        #[serde(default = "text")]
+        pub(crate) format: WaveformFormat,
+        /// Stream of files that hold several.
+        pub(crate) source: Option<String>,
+        /// Unit of the samples: `count`, `g`, `m/s²`, `V` and their like.
+        pub(crate) unit: Unit,
+        /// Nominal sampling rate in Hz, for files without a time column.
+        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+        pub(crate) sampling_rate_hz: Option<f64>,
+        /// Time column of a text table.
+        pub(crate) time: Option<ColumnRef>,
+        /// Unit of the time column, where the heading does not say it.
+        pub(crate) time_unit: Option<TimeUnit>,
+        /// The stretch of every file that is read, from one time on and before another, s.
+        pub(crate) between_s: Option<[f64; 2]>,
+        /// Place of every channel: a number from one, or a heading of a text table.
+        pub(crate) channels: BTreeMap<String, ColumnRef>,
+        /// Channels in a file of raw floats, when there are more than are named.
+        pub(crate) channel_count: Option<usize>,
+        /// Full scale in the unit of the samples.
+        pub(crate) full_scale: Option<f64>,
+    }
 }
 
 fn text() -> WaveformFormat {
@@ -158,13 +147,7 @@ impl OutputRecording {
             channels,
             channel_count: self.channel_count.unwrap_or(highest),
             full_scale_v: self.full_scale(),
-            layout: LayoutOptions {
-                separator: self.separator,
-                header: self.header,
-                comment: self.comment.as_ref().map(Prefixes::list),
-                decimal: self.decimal,
-                skip_lines: self.skip_lines,
-            },
+            layout: self.layout(),
             unit: Some(self.unit),
             quantity: self.unit.si().0,
             time: self.time.clone(),

@@ -1,7 +1,7 @@
 //! `[recording]`: how the waveforms of the runs are read.
 
-use crate::campaign::{CampaignFile, Prefixes};
-use proofmass_io::{ColumnRef, DecimalMark, LayoutOptions, Separator, TimeUnit};
+use crate::campaign::CampaignFile;
+use proofmass_io::{ColumnRef, TimeUnit};
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
 use proofmass_shaker::recording::{Drive, PhasorReading};
 use proofmass_signal::sine::Frequency;
@@ -53,58 +53,48 @@ impl ChannelDelay {
     }
 }
 
-/// `[recording]`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ShakerRecording {
-    /// `f32`, `wav` or `text`; the content of the file tells it, except for `f32`.
-    #[serde(default)]
-    pub(crate) format: WaveformFormat,
-    /// Stream of files that hold several.
-    pub(crate) source: Option<String>,
-    /// Sampling rate in Hz.
-    #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-    pub(crate) sampling_rate_hz: Option<f64>,
-    /// Place of every channel: a number from one, or a heading of a text table.
-    pub(crate) channels: BTreeMap<String, ColumnRef>,
-    /// Channels in a file of raw floats, when there are more than are named.
-    pub(crate) channel_count: Option<usize>,
-    /// Full scale of the acquisition in volts.
-    #[serde(rename = "full_scale_V", alias = "full_scale_v")]
-    pub(crate) full_scale_v: Option<f64>,
-    /// Unit of the columns of a text table where the headings do not say it.
-    pub(crate) unit: Option<Unit>,
-    /// `common` or `known`.
-    #[serde(default)]
-    pub(crate) frequency: DriveFrequency,
-    /// `sine`, `multi-sine` or `stepped`.
-    #[serde(default)]
-    pub(crate) drive: DriveKind,
-    /// Time column of a text table; without it and without a rate, a column that is named as a time.
-    pub(crate) time: Option<ColumnRef>,
-    /// Unit of the time column where the heading does not say it.
-    pub(crate) time_unit: Option<TimeUnit>,
-    /// The stretch of every file that is read, from one time on and before another, s.
-    pub(crate) between_s: Option<[f64; 2]>,
-    /// Delays of channels of the front end.
-    #[serde(default)]
-    pub(crate) delays: BTreeMap<String, ChannelDelay>,
-    /// Highest harmonic that is fitted.
-    #[serde(default = "five")]
-    pub(crate) harmonics: usize,
-    /// Whether a linear drift is fitted.
-    #[serde(default)]
-    pub(crate) drift: bool,
-    /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
-    pub(crate) separator: Option<Separator>,
-    /// Whether there is a header row.
-    pub(crate) header: Option<bool>,
-    /// Prefixes of comment lines.
-    pub(crate) comment: Option<Prefixes>,
-    /// `point` or `comma`.
-    pub(crate) decimal: Option<DecimalMark>,
-    /// Lines to pass over at the top.
-    pub(crate) skip_lines: Option<usize>,
+crate::campaign::text_table::text_table! {
+    /// `[recording]`.
+    pub struct ShakerRecording {
+        /// `f32`, `wav` or `text`; the content of the file tells it, except for `f32`.
+        #[serde(default)]
+        pub(crate) format: WaveformFormat,
+        /// Stream of files that hold several.
+        pub(crate) source: Option<String>,
+        /// Sampling rate in Hz.
+        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+        pub(crate) sampling_rate_hz: Option<f64>,
+        /// Place of every channel: a number from one, or a heading of a text table.
+        pub(crate) channels: BTreeMap<String, ColumnRef>,
+        /// Channels in a file of raw floats, when there are more than are named.
+        pub(crate) channel_count: Option<usize>,
+        /// Full scale of the acquisition in volts.
+        #[serde(rename = "full_scale_V", alias = "full_scale_v")]
+        pub(crate) full_scale_v: Option<f64>,
+        /// Unit of the columns of a text table where the headings do not say it.
+        pub(crate) unit: Option<Unit>,
+        /// `common` or `known`.
+        #[serde(default)]
+        pub(crate) frequency: DriveFrequency,
+        /// `sine`, `multi-sine` or `stepped`.
+        #[serde(default)]
+        pub(crate) drive: DriveKind,
+        /// Time column of a text table; without it and without a rate, a column that is named as a time.
+        pub(crate) time: Option<ColumnRef>,
+        /// Unit of the time column where the heading does not say it.
+        pub(crate) time_unit: Option<TimeUnit>,
+        /// The stretch of every file that is read, from one time on and before another, s.
+        pub(crate) between_s: Option<[f64; 2]>,
+        /// Delays of channels of the front end.
+        #[serde(default)]
+        pub(crate) delays: BTreeMap<String, ChannelDelay>,
+        /// Highest harmonic that is fitted.
+        #[serde(default = "five")]
+        pub(crate) harmonics: usize,
+        /// Whether a linear drift is fitted.
+        #[serde(default)]
+        pub(crate) drift: bool,
+    }
 }
 
 fn five() -> usize {
@@ -114,16 +104,15 @@ fn five() -> usize {
 impl ShakerRecording {
     /// How the phasors of the bench are read at a sampling rate, Hz.
     pub(crate) fn phasor_reading(&self, rate: f64) -> PhasorReading {
-        PhasorReading {
-            frequency: match self.frequency {
-                DriveFrequency::Known => Frequency::Known,
-                DriveFrequency::Common => Frequency::Common,
-            },
-            harmonics: self.harmonics,
-            drift: self.drift,
-            full_scale: self.full_scale_v,
-            ..PhasorReading::new(rate)
-        }
+        let mut reading = PhasorReading::new(rate);
+        reading.frequency = match self.frequency {
+            DriveFrequency::Known => Frequency::Known,
+            DriveFrequency::Common => Frequency::Common,
+        };
+        reading.harmonics = self.harmonics;
+        reading.drift = self.drift;
+        reading.full_scale = self.full_scale_v;
+        reading
     }
 
     /// How the waveforms are read, channels in this order.
@@ -237,13 +226,7 @@ impl ShakerRecording {
             channels,
             channel_count: self.channel_count.unwrap_or(highest),
             full_scale_v: self.full_scale_v,
-            layout: LayoutOptions {
-                separator: self.separator,
-                header: self.header,
-                comment: self.comment.as_ref().map(Prefixes::list),
-                decimal: self.decimal,
-                skip_lines: self.skip_lines,
-            },
+            layout: self.layout(),
             unit: self.unit,
             quantity: Unit::Volt,
             time: self.time.clone(),
