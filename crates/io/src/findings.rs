@@ -143,4 +143,12 @@ findings! {
         evidence "{quantity}, line {line}: k = {k} at {probability} is Student's t with {degrees:.1} degrees of freedom",
         advice "ask the laboratory for the distribution: the standard uncertainty is taken as U/k, and a k that was changed changes it",
         false_alarms "none: it is raised below four degrees of freedom, five per cent apart";
+
+    /// Numbers whose marks may be those of thousands.
+    thousands_suspected(column: &str, number: &str, unit: &str) =
+        "thousands-suspected", [Warning],
+        what "the marks in {column} may be those of thousands: other commands refuse such numbers",
+        evidence "such as {number} in {unit}, read as a number with three decimals",
+        advice "export it without marks of thousands; where they are decimals, state the mark in a campaign",
+        false_alarms "of numbers in counts, mg, µg, mm/s² or Gal with exactly three decimals throughout, none below one";
 }

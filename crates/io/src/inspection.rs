@@ -285,6 +285,14 @@ fn inspect_inner(
         rows += block.rows() as u64;
     }
     let mut findings = layout.findings();
+    let signal_columns: Vec<usize> = selected[..signals].to_vec();
+    if let Some((column, number, unit)) = layout.grouped(&signal_columns, options.unit) {
+        findings.push(crate::findings::thousands_suspected(
+            &column,
+            number,
+            &unit.to_string(),
+        ));
+    }
     findings.extend(clock.iter().filter_map(|c| c.finding.clone()));
     findings.extend(reader.findings());
     if let (0, Some(window)) = (rows, reader.window()) {

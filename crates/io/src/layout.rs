@@ -78,6 +78,9 @@ pub struct Layout {
     pub separator: Separator,
     /// Decimal mark.
     pub decimal: DecimalMark,
+    /// Whether somebody said which one it is.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) decimal_is_stated: bool,
     /// Prefixes of lines to be passed over.
     pub(crate) comment: Vec<String>,
     /// Column headings as they stand in the file; `None` without a header.
@@ -250,6 +253,47 @@ impl Layout {
 
     /// In place of an option: the unit is said in a campaign.
     pub const CAMPAIGN: &'static str = "unit";
+
+    /// Refuses columns in a unit in which thousands are usual, such as counts, whose every mark may be one of thousands: 37,162 is read as
+    /// 37.162 or as 37162, and both are plausible. Where the decimal mark was stated it is one.
+    ///
+    /// # Errors
+    /// Such a column, with a number of it.
+    pub fn refuse_grouped(&self, columns: &[usize], unit: Option<Unit>) -> Result<()> {
+        match self.grouped(columns, unit) {
+            None => Ok(()),
+            Some((name, number, unit)) => Err(Error::new(
+                ErrorKind::Column,
+                format!("{number} in {unit} may be {} or a number with decimals", number.replace(['.', ','], "")),
+            )
+            .column(&name)
+            .with_hint("export it without marks of thousands; where they are decimals, state the mark in a campaign: `decimal = \"comma\"` or \"point\"")),
+        }
+    }
+
+    /// Such a column: its name, a number, its unit.
+    pub(crate) fn grouped(
+        &self,
+        columns: &[usize],
+        unit: Option<Unit>,
+    ) -> Option<(String, &str, Unit)> {
+        let in_thousands = |unit: &Unit| {
+            matches!(
+                unit,
+                Unit::Count
+                    | Unit::MilliGravity
+                    | Unit::MicroGravity
+                    | Unit::Gal
+                    | Unit::MillimetrePerSecondSquared
+            )
+        };
+        let mut marked = columns.iter().filter_map(|&index| {
+            let number = self.head.get(index)?.grouped.as_deref()?;
+            let unit = self.unit(index).or(unit).filter(in_thousands)?;
+            Some((self.name(index), number, unit))
+        });
+        marked.next().filter(|_| !self.decimal_is_stated)
+    }
 
     /// The question for the unit of columns that have none in their headings, each with the option that says it; the likely one
     /// is named.

@@ -231,6 +231,7 @@ impl Recording {
             .iter()
             .map(|&index| signal_unit(&layout, index, options.unit))
             .collect::<Result<Vec<_>>>()?;
+        layout.refuse_grouped(&selected[..signals], options.unit)?;
         let mut reading = Reading::of(
             &layout,
             &selected[..signals],

@@ -264,6 +264,7 @@ impl Layout {
         Self {
             separator: Separator::Comma,
             decimal: DecimalMark::Point,
+            decimal_is_stated: true,
             comment: Vec::new(),
             header: Some(header),
             unit_line: Some(units),

@@ -210,13 +210,20 @@ fn known_standard_uncertainties_and_complex_quantities() {
         .unwrap();
     assert_eq!(s.rows[0].sensitivity_uncertainty, 0.1 * 1e-3);
 
-    let cell = |v: &str| {
+    let square = "\\milli\\volt\\tothe{2}\\second\\tothe{4}\\metre\\tothe{-2}";
+    let mixed = &format!("{MILLIVOLT}\\radian");
+    let cell = |v: &str, unit: &str| {
         format!(
-            "<s:covarianceXMLList><s:valueXMLList>{v}</s:valueXMLList><s:unitXMLList>\\one</s:unitXMLList></s:covarianceXMLList>"
+            "<s:covarianceXMLList><s:valueXMLList>{v}</s:valueXMLList><s:unitXMLList>{unit}</s:unitXMLList></s:covarianceXMLList>"
         )
     };
-    let column =
-        |a: &str, b: &str| format!("<s:columnXMLList>{}{}</s:columnXMLList>", cell(a), cell(b));
+    let units = |a: &str, b: &str, units: [&str; 2]| {
+        format!(
+            "<s:columnXMLList>{}{}</s:columnXMLList>",
+            cell(a, units[0]),
+            cell(b, units[1])
+        )
+    };
     let complex = |names: [&str; 2], first: &str, second: &str, phase: &str, a: &str, b: &str| {
         format!(
             "<d:list>{}<d:quantity><s:complexListXMLList><s:labelXMLList>sensitivity</s:labelXMLList>\
@@ -235,8 +242,8 @@ fn known_standard_uncertainties_and_complex_quantities() {
         "10 11",
         "0.5 0.6",
         "<s:unitPhaseXMLList>\\radian</s:unitPhaseXMLList>",
-        &column("0.01 0.04", "0 0"),
-        &column("0 0", "0.0001 0.0004"),
+        &units("0.01 0.04", "0 0", [square, mixed]),
+        &units("0 0", "0.0001 0.0004", [mixed, "\\radian\\tothe{2}"]),
     );
     let s = read(&certificate("3.3.0", &polar))
         .unwrap()
@@ -254,8 +261,8 @@ fn known_standard_uncertainties_and_complex_quantities() {
         &format!("{re} {re}"),
         &format!("{im} {im}"),
         "",
-        &column("0.01", "0"),
-        &column("0", "0.01"),
+        &units("0.01", "0", [square, square]),
+        &units("0", "0.01", [square, square]),
     );
     let s = read(&certificate("3.3.0", &cartesian))
         .unwrap()
@@ -295,6 +302,26 @@ fn known_standard_uncertainties_and_complex_quantities() {
         );
         assert!(error.line_number().is_some());
     }
+    // The same in volts, and in a unit that is none of a covariance.
+    let other = |to: &str| cartesian.replace(square, to);
+    let volts = "\\volt\\tothe{2}\\second\\tothe{4}\\metre\\tothe{-2}";
+    let in_volts = other(volts).replace("<s:valueXMLList>0.01<", "<s:valueXMLList>1e-8<");
+    let s = read(&certificate("3.3.0", &in_volts))
+        .unwrap()
+        .sensitivity(None)
+        .unwrap();
+    assert!((s.rows[0].phase.unwrap()[1] - 0.01).abs() < 1e-12);
+    for no in ["\\volt", "\\one"] {
+        let error = read(&certificate("3.3.0", &other(no))).unwrap_err();
+        assert!(error.to_string().contains("a covariance in"), "{error}");
+    }
+    let split = list("frequency", "10 20", "\\hertz", "").replace("10 20", "1<s:x>5</s:x>0 20");
+    assert!(
+        read(&certificate("3.3.0", &split))
+            .unwrap_err()
+            .to_string()
+            .contains("among numbers")
+    );
     // A matrix that is no covariance.
     let wrong = polar.replace("0.01 0.04", "0.01 -0.04");
     assert!(

@@ -98,6 +98,8 @@ pub struct CertificateData<'a> {
     pub certificates: &'a [DigitalCertificate],
     /// Certificates that the laboratory has released.
     pub released: &'a [Registered],
+    /// Names of files that the result was computed from and that are not there any more.
+    pub lost: &'a [String],
 }
 
 impl<'a> CertificateData<'a> {
@@ -108,6 +110,7 @@ impl<'a> CertificateData<'a> {
             as_found: None,
             certificates: &[],
             released: &[],
+            lost: &[],
         }
     }
 }

@@ -167,6 +167,7 @@ impl FreeLivingCampaign {
         });
         let per_second = clock.as_ref().map_or(1.0, |c| c.per_second);
         let rate = table.sampling_rate_hz;
+        layout.refuse_grouped(&selected, table.unit)?;
         let mut reading = Reading::of(
             &layout,
             &selected,

@@ -218,6 +218,7 @@ impl RecordingReading {
         signals: &[usize],
         clock: Option<(usize, &ClockUnit)>,
     ) -> Result<Reading> {
+        layout.refuse_grouped(signals, self.unit)?;
         let mut reading = Reading::of(layout, signals, self.unit, clock, self.rate);
         reading.between_s = stretch(self.between.as_deref())?;
         Ok(reading)

@@ -43,6 +43,11 @@ impl Release {
             return Err(Failure::new(format!("{} is there already", self.output.display()))
                 .hint("name a folder that is not there: a released certificate is never written over another file"));
         }
+        let said = |reason: &String| reason.chars().any(char::is_alphanumeric);
+        if self.reason.as_ref().is_some_and(|r| !said(r)) {
+            return Err(Failure::new("--reason: no reason is said")
+                .hint("it is printed on the certificate, and stays in the register"));
+        }
         let key = self.sign.as_deref().map(SigningKey::read).transpose()?;
         let certified = self.request.read()?;
         certified.numbering()?;
@@ -75,7 +80,10 @@ impl Release {
                 issued: entry.issued.clone(),
                 replaces: replaces.clone(),
             };
-            let outcome = certified.evaluate(Some(&numbered))?;
+            // What could not be released on that day is not what was released then.
+            let Ok(outcome) = certified.evaluate(Some(&numbered)) else {
+                continue;
+            };
             if entry.is_of(outcome.xml().as_bytes()) {
                 before = Some((numbered, outcome));
                 break;

@@ -47,6 +47,8 @@ pub(super) struct Certified {
     as_found: Option<StoredResult>,
     /// Digital certificates that the result rests on.
     certificates: Vec<DigitalCertificate>,
+    /// Names of files that it rests on and that are not there any more.
+    lost: Vec<String>,
     /// The register as it stands.
     register: Option<Register>,
     lab: PathBuf,
@@ -83,6 +85,12 @@ fn certificates(chain: &Verification) -> Result<Vec<DigitalCertificate>, Failure
     let found = found.filter(|path| DigitalCertificate::is_named(path));
     let read = |path: &PathBuf| Ok(DigitalCertificate::from_source(Source::open(path)?)?);
     found.map(read).collect()
+}
+
+/// Names of files that a result was computed from and that are not there any more.
+fn lost(chain: &Verification) -> Vec<String> {
+    let lost = chain.links.iter().filter(|l| l.fate == Fate::Missing);
+    lost.map(|l| l.name.clone()).collect()
 }
 
 /// Where the register is.
@@ -152,6 +160,7 @@ impl Request {
             result,
             as_found,
             certificates: certificates(&chain)?,
+            lost: lost(&chain),
             register: file
                 .numbering
                 .as_ref()
@@ -242,6 +251,7 @@ impl Certified {
             result: &self.result,
             as_found: self.as_found.as_ref(),
             certificates: &self.certificates,
+            lost: &self.lost,
             released: self.register.as_ref().map_or(&[], Register::entries),
         };
         Ok(job.evaluate(&data, &Progress::new())?)

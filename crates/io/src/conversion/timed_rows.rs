@@ -102,6 +102,7 @@ impl TimedRows {
             .time
             .map(|index| clock_unit(&layout, index, options))
             .transpose()?;
+        layout.refuse_grouped(&signals, options.unit)?;
         let mut findings = layout.findings();
         findings.extend(unused_time(&layout, options, &signals));
         findings.extend(unit.iter().filter_map(|c| c.finding.clone()));

@@ -131,7 +131,7 @@ pub struct NewQuantity {
     /// Numbers; those without uncertainty have an empty one.
     pub numbers: Vec<NewNumber>,
     /// Decisions.
-    pub conformity: Option<NewConformity>,
+    pub conformity: Vec<NewConformity>,
 }
 
 /// A complex quantity with the covariance of its two parts, at each frequency.

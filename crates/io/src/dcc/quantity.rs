@@ -74,6 +74,9 @@ pub(super) fn numbers(element: Element, values: usize) -> Result<Numbers> {
 }
 
 fn all_numbers(element: Element) -> Result<Numbers> {
+    if let Some(child) = element.children().next() {
+        return Err(child.refuse("stands among numbers"));
+    }
     let mut values = Vec::new();
     for word in element.text().split_whitespace() {
         let value = parse_number(word.as_bytes(), DecimalMark::Point).filter(|v| is_reading(*v));
@@ -381,11 +384,15 @@ impl Reading {
             }
         };
         let value_unit = unit(units[0])?;
-        let covariance = covariance(element, n)?;
+        let part_unit = match is_polar {
+            true => unit(units[1])?,
+            false => value_unit.clone(),
+        };
+        let covariance = covariance(element, n, [&value_unit, &part_unit])?;
         let (values, second_unit, u) = if is_polar {
             let u =
                 covariance.map(|[a, _, c]| [a, c].map(|v| v.into_iter().map(f64::sqrt).collect()));
-            (values, unit(units[1])?, u)
+            (values, part_unit, u)
         } else {
             let (values, u) = polar_form(&values, covariance.as_ref());
             (values, DsiUnit::new("\\radian"), u)
@@ -445,8 +452,13 @@ fn label(element: Element) -> Option<String> {
     Some(short(label.text())).filter(|l| !l.is_empty())
 }
 
-/// Variance, covariance and variance of the two parts of each value, from the covariance matrices of a bivariate statement.
-fn covariance(element: Element, values: usize) -> Result<Option<[Vec<f64>; 3]>> {
+/// Variance, covariance and variance of the two parts of each value, from the covariance matrices of a bivariate statement, in the products
+/// of the units of the parts.
+fn covariance(
+    element: Element,
+    values: usize,
+    units: [&DsiUnit; 2],
+) -> Result<Option<[Vec<f64>; 3]>> {
     let matrix = |e: &Element| matches!(e.name(), "covarianceMatrix" | "covarianceMatrixXMLList");
     let bivariate = |e: &Element| {
         let regions = [
@@ -478,7 +490,26 @@ fn covariance(element: Element, values: usize) -> Result<Option<[Vec<f64>; 3]>> 
                 .iter()
                 .find_map(|v| cell.child(Namespace::Si, v));
             let value = value.ok_or_else(|| cell.refuse("has no value"))?;
-            cells.push(numbers(value, values)?);
+            let mut read = numbers(value, values)?;
+            let unit = ["unit", "unitXMLList"];
+            let unit = unit.iter().find_map(|u| cell.child(Namespace::Si, u));
+            let unit = unit.ok_or_else(|| cell.refuse("has no unit"))?;
+            let mut words = unit.text().split_whitespace();
+            let stated = DsiUnit::new(words.next().unwrap_or_default());
+            let (row, column) = (cells.len() % 2, (cells.len() / 2).min(1));
+            let factor = stated.factor_to_product(units[column], units[row]);
+            let factor = factor.filter(|_| words.all(|w| w == stated.text()));
+            let factor = factor.ok_or_else(|| {
+                unit.refuse(format!(
+                    "a covariance in {} is none of values in {} and {}",
+                    unit.text(),
+                    units[column].text(),
+                    units[row].text()
+                ))
+                .with_hint("it is in the product of the units of the two parts: ask the laboratory which unit holds")
+            })?;
+            read.values.iter_mut().for_each(|v| *v *= factor);
+            cells.push(read);
         }
     }
     if columns.len() != 2 || cells.len() != 4 {

@@ -16,6 +16,8 @@ const ONE_FREQUENCY: f64 = 1e-9;
 /// What two statements of one value may differ by, in standard uncertainties: U rounded to two digits moves a value by a tenth of u with
 /// k = 2, and real and imaginary parts may be rounded as well.
 const ONE_VALUE: f64 = 0.5;
+/// Ratio of two statements of one uncertainty: rounding up to two digits makes a tenth, k beside Student's t as much again.
+const ONE_UNCERTAINTY: f64 = 1.25;
 /// The same of values that state no uncertainty, relative.
 const ONE_EXACT_VALUE: f64 = 1e-6;
 
@@ -229,6 +231,7 @@ impl<'a> Parts<'a> {
             let turn = difference.rem_euclid(TAU);
             turn.min(TAU - turn)
         })?;
+        let twice = frequency.twice();
         let mut rows: Vec<SensitivityRow> = Vec::new();
         for i in 0..n {
             let (f, s) = (&frequency.cells[i], &magnitude.cells[i]);
@@ -238,9 +241,7 @@ impl<'a> Parts<'a> {
                         .line(f.line),
                 );
             }
-            let is_one =
-                |r: &&SensitivityRow| (r.frequency - f.value).abs() <= ONE_FREQUENCY * f.value;
-            if let Some(before) = rows.iter().find(is_one) {
+            if let Some(before) = twice.filter(|t| t.1 == i).and_then(|t| rows.get(t.0)) {
                 return Err(refuse(
                     f.of,
                     format!("the frequency {} Hz stands twice, first with a sensitivity of {}", f.value, before.sensitivity),
@@ -349,11 +350,35 @@ impl<'a> Column<'a> {
         })
     }
 
+    /// Places of the first value that stands there again, in their order.
+    fn twice(&self) -> Option<(usize, usize)> {
+        let mut order: Vec<usize> = (0..self.cells.len()).collect();
+        let value = |i: &usize| self.cells[*i].value;
+        order.sort_by(|a, b| value(a).total_cmp(&value(b)));
+        let near = order
+            .windows(2)
+            .filter(|w| (value(&w[1]) - value(&w[0])).abs() <= ONE_FREQUENCY * value(&w[1]).abs());
+        let places = near.map(|w| (w[0].min(w[1]), w[0].max(w[1])));
+        places.min_by_key(|p| p.1)
+    }
+
     /// Refuses another statement of the same values that contradicts this one; `size` is what a difference amounts to.
     fn agree(&self, again: &Self, size: impl Fn(f64) -> f64) -> Result<()> {
         for (one, other) in self.cells.iter().zip(&again.cells) {
             let u = one.uncertainty.or(other.uncertainty);
             let limit = ONE_EXACT_VALUE * one.value.abs() + ONE_VALUE * u.unwrap_or(0.0);
+            if let (Some(a), Some(b)) = (one.uncertainty, other.uncertainty)
+                && a.max(b) > ONE_UNCERTAINTY * a.min(b)
+            {
+                return Err(refuse(
+                    other.of,
+                    format!(
+                        "a complex quantity states u = {b} where line {} states u = {a}",
+                        one.line
+                    ),
+                )
+                .with_hint("one value has two uncertainties: ask the laboratory which one holds"));
+            }
             if size(one.value - other.value).abs() > limit {
                 return Err(refuse(
                     other.of,

@@ -157,6 +157,27 @@ impl DsiUnit {
         found.next().map(|(_, ten)| ten)
     }
 
+    /// What a number in this unit is multiplied with to stand in the product of two others; `None` where it is another quantity.
+    pub(crate) fn factor_to_product(&self, a: &Self, b: &Self) -> Option<f64> {
+        let mut factor = None;
+        let products = a.powers().flat_map(|(a, ten_a)| {
+            b.powers().map(move |(b, ten_b)| {
+                let mut both = a.clone();
+                for (symbol, power) in b {
+                    *both.entry(symbol).or_insert(0) += power;
+                }
+                both.retain(|_, power| *power != 0);
+                (both, ten_a + ten_b)
+            })
+        });
+        let products: Vec<Powers> = products.collect();
+        for (own, own_ten) in self.powers() {
+            let found = products.iter().find(|(powers, _)| *powers == own);
+            factor = factor.or(found.map(|(_, of_both)| ten(own_ten - of_both)));
+        }
+        factor
+    }
+
     /// Factor to Hz.
     pub(crate) fn frequency(&self) -> Option<f64> {
         self.times(&[("Hz", 1)]).map(ten)

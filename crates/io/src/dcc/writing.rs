@@ -317,9 +317,7 @@ impl Writing<'_> {
                     (false, [one]) => w.single(quantity, one),
                     _ => w.list(quantity),
                 }
-                if let Some(conformity) = &quantity.conformity {
-                    w.conformity(conformity);
-                }
+                w.conformity(&quantity.conformity);
             });
         }
         for complex in &result.complex {
@@ -431,19 +429,24 @@ impl Writing<'_> {
         });
     }
 
-    fn conformity(&mut self, conformity: &NewConformity) {
+    fn conformity(&mut self, decided: &[NewConformity]) {
         let word = |pass: &bool| if *pass { "pass" } else { "fail" };
+        if decided.is_empty() {
+            return;
+        }
         self.within("dcc:measurementMetaData", |w| {
-            w.with("dcc:metaData", &[("refType", "basic_conformity")], |w| {
-                w.name("dcc:declaration", &conformity.rule);
-                match &conformity.passes[..] {
-                    [one] => w.leaf("dcc:conformity", word(one)),
-                    several => {
-                        let words: Vec<&str> = several.iter().map(word).collect();
-                        w.leaf("dcc:conformityXMLList", &words.join(" "));
+            for conformity in decided {
+                w.with("dcc:metaData", &[("refType", "basic_conformity")], |w| {
+                    w.name("dcc:declaration", &conformity.rule);
+                    match &conformity.passes[..] {
+                        [one] => w.leaf("dcc:conformity", word(one)),
+                        several => {
+                            let words: Vec<&str> = several.iter().map(word).collect();
+                            w.leaf("dcc:conformityXMLList", &words.join(" "));
+                        }
                     }
-                }
-            });
+                });
+            }
         });
     }
 

@@ -161,6 +161,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     Ok(Layout {
         separator,
         decimal,
+        decimal_is_stated: options.decimal.is_some(),
         comment,
         header,
         unit_line,

@@ -132,6 +132,26 @@ fn risk(p: f64) -> String {
 }
 
 impl DecidedEntry {
+    /// Limits, where they come from, and the rule, in one sentence each.
+    pub(crate) fn declaration(&self, language: Language) -> String {
+        let limit = |text: Text, limit: Option<f64>| {
+            limit.map(|l| format!("{}: {l} {}. ", text.of(language), self.unit))
+        };
+        let source = self.entry.source.as_ref();
+        let source = source.map(|s| format!("{}: {s}. ", Text::LimitsFrom.of(language)));
+        let parts = [
+            limit(Text::LowerLimit, self.entry.lower),
+            limit(Text::UpperLimit, self.entry.upper),
+            source,
+        ];
+        let before: String = parts.into_iter().flatten().collect();
+        format!(
+            "{before}{}: {}",
+            Text::Rule.of(language),
+            self.rule(language, str::to_owned)
+        )
+    }
+
     /// The rule in words, with its number in the digits of the certificate.
     pub(crate) fn rule(&self, language: Language, digits: impl Fn(&str) -> String) -> String {
         match self.entry.rule {

@@ -142,6 +142,11 @@ impl Content {
             Text::UncertaintyStatement.with(language, &[("probability", probability)]),
             Text::RoundingStatement.of(language).to_owned(),
         ];
+        all.extend(
+            self.results
+                .about_phases()
+                .map(|t| t.of(language).to_owned()),
+        );
         if self.results.has_intervals() {
             all.push(Text::IntervalStatement.of(language).to_owned());
         }
@@ -157,9 +162,7 @@ impl Content {
                 missing.push(what.to_owned());
             }
         };
-        // The dots of an example say nothing.
-        let said =
-            |text: Option<&String>| text.is_some_and(|t| t.chars().any(char::is_alphanumeric));
+        let said = |text: Option<&String>| text.is_some_and(|t| says(t));
         for (contact, name) in [
             (&self.file.laboratory, "laboratory"),
             (&self.file.customer, "customer"),
@@ -202,10 +205,20 @@ impl Content {
             "calibration.temperature_degC: environmental conditions",
         );
         need(self.issued.is_some(), "the date of issue");
+        let signs = self.file.signatories.first();
         need(
-            !self.file.signatories.is_empty(),
-            "signatories: who authorises the certificate",
+            signs.is_some_and(|s| says(&s.name) && says(&s.role)),
+            "signatories: name and role of who authorises the certificate",
         );
+        for entry in &self.file.conformity {
+            need(
+                said(entry.source.as_ref()),
+                &format!(
+                    "conformity.source: where the limits of {} come from",
+                    entry.quantity
+                ),
+            );
+        }
         need(
             !self.file.standards.is_empty() || self.gravity.is_some(),
             "standards: the standards with their certificates",
@@ -244,6 +257,11 @@ impl Content {
         }
         missing
     }
+}
+
+/// Whether a text says something; the dots of a form do not.
+pub(super) fn says(text: &str) -> bool {
+    text.chars().any(char::is_alphanumeric)
 }
 
 /// Refuses a result that contradicts itself, and a k or a probability that it does not have.

@@ -280,14 +280,14 @@ fn all_results(
     result: Option<&StoredResult>,
 ) -> Result<Vec<NewResult>> {
     let language = job.language;
-    let decided = |name: &str, n: usize| {
-        let entry = decisions
-            .iter()
-            .find(|d| d.entry.quantity == name && d.decisions.len() == n)?;
-        Some(NewConformity {
-            rule: NewText::Said(entry.rule(language, str::to_owned)),
+    let decided = |name: &str, n: usize| -> Vec<NewConformity> {
+        let entries = decisions.iter();
+        let entries = entries.filter(|d| d.entry.quantity == name && d.decisions.len() == n);
+        let of = |entry: &DecidedEntry| NewConformity {
+            rule: NewText::Said(entry.declaration(language)),
             passes: entry.decisions.iter().map(|d| d.pass).collect(),
-        })
+        };
+        entries.map(of).collect()
     };
     let mut results = Vec::new();
     for table in &stated.tables {
@@ -307,7 +307,7 @@ fn all_results(
                     interval: None,
                 })
                 .collect(),
-            conformity: None,
+            conformity: Vec::new(),
         };
         let mut quantities = vec![frequency];
         for column in &table.columns {
@@ -320,9 +320,10 @@ fn all_results(
                 conformity: decided(&column.name, column.numbers.len()),
             });
         }
-        let complex = match result {
-            Some(result) => complex(job, table, result)?,
-            None => None,
+        // Of phases against another zero there is no complex sensitivity.
+        let complex = match (result, stated.phases) {
+            (Some(result), None) => complex(job, table, result)?,
+            _ => None,
         };
         let name = match &table.element {
             Some(element) => format!("{about}S.{element}"),

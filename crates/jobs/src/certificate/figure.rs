@@ -12,7 +12,7 @@ impl Meaning {
     fn symbol(self) -> Option<&'static str> {
         match self {
             Self::Sensitivity => Some("|S|"),
-            Self::Phase => Some("φ"),
+            Self::Phase | Self::RelativePhase | Self::OwnPhase => Some("φ"),
             Self::Transverse => Some("T"),
             _ => None,
         }
@@ -37,7 +37,13 @@ pub(super) fn drawing(
     words: &str,
     digits: impl Fn(&str) -> String,
 ) -> Result<Option<String>> {
-    let meanings = [Meaning::Sensitivity, Meaning::Phase, Meaning::Transverse];
+    let meanings = [
+        Meaning::Sensitivity,
+        Meaning::Phase,
+        Meaning::RelativePhase,
+        Meaning::OwnPhase,
+        Meaning::Transverse,
+    ];
     let mut plot: Option<XyPlot> = None;
     let mut panels = 0;
     for meaning in meanings {

@@ -1,5 +1,6 @@
 //! `LAB.toml` and the file of an order: who calibrates, for whom, by which standards, under which rule.
 
+use super::content::says;
 use super::stated;
 use crate::campaign::CampaignFile;
 use crate::trouble::{Result, Trouble};
@@ -390,14 +391,15 @@ impl Contact {
             let parts: Vec<&str> = parts.into_iter().flatten().collect();
             (!parts.is_empty()).then(|| parts.join(between))
         };
-        let town = joined([self.post_code.as_deref(), self.town.as_deref()], " ");
+        let post_code = self.post_code.as_deref().filter(|p| says(p));
+        let town = joined([post_code, self.town.as_deref()], " ");
         let lines = [
             self.street.clone(),
             joined([town.as_deref(), self.country.as_deref()], ", "),
             self.phone.clone(),
             self.email.clone(),
         ];
-        lines.into_iter().flatten().collect()
+        lines.into_iter().flatten().filter(|l| says(l)).collect()
     }
 }
 

@@ -33,6 +33,10 @@ pub struct StatedNumber {
 pub(crate) enum Meaning {
     Sensitivity,
     Phase,
+    /// Against a reference whose phase nobody stated.
+    RelativePhase,
+    /// Among the axes of a sensor with a clock of its own.
+    OwnPhase,
     Transverse,
     Direction,
     Bias,
@@ -67,6 +71,8 @@ impl Meaning {
         match self {
             Self::Sensitivity => Text::Modulus,
             Self::Phase => Text::Phase,
+            Self::RelativePhase => Text::RelativePhase,
+            Self::OwnPhase => Text::OwnPhase,
             Self::Transverse => Text::TransverseSensitivity,
             Self::Direction => Text::Angle,
             Self::Bias => Text::Bias,
@@ -84,6 +90,9 @@ impl Meaning {
         match self {
             Self::Sensitivity => "sensitivity magnitude",
             Self::Phase => "sensitivity phase",
+            // No reader takes these for phases of the sensitivity.
+            Self::RelativePhase => "phase relative to the reference",
+            Self::OwnPhase => "phase among the axes",
             Self::Transverse => "transverse sensitivity",
             Self::Direction => "transverse sensitivity direction",
             Self::Bias => "bias",
@@ -108,7 +117,7 @@ impl Meaning {
     /// What the values of these units are multiplied with, and the unit of the certificate.
     fn unit(self, unit: &str, largest: f64) -> (f64, String) {
         match (self, unit) {
-            (Self::Phase | Self::Direction, "rad") => {
+            (Self::Phase | Self::RelativePhase | Self::OwnPhase | Self::Direction, "rad") => {
                 (180.0 / std::f64::consts::PI, "°".to_owned())
             }
             (Self::Transverse, "1") => (100.0, "%".to_owned()),
@@ -172,6 +181,9 @@ pub struct StatedResults {
     pub singles: Vec<StatedSingle>,
     /// Probability of every interval, such as `0.95`.
     pub probability: String,
+    /// What its phases are, where they are none of the sensitivity.
+    #[serde(skip)]
+    pub(crate) phases: Option<Meaning>,
 }
 
 /// Kinds of results that a certificate can state, and how they are obtained.
@@ -229,8 +241,15 @@ impl StatedResults {
             .with_hint("calibrate with one probability"));
         }
         let least = all.iter().map(|q| q.probability).fold(1.0, f64::min);
+        let found = |code: &str| result.findings().iter().any(|f| f.code() == code);
+        let phases = match (found("own-clock"), found("phase-not-stated")) {
+            (true, _) => Some(Meaning::OwnPhase),
+            (false, true) => Some(Meaning::RelativePhase),
+            (false, false) => None,
+        };
         let mut stated = Self {
             probability: plain_probability(least),
+            phases,
             ..Self::default()
         };
         let mut families: Vec<(String, Vec<(f64, &StatedQuantity)>)> = Vec::new();
@@ -246,7 +265,10 @@ impl StatedResults {
         for (name, list) in families {
             let frequencies: Vec<String> = list.iter().map(|(f, _)| plain(*f)).collect();
             let quantities: Vec<&StatedQuantity> = list.into_iter().map(|(_, q)| q).collect();
-            let column = column(name, &quantities);
+            let mut column = column(name, &quantities);
+            if let (Meaning::Phase, Some(phases)) = (column.meaning, stated.phases) {
+                column.meaning = phases;
+            }
             let element = element(&column.name);
             let same = stated
                 .tables
@@ -285,6 +307,17 @@ impl StatedResults {
         }
         let single = self.singles.iter().find(|s| s.name == name);
         single.map_or_else(|| name.to_owned(), |s| s.words(language))
+    }
+
+    /// What is said of its phases, where they are none of the sensitivity.
+    pub(crate) fn about_phases(&self) -> Option<Text> {
+        let columns = self.tables.iter().flat_map(|t| &t.columns);
+        let mut of = columns.filter_map(|c| match c.meaning {
+            Meaning::RelativePhase => Some(Text::RelativePhaseStatement),
+            Meaning::OwnPhase => Some(Text::OwnPhaseStatement),
+            _ => None,
+        });
+        of.next()
     }
 
     /// Whether an interval is not symmetric.

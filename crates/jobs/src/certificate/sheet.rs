@@ -31,7 +31,16 @@ impl Run {
 }
 
 fn words(runs: &[Run]) -> String {
-    runs.iter().map(Run::words).collect()
+    let is_arabic = |c: char| ('\u{600}'..='\u{6ff}').contains(&c) && c.is_alphabetic();
+    let to_the_left = runs
+        .iter()
+        .any(|run| matches!(run, Run::Text(t) if t.contains(is_arabic)));
+    let of = |run: &Run| match run {
+        // Kept from left to right among letters from right to left.
+        Run::Number(n) if to_the_left => format!("\u{2066}{n}\u{2069}"),
+        run => run.words().to_owned(),
+    };
+    runs.iter().map(of).collect()
 }
 
 /// Heading, unit and alignment of a column.

@@ -1,6 +1,7 @@
 //! The standards of a certificate held against the inputs of the result, their own certificates and the register.
 
 use super::CertificateData;
+use super::content::says;
 use super::laboratory::{CertificateFile, Item, Standard};
 use super::register::{Registered, replaced_by};
 use crate::StoredResult;
@@ -28,7 +29,28 @@ pub(super) fn doubts(
     day: Option<&String>,
 ) -> Vec<String> {
     let mut doubts = Vec::new();
-    for standard in &file.standards {
+    // An input that is not there cannot be compared.
+    let lost = data.lost.iter().filter(|name| is_standard(name));
+    doubts.extend(lost.map(|name| {
+        format!("a lost input: {name}, from which the result was computed, is not there any more")
+    }));
+    for (n, standard) in file.standards.iter().enumerate() {
+        for (key, text) in [
+            ("name", &standard.name),
+            ("certificate", &standard.certificate),
+            ("issuer", &standard.issuer),
+        ] {
+            if !says(text) {
+                doubts.push(format!("standards.{key} of entry {}: what it is", n + 1));
+            }
+        }
+        let same = |s: &&Standard| s.input.is_some() && s.input == standard.input;
+        if file.standards[..n].iter().any(|s| same(&s)) {
+            doubts.push(format!(
+                "an input with two standards: {}",
+                standard.input.as_deref().unwrap_or_default()
+            ));
+        }
         if let (Some(until), Some(day)) = (&standard.valid_until, day)
             && until < day
         {
@@ -49,10 +71,20 @@ pub(super) fn doubts(
         let mut own = own.filter(|c| Some(&c.input.sha256) == digest.as_ref());
         if let Some(certificate) = own.next() {
             doubts.extend(otherwise(standard, certificate, &item));
+            if let (Some(issued), Some(day)) = (&certificate.issued, day)
+                && issued > day
+            {
+                doubts.push(format!("a later standard: the certificate {} of {} was issued on {issued}, after {day}", standard.certificate, standard.name));
+            }
         }
-        doubts.extend(in_register(standard, data.released, &item));
+        doubts.extend(in_register(
+            standard,
+            digest.as_deref(),
+            data.released,
+            &item,
+        ));
     }
-    for input in files(data.result).filter(|i| is_standard(i)) {
+    for input in files(data.result).filter(|i| is_standard(&i.path)) {
         let known = file.standards.iter().filter_map(|s| s.input.as_deref());
         let mut known = known.filter(|stated| is(input, stated));
         if known.next().is_none() {
@@ -103,10 +135,24 @@ fn otherwise(standard: &Standard, certificate: &DigitalCertificate, item: &Item)
 }
 
 /// What the own register says of a standard that was calibrated here.
-fn in_register(standard: &Standard, released: &[Registered], item: &Item) -> Vec<String> {
-    let Some(entry) = released.iter().find(|e| e.number == standard.certificate) else {
+fn in_register(
+    standard: &Standard,
+    digest: Option<&str>,
+    released: &[Registered],
+    item: &Item,
+) -> Vec<String> {
+    let number = standard.certificate.trim();
+    let is_it = |e: &&Registered| e.number.eq_ignore_ascii_case(number);
+    let Some(entry) = released.iter().find(is_it) else {
         return Vec::new();
     };
+    let changed = digest.filter(|d| *d != entry.certificate_sha256);
+    let changed = changed.map(|_| {
+        format!(
+            "a changed certificate: the digital certificate of {} is not the one that was released as {}",
+            standard.name, entry.number
+        )
+    });
     let by = replaced_by(released, &entry.number);
     let replaced = by.map(|by| {
         format!(
@@ -120,7 +166,7 @@ fn in_register(standard: &Standard, released: &[Registered], item: &Item) -> Vec
             entry.number, standard.name, entry.item
         )
     });
-    replaced.into_iter().chain(own).collect()
+    changed.into_iter().chain(replaced).chain(own).collect()
 }
 
 /// Whether an issuer is named: by the name or a part of it, or by its initials, as PTB is.
@@ -131,15 +177,17 @@ fn names(issuer: &str, laboratory: &str) -> bool {
     };
     let words = laboratory.split(|c: char| !c.is_alphanumeric());
     let initials: String = words.filter_map(|w| w.chars().next()).collect();
-    let (issuer, laboratory) = (letters(issuer), letters(laboratory));
-    laboratory.contains(&issuer)
-        || issuer.contains(&laboratory)
-        || issuer.contains(&letters(&initials))
+    let (issuer, laboratory, initials) = (letters(issuer), letters(laboratory), letters(&initials));
+    // One or two letters are a part of nearly every name.
+    let is_part = issuer.chars().count() > 2 && laboratory.contains(&issuer);
+    let has_initials = initials.chars().count() > 1 && issuer.contains(&initials);
+    is_part || issuer == laboratory || issuer.contains(&laboratory) || has_initials
 }
 
 /// Tables of sensitivity and certificates among the inputs are standards.
-fn is_standard(input: &Input) -> bool {
-    let name = name_of(input).to_ascii_lowercase();
+fn is_standard(path: &str) -> bool {
+    let name = Path::new(path).file_name().unwrap_or_default();
+    let name = name.to_string_lossy().to_ascii_lowercase();
     name.starts_with("reference") || name.ends_with(".xml") || name == "calibration.json"
 }
 

@@ -126,6 +126,14 @@ texts! {
     Frequency: "Frequency", "Frequenza", "بسامد";
     Modulus: "Sensitivity", "Sensibilità", "حساسیت";
     Phase: "Phase", "Fase", "فاز";
+    RelativePhase: "Phase relative to the reference", "Fase rispetto al riferimento", "فاز نسبت به مرجع";
+    OwnPhase: "Phase among the axes", "Fase tra gli assi", "فاز میان محورها";
+    RelativePhaseStatement: "The calibration of the reference states no phase: phases are those of the item relative to the reference, whose own phase is neither in their values nor in their uncertainties.",
+        "La taratura del riferimento non riporta la fase: le fasi sono quelle dell'oggetto rispetto al riferimento, la cui fase propria non è compresa né nei valori né nelle incertezze.",
+        "کالیبراسیون مرجع فازی بیان نمی‌کند: فازها نسبت به مرجع‌اند و فاز خود مرجع نه در مقدار آن‌هاست و نه در عدم قطعیت آن‌ها.";
+    OwnPhaseStatement: "The item samples by a clock of its own: phases are those among its axes, counted from that of the first axis, and not against the reference.",
+        "L'oggetto campiona con un proprio orologio: le fasi sono quelle tra i suoi assi, contate da quella del primo asse, e non rispetto al riferimento.",
+        "دستگاه با ساعت خود نمونه‌برداری می‌کند: فازها میان محورهای آن و نسبت به محور نخست‌اند و نه نسبت به مرجع.";
     TransverseSensitivity: "Transverse sensitivity", "Sensibilità trasversale", "حساسیت عرضی";
     Angle: "Direction", "Direzione", "جهت";
     Bias: "Output at zero acceleration", "Uscita ad accelerazione nulla", "خروجی در شتاب صفر";

@@ -361,7 +361,11 @@ impl NoiseReading {
         for column in chosen {
             let index = layout.find(column)?;
             match self.conversion(&layout.name(index), layout.unit(index))? {
-                Some(conversion) => conversions.push(conversion),
+                Some(conversion) => {
+                    let grouped = layout.refuse_grouped(&[index], Some(conversion.0));
+                    grouped.map_err(|e| e.at(source.name()))?;
+                    conversions.push(conversion);
+                }
                 None => open.push(index),
             }
         }

@@ -65,7 +65,7 @@ impl Settled {
         }
         if let Some(interval) = rounded(stamps, &steps, q) {
             let whole = interval / q;
-            if (whole - whole.round()).abs() > 0.02 {
+            if (whole - whole.round()).abs() > 0.02 && !in_whole_steps(&steps, q, whole) {
                 return Some(Self::scattered(stamps, &steps, q, interval, false));
             }
         }
@@ -212,6 +212,23 @@ fn rounded(stamps: &[f64], steps: &[f64], q: f64) -> Option<f64> {
         .map(|l| l.0)
         .collect();
     (2 * slopes.len() > stamps.len() / BLOCK).then(|| median(&mut slopes))
+}
+
+/// Whether so many steps of whole units follow each other as no line rounded to the unit has between its longer steps, `whole` units apart:
+/// a step that falls short by the part f of a unit is made good after 1/f of them, which leaves room for as much jitter again. Rows that
+/// are lost at random from a grid leave runs of any length.
+fn in_whole_steps(steps: &[f64], q: f64, whole: f64) -> bool {
+    let part = whole - whole.round();
+    if part <= 0.0 {
+        return false;
+    }
+    let (mut run, mut longest) = (0_u32, 0_u32);
+    for step in steps {
+        let alike = (step / q - whole.round()).abs() < 0.5;
+        run = if alike { run + 1 } else { 0 };
+        longest = longest.max(run);
+    }
+    f64::from(longest) > 2.0 / part + 4.0
 }
 
 /// Interval of a grid of which rows are missing, however many.
