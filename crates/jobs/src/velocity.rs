@@ -24,7 +24,7 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
 use proofmass_motion::{
-    Method, MotionRecord, ReadingNoise, Tuning, compare, conditions, estimate, tune,
+    Method, MotionRecord, ReadingNoise, Tuning, compare, conditions, estimate_turning, tune,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -38,6 +38,10 @@ pub struct AxisData<'a> {
     pub start: f64,
     /// Whether it is an angle: rad and rad/s in place of m and m/s.
     pub angular: bool,
+    /// Way or angle of one turn of the encoder, where the reading says it.
+    pub turn: Option<f64>,
+    /// Time by which the accelerometer was stated to be late, s: it was shifted back by it.
+    pub latency: f64,
     /// Reference velocity per sample, m/s.
     pub reference: Option<&'a [f64]>,
     /// What to doubt about the data.
@@ -53,6 +57,8 @@ impl<'a> AxisData<'a> {
             record,
             start: 0.0,
             angular: false,
+            turn: None,
+            latency: 0.0,
             reference: None,
             findings: &[],
             name: "an axis",
@@ -102,7 +108,8 @@ impl Job for VelocityEstimateJob {
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityEstimate> {
         lacking(data, self.method.as_slice())?;
-        let result = estimate(data.record, self.method, self.circumference, watch)
+        let (own, turn) = (self.circumference, data.turn);
+        let result = estimate_turning(data.record, self.method, own, turn, watch)
             .map_err(|e| explain(e, data.name))?;
         Ok(VelocityEstimate::new(data, result))
     }

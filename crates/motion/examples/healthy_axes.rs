@@ -8,7 +8,7 @@
 #[path = "../tests/motions/mod.rs"]
 mod motions;
 
-use motions::{Motion, hard_stops};
+use motions::{Motion, hard_stops, s_curve, stop_and_go};
 use proofmass_core::Unwatched;
 use proofmass_motion::{
     BesideReference, BiasModel, CountingModel, EstimateResult, KalmanModel, Method, MotionRecord,
@@ -19,7 +19,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -79,83 +79,6 @@ fn simulated(motion: AxisMotion) -> Motion {
     Box::new(move |t| {
         let p = motion.at(t);
         [p.position, p.velocity, p.acceleration]
-    })
-}
-
-/// A move of sin² from rest to rest: length speed · time/2.
-fn hop(t: f64, speed: f64, time: f64) -> [f64; 3] {
-    let s = t.clamp(0.0, time);
-    let phase = TAU * s / time;
-    [
-        0.5 * speed * (s - time / TAU * phase.sin()),
-        0.5 * speed * (1.0 - phase.cos()),
-        if s == t {
-            PI * speed / time * phase.sin()
-        } else {
-            0.0
-        },
-    ]
-}
-
-/// Out and back by such moves, with rests as long as they are.
-fn stop_and_go(speed: f64, time: f64) -> Motion {
-    Box::new(move |t| {
-        let cycle = (t / (4.0 * time)).floor();
-        let s = t - 4.0 * time * cycle;
-        let (out, back) = (
-            hop(s - 0.5 * time, speed, time),
-            hop(s - 2.5 * time, speed, time),
-        );
-        std::array::from_fn(|i| out[i] - back[i])
-    })
-}
-
-/// To and fro with accelerations that rise and fall along lines: seven phases each way.
-fn s_curve(speed: f64, most: f64, jerk: f64) -> Motion {
-    let rise = most / jerk;
-    let hold = speed / most - rise;
-    let run = 2.0 * rise + hold;
-    let cruise = 0.5;
-    // Velocity and way of the start, its acceleration a trapezoid.
-    let start = move |t: f64| -> [f64; 3] {
-        let s = t.clamp(0.0, run);
-        let ramp = |u: f64| {
-            let u = u.max(0.0);
-            [jerk * u.powi(3) / 6.0, 0.5 * jerk * u * u, jerk * u]
-        };
-        let parts = [
-            (1.0, s),
-            (-1.0, s - rise),
-            (-1.0, s - rise - hold),
-            (1.0, s - run),
-        ];
-        let mut sum = [0.0; 3];
-        for (sign, u) in parts {
-            let r = ramp(u);
-            for (total, part) in sum.iter_mut().zip(r) {
-                *total += sign * part;
-            }
-        }
-        [
-            sum[0] + speed * (t - run).max(0.0),
-            sum[1],
-            if s == t { sum[2] } else { 0.0 },
-        ]
-    };
-    // A start, a cruise, a stop and a rest as long as the cruise.
-    let way = 2.0 * (run + cruise);
-    Box::new(move |t| {
-        let cycle = (t / way).floor();
-        let s = t - way * cycle;
-        let one = |s: f64, sign: f64| -> [f64; 3] {
-            let (a, b) = (start(s), start(s - run - cruise));
-            std::array::from_fn(|i| sign * (a[i] - b[i]))
-        };
-        // Out in even cycles, back in odd ones.
-        let length = speed * (run + cruise);
-        let even = (cycle as i64).rem_euclid(2) == 0;
-        let [x, v, a] = one(s, if even { 1.0 } else { -1.0 });
-        [if even { x } else { length + x }, v, a]
     })
 }
 

@@ -1,6 +1,6 @@
 //! Slow counted axes after tuning: filter and smoother at the edges, gain and latency with their uncertainty.
 
-use crate::counting::{Counted, CountingModel, CountingRun, CountingTuned};
+use crate::counting::{Counted, CountingModel, CountingRun, CountingTuned, counts, is_slow};
 use crate::{MotionRecord, Tuned, TunedValue};
 use proofmass_core::{Error, Watch};
 
@@ -10,9 +10,61 @@ use proofmass_core::{Error, Watch};
 /// A gain or latency that was found is found anew from the edges (to all readings rounding is noise, and on a slow axis
 /// it is none), and left out where the edges do not pay for it; what moving them by their uncertainty does to the velocity is added to its variance.
 ///
+/// An axis that moves by nearly a whole number of counts from sample to sample rounds alike for many samples, as a slow one does:
+/// less that even speed it is one.
+///
 /// # Errors
 /// [`Error::Cancelled`], and of the record.
 pub(crate) fn on_edges(
+    tuned: &mut Tuned,
+    part: &MotionRecord,
+    record: &MotionRecord,
+    watch: &dyn Watch,
+) -> Result<Option<(CountingModel, CountingRun)>, Error> {
+    let Some(per_sample) = whole_counts(part) else {
+        return at_edges(tuned, part, record, watch);
+    };
+    let (part, _) = less_even_speed(part, per_sample);
+    let (record, speed) = less_even_speed(record, per_sample);
+    let mut found = at_edges(tuned, &part, &record, watch)?;
+    if let Some((_, run)) = &mut found {
+        for (velocity, _) in [&mut run.filtered, &mut run.smoothed] {
+            velocity.iter_mut().for_each(|v| *v += speed);
+        }
+    }
+    Ok(found)
+}
+
+/// Share of the samples in which the count moves by the same whole number, above which the rest is a slow axis.
+const ALIKE: f64 = 0.75;
+
+/// The whole number of counts, not zero, by which most samples move.
+pub(crate) fn whole_counts(record: &MotionRecord) -> Option<i32> {
+    let counts = counts(record).filter(|c| record.edges.is_none() && !is_slow(c))?;
+    let mut steps: Vec<i32> = counts
+        .windows(2)
+        .filter_map(|w| w[1]?.checked_sub(w[0]?))
+        .collect();
+    let n = steps.len();
+    steps.sort_unstable();
+    let most = *steps.get(n / 2)?;
+    let alike = steps.iter().filter(|s| **s == most).count();
+    (most != 0 && alike as f64 > ALIKE * n as f64).then_some(most)
+}
+
+/// The record less an even speed of so many counts a sample, and that speed.
+fn less_even_speed(record: &MotionRecord, per_sample: i32) -> (MotionRecord, f64) {
+    let step = f64::from(per_sample) * record.increment.unwrap_or(0.0);
+    let speed = step / record.sample_time;
+    let mut less = record.clone();
+    for (k, reading) in less.reading.iter_mut().enumerate() {
+        *reading = reading.map(|r| r - k as f64 * step);
+    }
+    less.initial_velocity = record.initial_velocity.map(|v| v - speed);
+    (less, speed)
+}
+
+fn at_edges(
     tuned: &mut Tuned,
     part: &MotionRecord,
     record: &MotionRecord,
@@ -72,7 +124,10 @@ pub(crate) fn on_edges(
         }
     }
     let innovations: Vec<f64> = run.innovations.iter().map(|i| i.1).collect();
-    tuned.counted(&found, &innovations)?;
+    tuned.counted(&found, &innovations, part)?;
+    if let Some(counted) = Counted::new(&tuned.corrected(part)) {
+        tuned.log_likelihood = counted.log_likelihood(&found.model)?;
+    }
     Ok(Some((found.model, run)))
 }
 

@@ -8,6 +8,7 @@ use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::encoder::ErrorLine;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// One line: cosine · cos(2π order r/turn) + sine · sin(2π order r/turn), added to the position at the reading r.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,6 +86,23 @@ impl EncoderMap {
             let [cos, sin] = line.at(reading, self.turn);
             let [[cc, cs], [_, ss]] = line.covariance;
             cos * cos * cc + 2.0 * cos * sin * cs + sin * sin * ss
+        });
+        parts.sum::<f64>().max(0.0).sqrt()
+    }
+
+    /// Whether the reading rises with the position everywhere: what runs backwards is no map.
+    pub(crate) fn is_map(&self) -> bool {
+        let steepest = |l: &MapLine| TAU * l.order * l.amplitude() / self.turn;
+        self.lines.iter().map(steepest).sum::<f64>() < 1.0
+    }
+
+    /// Standard uncertainty of its slope at a reading: of what it adds to a velocity, over that velocity.
+    pub(crate) fn slope_uncertainty(&self, reading: f64) -> f64 {
+        let parts = self.lines.iter().map(|line| {
+            let [cos, sin] = line.at(reading, self.turn);
+            let [[cc, cs], [_, ss]] = line.covariance;
+            let rate = TAU * line.order / self.turn;
+            rate * rate * (sin * sin * cc - 2.0 * cos * sin * cs + cos * cos * ss)
         });
         parts.sum::<f64>().max(0.0).sqrt()
     }

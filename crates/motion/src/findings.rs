@@ -20,6 +20,13 @@ findings! {
         evidence "{missing} of {due} readings missing",
         advice "fused methods integrate the acceleration there; the uncertainty grows with it";
 
+    /// Time stamps scatter about the clock of the samples.
+    stamps_scatter(scatter: f64, share: f64) =
+        "stamps-scatter", [Note],
+        what "the time stamps scatter and the positions do not show it: the even clock behind them was used",
+        evidence "{scatter:.4} ms about it, {share:.1} % of a step",
+        advice "where the samples themselves are uneven, move the axis faster in a recording: positions at true stamps are then the smoother ones";
+
     /// The first readings contradict the stated initial velocity.
     start_in_motion(mean: f64, span: f64, stated: f64) =
         "start-in-motion", [Warning],
@@ -89,9 +96,10 @@ findings! {
         what "the record is too short to tune at this rate",
         evidence "{rate} Hz: {reason}";
 
-    /// The motion by the readings is not as large as that by the accelerometer.
+    /// The motion by the readings is not as large as that by the accelerometer. A note where the gain was estimated and is used, and
+    /// lies within the tolerance of accelerometers.
     gain_mismatch(treatment: &str, gain: f64, uncertainty: f64, details: &str) =
-        "gain-mismatch", [Warning, Decision],
+        "gain-mismatch", [Warning, Decision, Note],
         what "readings and accelerometer do not agree on the size of the motion{treatment}",
         evidence "{details}: {gain:.5} (u = {uncertainty:.5})",
         advice "calibrate the accelerometer, or check units, axis, increment and radius of the wheel: one of them is wrong by this factor";
@@ -116,12 +124,34 @@ findings! {
         evidence "{periods}",
         advice "an eccentric disc or wheel repeats once per turn, a gear once per its turn: map and subtract the error, or set the crossover below its frequency";
 
+    /// The encoder deviates once or twice per turn.
+    encoder_map_subtracted(lines: &str) =
+        "encoder-map-subtracted", [Note],
+        what "the encoder has errors that repeat every turn, as of an eccentric disc; they were found beside the accelerometer and subtracted",
+        evidence "{lines}",
+        advice "map the encoder once by `velocity map` and state the result by --encoder-map",
+        false_alarms "at most 1 of 1000 recordings by its test";
+
+    /// The accelerometer adds nothing but its noise.
+    encoder_alone(gained: f64, alone: f64, fused: f64) =
+        "encoder-alone", [Note],
+        what "the motion is fainter than the noise of the accelerometer: the velocity is that of the encoder alone",
+        evidence "ln L of the readings is {gained:.0} higher without the accelerometer; standard uncertainty {alone:.2e} alone, {fused:.2e} with both",
+        advice "with --method kalman:Q,R both sensors are used";
+
     /// Encoder and accelerometer disagree for a short time.
     slip(from: f64, to: f64, window: f64, change: f64, deviations: f64, quiet: f64, others: &str) =
         "slip", [Warning],
         what "encoder and accelerometer do not measure the same motion",
         evidence "{from:.3} s to {to:.3} s: velocity change over {window:.0} ms differs by {change:.4} ({deviations:.1} standard deviations of the quiet part, {quiet:.4}){others}",
         advice "the wheel slips, the coupling yields, or the accelerometer feels a rotation; the fused velocity is not valid there";
+
+    /// Slip, or gain and latency: the record does not decide.
+    slip_in_doubt(gain: f64, latency: f64, gained: f64) =
+        "slip-in-doubt", [Warning],
+        what "encoder and accelerometer differ, and the record does not decide between slip and an error of gain and latency",
+        evidence "a gain of {gain:.4} and a latency of {latency:.2} ms in place of slip change ln L by {gained:+.1}, their price subtracted",
+        advice "state the latency or the uncertainty of the gain, or record a motion with other accelerations";
 
     /// A strong deceleration against the motion.
     collision(from: f64, to: f64, change: f64, window: f64, deviations: f64, others: &str) =

@@ -89,7 +89,7 @@ pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{
     Blow, MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
-    even_clock, interval, out_of_order, stamp_digit,
+    even_clock, even_rows, interval, out_of_order, stamp_digit,
 };
 pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolver};
 pub use rest::moves_while_still;
@@ -103,6 +103,6 @@ pub use timed::{edge_counts, edge_places, time_edges};
 pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};
 pub use velocity::{
     BesideReference, CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate,
-    published_sweep, single_sensor_methods, tune,
+    estimate_turning, published_sweep, single_sensor_methods, tune,
 };
 pub use whiteness::Whiteness;

@@ -3,7 +3,8 @@
 mod alignment;
 
 pub use alignment::{
-    Stamped, Timing, align, common_start, even_clock, interval, out_of_order, stamp_digit,
+    Stamped, Timing, align, common_start, even_clock, even_rows, interval, out_of_order,
+    stamp_digit,
 };
 
 use proofmass_core::Error;

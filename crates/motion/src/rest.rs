@@ -1,5 +1,6 @@
 //! An accelerometer alone: what is known is that the axis rests for a while.
 
+use crate::counting::{LONG_RUN, counts};
 use crate::findings;
 use crate::floor::{noise_floor, variance};
 use crate::{BiasModel, KalmanModel, MotionRecord, ReadingSource};
@@ -19,6 +20,34 @@ impl MotionRecord {
             && self.reading.iter().any(Option::is_none)
             && self.reading.iter().flatten().all(|v| *v == 0.0)
     }
+}
+
+/// Counts that were put on another clock and are no counts any more: of the equal ones of a rest one in twenty.
+///
+/// While a count does not change its error is the same; on a grid of increments the filter of counts knows that.
+pub(crate) fn rests_once(record: &MotionRecord) -> MotionRecord {
+    let mut record = record.clone();
+    let positions = record.source == ReadingSource::Position && record.edges.is_none();
+    if !positions || record.increment.is_none() || counts(&record).is_some() {
+        return record;
+    }
+    let known: Vec<(usize, f64)> = record
+        .reading
+        .iter()
+        .enumerate()
+        .filter_map(|(k, r)| r.map(|r| (k, r)))
+        .collect();
+    for run in known.chunk_by(|a, b| a.1 == b.1) {
+        if run.len() >= LONG_RUN {
+            let last = run.len() - 1;
+            for (i, (k, _)) in run.iter().enumerate() {
+                if i % LONG_RUN != 0 && i != last {
+                    record.reading[*k] = None;
+                }
+            }
+        }
+    }
+    record
 }
 
 /// The model of an accelerometer whose axis rests for a while: noise and offset as the rest shows them.

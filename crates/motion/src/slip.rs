@@ -1,6 +1,9 @@
 //! Where encoder and accelerometer do not see the same motion: slip, and collisions.
 
+mod alternative;
 mod collision;
+
+pub(crate) use alternative::Alternative;
 
 use crate::episode::{Episode, episodes, held, largest, others, quiet, shortest, slope};
 use crate::findings;
@@ -56,6 +59,44 @@ impl SlipReport {
     }
 }
 
+/// Difference of ln L up to which neither of two explanations is preferred for certain.
+const CLEAR: f64 = 6.0;
+
+impl SlipReport {
+    /// What is slip where gain and latency of the accelerometer may explain it: `beside` is what is left beside them. Collisions
+    /// are those of the record as it is.
+    pub(crate) fn decided(&self, beside: &Self, other: &Alternative) -> Self {
+        let mut decided = match other.gained > 0.0 {
+            true => self.with_slip_of(beside),
+            false => self.clone(),
+        };
+        if other.gained.abs() < CLEAR {
+            let (gain, latency) = (other.gain, 1e3 * other.latency);
+            let doubt = findings::slip_in_doubt(gain, latency, other.gained);
+            decided.findings.push(doubt);
+        }
+        decided
+    }
+
+    /// Whether less is slip beside other constants, and the quiet part as quiet: what makes it louder hides slip and explains none.
+    pub(crate) fn explained_by(&self, beside: &Self) -> bool {
+        beside.slip_share < self.slip_share && beside.quiet_deviation < 1.1 * self.quiet_deviation
+    }
+
+    /// The same with another report's slip.
+    pub(crate) fn with_slip_of(&self, other: &Self) -> Self {
+        let slip = |f: &&Finding| f.code() == "slip";
+        let findings = other.findings.iter().filter(slip);
+        let own = self.findings.iter().filter(|f| !slip(f));
+        Self {
+            slip: other.slip.clone(),
+            collisions: self.collisions.clone(),
+            findings: findings.chain(own).cloned().collect(),
+            ..*other
+        }
+    }
+}
+
 impl SlipSearch {
     /// Compares velocity changes over adjacent windows.
     ///
@@ -88,14 +129,7 @@ impl SlipSearch {
                 got: n,
             });
         }
-        let residual = residual(record);
-        let slopes: Vec<f64> = (0..=n - w)
-            .map(|k| slope(&residual[k..k + w], dt))
-            .collect();
-        // Difference k compares the windows that meet at sample k + w.
-        let difference: Vec<f64> = (0..slopes.len() - w)
-            .map(|k| slopes[k + w] - slopes[k])
-            .collect();
+        let difference = changes(&residual(record), w, dt);
         let judged = judged(record, w, difference.len());
         let known: Vec<f64> = (0..difference.len())
             .filter(|&k| judged[k])
@@ -198,22 +232,34 @@ fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
         .collect()
 }
 
-/// Reading minus doubly integrated acceleration; missing readings on a line between their neighbours.
-fn residual(record: &MotionRecord) -> Vec<f64> {
+/// Slope of a line through the window from each sample on, minus that through the window before it: value k compares the windows
+/// that meet at sample k + w.
+fn changes(x: &[f64], w: usize, dt: f64) -> Vec<f64> {
+    let slopes: Vec<f64> = x.windows(w).map(|part| slope(part, dt)).collect();
+    (0..slopes.len() - w)
+        .map(|k| slopes[k + w] - slopes[k])
+        .collect()
+}
+
+/// Doubly integrated acceleration.
+fn felt(record: &MotionRecord) -> Vec<f64> {
     let dt = record.sample_time;
-    let positions = held(&record.positions());
     let (mut x, mut v) = (0.0, 0.0);
     let mut before = record.acceleration[0];
-    positions
-        .iter()
-        .zip(&record.acceleration)
-        .map(|(p, a)| {
-            x += dt * v + dt * dt * (before / 3.0 + a / 6.0);
-            v += 0.5 * dt * (before + a);
-            before = *a;
-            p - x
-        })
-        .collect()
+    let motion = record.acceleration.iter().map(|a| {
+        x += dt * v + dt * dt * (before / 3.0 + a / 6.0);
+        v += 0.5 * dt * (before + a);
+        before = *a;
+        x
+    });
+    motion.collect()
+}
+
+/// Reading minus doubly integrated acceleration; missing readings on a line between their neighbours.
+fn residual(record: &MotionRecord) -> Vec<f64> {
+    let positions = held(&record.positions());
+    let felt = felt(record);
+    positions.iter().zip(felt).map(|(p, x)| p - x).collect()
 }
 
 #[cfg(test)]
@@ -260,5 +306,42 @@ mod tests {
             .fold(0.0f64, |m, e| m.max(e.velocity.abs()));
         assert!((largest - 0.3).abs() < 0.06, "{largest}");
         assert!(report.findings.iter().any(|f| f.code() == "slip"));
+    }
+
+    /// Two explanations that are as likely: the one taken is the likelier, and the doubt is told; a clear one is not doubted.
+    #[test]
+    fn law_a_doubt_between_slip_and_a_gain_is_told() {
+        let report = |slips: bool| SlipReport {
+            slip: match slips {
+                true => vec![Episode {
+                    from: 100,
+                    to: 200,
+                    velocity: 0.1,
+                    deviations: 20.0,
+                }],
+                false => Vec::new(),
+            },
+            collisions: Vec::new(),
+            quiet_deviation: 0.01,
+            slip_share: f64::from(u8::from(slips)) * 0.1,
+            findings: Vec::new(),
+        };
+        let decided = |gained: f64| {
+            let other = Alternative {
+                gain: 1.02,
+                latency: 0.003,
+                regressors: Vec::new(),
+                gained,
+            };
+            let decided = report(true).decided(&report(false), &other);
+            let doubted = decided.findings.iter().any(|f| f.code() == "slip-in-doubt");
+            (decided.slip.is_empty(), doubted)
+        };
+        assert_eq!(decided(100.0), (true, false));
+        assert_eq!(decided(2.0), (true, true));
+        assert_eq!(decided(-2.0), (false, true));
+        assert_eq!(decided(-100.0), (false, false));
+        let doubt = findings::slip_in_doubt(1.02, 3.0, 2.0);
+        assert_eq!(doubt.code(), "slip-in-doubt");
     }
 }

@@ -200,14 +200,16 @@ impl Tuning {
     /// Of the record; [`Error::TooFew`] below 24 readings; [`Error::OutOfRange`] for a known variance that is
     /// not positive; [`Error::Cancelled`].
     pub fn run(&self, record: &MotionRecord, watch: &dyn Watch) -> Result<Tuned, Error> {
-        self.search(record, false, watch)
+        self.search(record, false, &record.acceleration, watch)
     }
 
-    /// The same; `late` where a latency is known to be there.
+    /// The same; `late` where a latency is known to be there. The floor is that of what was `heard`: between its samples a curve
+    /// takes the highest frequencies from the noise of the accelerometer, and leaves what moves the velocity.
     pub(crate) fn search(
         &self,
         record: &MotionRecord,
         late: bool,
+        heard: &[f64],
         watch: &dyn Watch,
     ) -> Result<Tuned, Error> {
         record.check()?;
@@ -217,7 +219,7 @@ impl Tuning {
                 pairing: false,
                 ..*self
             };
-            return alone.search(record, late, watch);
+            return alone.search(record, late, heard, watch);
         }
         let readings = record.reading.iter().flatten().count();
         if readings < LEAST {
@@ -241,7 +243,7 @@ impl Tuning {
             }
             ReadingNoise::Free => None,
         };
-        let mut search = Search::new(self, record, known, watch);
+        let mut search = Search::new(self, record, known, heard, watch);
         let mut point = search.base(Unknowns::default())?;
         let mut repeats = None;
         if known.is_none()

@@ -3,6 +3,8 @@
 mod beside_reference;
 mod compare;
 mod disagreement;
+mod disc;
+mod encoder_alone;
 pub(crate) mod ground;
 mod tune;
 
@@ -13,7 +15,7 @@ pub use tune::{TuneResult, tune};
 use crate::diffuse::Trajectory;
 use crate::edges::on_edges;
 use crate::findings;
-use crate::rest::model_at_rest;
+use crate::rest::{model_at_rest, rests_once};
 use crate::tuning::Constants;
 use crate::{
     KalmanModel, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport, Tuned,
@@ -21,8 +23,7 @@ use crate::{
 };
 use disagreement::Disagreement;
 use ground::{
-    check_sensors, doubts, margin, on_line_kalman, paired_tuning, part_finding, sensors,
-    tuning_part, with_blows,
+    Ground, check_sensors, doubts, margin, on_line_kalman, part_finding, sensors, with_blows,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
@@ -74,8 +75,9 @@ impl EstimateResult {
 
 /// Velocity of a record by a method, or by the Kalman filter with tuned gains when none is given.
 ///
-/// The record is searched for slip and collisions first; noise is tuned on the longest stretch without slip, so
-/// that slip does not pass for noise. `circumference` is the distance of one turn, when known.
+/// The record is searched for slip and collisions first, beside the gain and the latency of the accelerometer; noise is tuned on
+/// the longest stretch without slip, so that slip does not pass for noise. `circumference` is the distance of one turn, when
+/// known: what repeats with it is then told by itself.
 ///
 /// # Errors
 /// Of the record, the search and the method.
@@ -85,13 +87,54 @@ pub fn estimate(
     circumference: Option<f64>,
     watch: &dyn Watch,
 ) -> Result<EstimateResult, Error> {
+    estimate_turning(record, method, circumference, None, watch)
+}
+
+/// The same for an encoder whose turn is known as exactly as its readings, as that of counts with so many to a turn: errors once
+/// and twice per turn are looked for as by [`MapSearch`](crate::MapSearch), and subtracted where they are seen.
+///
+/// # Errors
+/// Of the record, the search and the method.
+pub fn estimate_turning(
+    record: &MotionRecord,
+    method: Option<Method>,
+    circumference: Option<f64>,
+    turn: Option<f64>,
+    watch: &dyn Watch,
+) -> Result<EstimateResult, Error> {
     record.check()?;
     check_sensors(record, method.as_slice())?;
-    let (slip, pairing) = sensors(record);
-    let record = &with_blows(record, slip.as_ref());
-    let margin = margin(record);
-    let slips = |k: usize| slip.as_ref().is_some_and(|s| s.slips(k, margin));
+    let (result, ground) = once(record, method, circumference, watch)?;
+    if method.is_none()
+        && let Some(alone) = encoder_alone::better(record, &result, watch)?
+    {
+        return Ok(alone);
+    }
+    let (Some(ground), Some(turn)) = (ground, turn) else {
+        return Ok(result);
+    };
+    match disc::seen(record, ground, turn, watch)? {
+        None => Ok(result),
+        Some(map) => {
+            let corrected = map.corrected(record)?;
+            let (again, _) = once(&corrected, method, circumference, watch)?;
+            Ok(disc::beside(again, record, &map))
+        }
+    }
+}
+
+/// The estimate from the readings as they are, and the ground of what was tuned.
+fn once(
+    record: &MotionRecord,
+    method: Option<Method>,
+    circumference: Option<f64>,
+    watch: &dyn Watch,
+) -> Result<(EstimateResult, Option<Ground>), Error> {
+    let (mut slip, mut pairing) = sensors(record);
     let mut findings = conditions(record);
+    let record = &rests_once(&with_blows(record, slip.as_ref()));
+    let margin = margin(record);
+    let mut ground = None;
     let given = match method {
         Some(
             Method::Kalman { model } | Method::SteadyKalman { model } | Method::Smoother { model },
@@ -120,9 +163,11 @@ pub fn estimate(
             (model, None, trace, smoother, (run.offset, run.innovations))
         }
         None => {
-            let (part, samples) = tuning_part(record, slip.as_ref());
+            let found = Ground::of(record, (slip, pairing), &Tuning::default(), watch)?;
+            ground = Some(found.clone());
+            let (part, samples, mut tuned) = (found.part, found.samples, found.tuned);
+            (slip, pairing) = (found.slip, found.pairing);
             readings = part.reading.iter().flatten().count();
-            let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
             watch.step("velocity", 0, 2)?;
             let edges = on_edges(&mut tuned, &part, record, watch)?;
             findings.extend(part_finding(record, &samples));
@@ -185,6 +230,7 @@ pub fn estimate(
         }
     }
     watch.step("velocity", 2, 2)?;
+    let slips = |k: usize| slip.as_ref().is_some_and(|s| s.slips(k, margin));
     // Filter and smoother of one model on one record: what is found beside it is in both.
     let own = match (&tuned, &smoother.method) {
         // Noise that is correlated in time is no state of a filter on line.
@@ -227,7 +273,7 @@ pub fn estimate(
         ReadingSource::Speed => None,
     };
     findings.extend(ripple.iter().flat_map(|r| r.findings.iter().cloned()));
-    Ok(EstimateResult {
+    let result = EstimateResult {
         trace,
         smoother,
         model,
@@ -239,7 +285,8 @@ pub fn estimate(
         slip,
         ripple,
         findings,
-    })
+    };
+    Ok((result, ground))
 }
 
 /// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.

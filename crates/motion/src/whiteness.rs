@@ -17,11 +17,18 @@ pub struct Whiteness {
     pub p_white: f64,
     /// Largest |ρ_k| and its lag.
     pub largest_correlation: (usize, f64),
+    /// The same of the first five lags alone: what a model lacks shows there first, and signs do not cancel.
+    pub short_correlation: (usize, f64),
+    /// Probability of correlations as large at these lags when the innovations are white.
+    pub p_short: f64,
     /// Mean of ν²/S; one when q and R are right.
     pub mean_square: f64,
     /// Two-sided probability of a mean square as far from one.
     pub p_size: f64,
 }
+
+/// Lags at which a model that lacks something shows it.
+const SHORT: usize = 5;
 
 impl Whiteness {
     /// Tests normalised innovations, over m = min(40, n/5) lags.
@@ -58,7 +65,15 @@ impl Whiteness {
                 largest = (k, rho);
             }
         }
-        let q = q * n as f64 * (n + 2) as f64;
+        let (mut five, mut short) = (0.0, (0usize, 0.0f64));
+        for (k, rho) in rho.iter().copied().enumerate().take(SHORT + 1).skip(1) {
+            five += rho * rho / (n - k) as f64;
+            if rho.abs() > short.1.abs() {
+                short = (k, rho);
+            }
+        }
+        let scale = n as f64 * (n + 2) as f64;
+        let (q, five) = (q * scale, five * scale);
         let upper = |x: f64, dof: usize| chi_squared_chance(x, dof as f64);
         let above = upper(square, n);
         Ok(Self {
@@ -67,6 +82,8 @@ impl Whiteness {
             ljung_box: q,
             p_white: upper(q, lags),
             largest_correlation: largest,
+            short_correlation: short,
+            p_short: upper(five, lags.min(SHORT)),
             mean_square: square / n as f64,
             p_size: (2.0 * above.min(1.0 - above)).min(1.0),
         })
@@ -111,15 +128,17 @@ mod tests {
     #[test]
     fn coverage_white_noise_is_refused_at_the_stated_rate() {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(20);
-        let (mut white, mut size) = (0, 0);
+        let (mut white, mut short, mut size) = (0, 0, 0);
         for _ in 0..1000 {
             let v: Vec<f64> = (0..500).map(|_| StandardNormal.sample(&mut rng)).collect();
             let test = Whiteness::test(&v).unwrap();
             white += usize::from(test.p_white < 0.05);
+            short += usize::from(test.p_short < 0.05);
             size += usize::from(test.p_size < 0.05);
         }
         // Binomial(1000, 0.05): σ = 6.9; four σ either way. Ljung–Box is slightly liberal at n = 500.
         assert!((23..=90).contains(&white), "{white}");
+        assert!((23..=78).contains(&short), "{short}");
         assert!((23..=78).contains(&size), "{size}");
     }
 
@@ -137,6 +156,9 @@ mod tests {
         let test = Whiteness::test(&v).unwrap();
         assert!(test.p_white < 1e-10);
         assert_eq!(test.largest_correlation.0, 1);
+        // 0.4, known to 1/√n.
+        let (lag, rho) = test.short_correlation;
+        assert!(lag == 1 && (rho - 0.4).abs() < 0.1 && test.p_short < 1e-10);
         assert!(Whiteness::test(&v[..10]).is_err());
     }
 }

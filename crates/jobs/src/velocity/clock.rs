@@ -5,7 +5,7 @@ use crate::findings;
 use proofmass_core::Error;
 use proofmass_io::{Recording, TimeSource};
 use proofmass_motion::{
-    MotionRecord, edge_counts, even_clock, even_times, stamp_digit, time_edges,
+    MotionRecord, Stamped, edge_counts, even_clock, even_rows, even_times, stamp_digit, time_edges,
 };
 use proofmass_uncertainty::Finding;
 
@@ -44,6 +44,21 @@ pub(super) fn clock(recording: &Recording, main: &Recording, origin: f64, edges:
         Some(step) => even_times(&own, step),
         None => own,
     }
+}
+
+/// Puts rows and the readings in them on the even clock behind stamps that scatter, where the samples do not.
+pub(super) fn evened(clock: &mut Vec<f64>, reading: &mut Samples) -> Option<Finding> {
+    let own = Stamped {
+        time: &reading.time,
+        value: &reading.value,
+    };
+    let (even, finding) = even_rows(clock, own)?;
+    for t in &mut reading.time {
+        let row = clock.partition_point(|s| *s < *t);
+        *t = even.get(row).copied().unwrap_or(*t);
+    }
+    *clock = even;
+    Some(finding)
 }
 
 /// Rows that are edges as the counts after them, in lengths, and whether edges are missing; `decoded` from logic levels.

@@ -36,6 +36,9 @@ pub(super) struct Head {
     pub(super) alone: bool,
     increment: Option<f64>,
     initial_velocity: Option<f64>,
+    /// Latency of the accelerometer that was stated, s.
+    #[serde(default)]
+    stated_latency: f64,
     pub(super) quantities: Vec<StatedQuantity>,
     pub(super) findings: Vec<Finding>,
 }
@@ -57,6 +60,7 @@ impl Head {
             alone: !record.accelerometer,
             increment: record.increment,
             initial_velocity: record.initial_velocity,
+            stated_latency: data.latency,
             quantities: quantities
                 .into_iter()
                 .map(|mut q| {
@@ -96,6 +100,27 @@ impl Head {
                 "initial_velocity_m_per_s": self.initial_velocity,
             }),
         )
+    }
+}
+
+/// What was done to the accelerometer before the filters: it was divided by its gain and shifted back by its latency.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Applied {
+    gain: f64,
+    /// All of it, s.
+    latency_s: f64,
+    /// What was stated of it, s.
+    stated_latency_s: f64,
+}
+
+impl Applied {
+    fn of(head: &Head, tuned: Option<&Tuned>) -> Self {
+        let found = |value: Option<TunedValue>, other| value.map_or(other, |v| v.value);
+        Self {
+            gain: tuned.map_or(1.0, |t| found(t.gain, 1.0)),
+            latency_s: head.stated_latency + tuned.map_or(0.0, |t| found(t.latency, 0.0)),
+            stated_latency_s: head.stated_latency,
+        }
     }
 }
 
@@ -258,6 +283,10 @@ impl Outcome for VelocityEstimate {
         Ok(vec![
             self.head.section()?,
             section("pairing", &self.result.pairing)?,
+            section(
+                "applied",
+                &Applied::of(&self.head, self.result.tuned.as_ref()),
+            )?,
             section("agreement", &self.result.agreement)?,
         ])
     }
@@ -355,6 +384,9 @@ pub(crate) struct TunedGains {
     offset: Option<TunedValue>,
     gain: Option<TunedValue>,
     latency: Option<TunedValue>,
+    /// Latency that was stated, s: what was found is beside it.
+    #[serde(default)]
+    stated_latency: f64,
 }
 
 impl TunedGains {
@@ -371,6 +403,7 @@ impl TunedGains {
             offset: result.tuned.offset,
             gain: result.tuned.gain,
             latency: result.tuned.latency,
+            stated_latency: head.stated_latency,
         }
     }
 
@@ -395,10 +428,15 @@ impl TunedGains {
                 gain.value
             ));
         }
-        if let Some(latency) = tuned.latency {
+        let latency = tuned.stated_latency + tuned.latency.map_or(0.0, |t| t.value);
+        if latency > 0.0 {
             notes.push(format!(
-                "The accelerometer is {:e} s later than the readings: delay these by that.",
-                latency.value
+                "The accelerometer is {latency:e} s later than the readings: delay these by that."
+            ));
+        } else if latency < 0.0 {
+            notes.push(format!(
+                "The accelerometer is {:e} s earlier than the readings: delay it by that.",
+                -latency
             ));
         }
         Ok(Firmware {
@@ -428,6 +466,10 @@ impl Outcome for VelocityTuning {
             self.head.section()?,
             section("options", &self.options)?,
             section("model", &self.result.tuned.model)?,
+            section(
+                "applied",
+                &Applied::of(&self.head, Some(&self.result.tuned)),
+            )?,
             section(
                 TunedGains::SECTION,
                 &TunedGains::of(&self.head, &self.result),

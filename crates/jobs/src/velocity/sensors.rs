@@ -1,6 +1,6 @@
 //! The two sensors of an axis, from one file or two, on one time base.
 
-use super::clock::{clock, counted, nothing, timed};
+use super::clock::{clock, counted, evened, nothing, timed};
 use super::reading::{Reading, Samples};
 use super::reference::Reference;
 use super::turning::Turning;
@@ -158,6 +158,10 @@ pub struct AxisRecordings {
     pub(super) start: f64,
     /// Whether it is an angle: rad in place of m.
     pub(super) angular: bool,
+    /// Way or angle of one turn of the encoder, where it is known and no map was subtracted.
+    turn: Option<f64>,
+    /// Latency of the accelerometer that was stated, s.
+    latency: f64,
     /// Reference velocity per sample, m/s or rad/s.
     pub(super) reference: Option<Vec<f64>>,
     /// Files with their digests.
@@ -175,6 +179,8 @@ impl AxisRecordings {
             record: &self.record,
             start: self.origin + self.start,
             angular: self.angular,
+            turn: self.turn,
+            latency: self.latency,
             reference: self.reference.as_deref(),
             findings: &self.findings,
             name: &self.name,
@@ -277,7 +283,7 @@ impl AxisSensors {
         // What is asked for in times of the recording, in those from its first row.
         let from_start = |[from, to]: [f64; 2]| [from - origin, to - origin];
         let still = self.still.map(from_start);
-        let clock = clock(&main, &main, origin, self.reading.edges());
+        let mut clock = clock(&main, &main, origin, self.reading.edges());
 
         let angular = self.reading.angular
             || (alone && self.reading.radius.is_none() && self.reading.turns(&main)?);
@@ -289,6 +295,10 @@ impl AxisSensors {
             true => Samples::default(),
             false => told.decode(&main, &clock, &mut findings)?,
         };
+        let rows = together && !resting && !self.reading.edges() && !self.reading.is_modulated();
+        if rows && told.source() == ReadingSource::Position {
+            findings.extend(evened(&mut clock, &mut reading));
+        }
         if self.turning.yaw_rate.is_some() {
             let about = &self.turning;
             findings.extend(about.findings(&self.reading, &main, &clock, of_yaw)?);
@@ -420,11 +430,17 @@ impl AxisSensors {
         if !resting && !self.reading.edges() {
             findings.extend(drop_glitches(&mut record));
         }
+        // The mean of several wheels has no turn of its own.
+        let own_turns = told.position.as_ref().is_none_or(|p| p.len() == 1);
         let mut bench = AxisRecordings {
             record,
             origin,
             start,
             angular,
+            turn: told
+                .turn()
+                .filter(|_| own_turns && self.encoder_map.is_none()),
+            latency: self.latency,
             reference: None,
             inputs,
             findings,

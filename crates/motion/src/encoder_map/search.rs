@@ -3,10 +3,8 @@
 use super::{EncoderMap, MapLine, check_source, check_turn};
 use crate::diffuse::{Prepared, REGRESSORS, Regression};
 use crate::findings;
-use crate::velocity::ground::{
-    margin, paired_tuning, part, part_finding, runs, sensors, tuning_part,
-};
-use crate::{MotionRecord, Pairing, SlipReport, Tuned, Tuning};
+use crate::velocity::ground::{Ground, margin, part, part_finding, runs, search_of, sensors};
+use crate::{MotionRecord, SlipReport, Tuned, Tuning};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
 use proofmass_uncertainty::chi_squared_chance;
@@ -86,29 +84,28 @@ impl MapSearch {
     /// [`Error::TooMany`] for more than nine orders; [`Error::TooFew`] for quarters of readings that are no counts;
     /// [`Error::Singular`] where the readings do not tell the lines apart.
     pub fn run(&self, record: &MotionRecord, watch: &dyn Watch) -> Result<FoundMap, Error> {
+        self.search(record, false, watch)
+    }
+
+    /// The same; `cautious` where a line is subtracted that nobody asked for: the noise of the accelerometer is then not taken for
+    /// less than its floor, to which a rounding that lasts would draw it.
+    pub(crate) fn search(
+        &self,
+        record: &MotionRecord,
+        cautious: bool,
+        watch: &dyn Watch,
+    ) -> Result<FoundMap, Error> {
         record.check()?;
         check_turn(self.turn)?;
         check_source(record)?;
-        let lines: Vec<MapLine> = self
-            .orders(record)?
-            .into_iter()
-            .map(|order| MapLine {
-                order,
-                cosine: 0.0,
-                sine: 0.0,
-                covariance: [[0.0; 2]; 2],
-                chance: 1.0,
-            })
-            .collect();
-        let regressors = self.regressors(record, &lines);
-        let mut map = EncoderMap {
-            turn: self.turn,
-            lines,
-        };
-        let mut used = Used::of(record, &self.tuning, watch)?;
+        let mut map = self.empty(record)?;
+        let regressors = self.regressors(record, &map.lines);
+        self.start(record, &regressors, &mut map);
+        let mut used = Used::of(&map.corrected(record)?, &self.tuning, watch)?;
         for round in 1..=ROUNDS {
             watch.step("encoder map", round as u64, ROUNDS as u64)?;
             let before = map.clone();
+            used.cautious = cautious;
             used.fit(record, &regressors, &mut map)?;
             let change = map.lines.iter().zip(&before.lines).all(|(a, b)| {
                 let moved = (a.cosine - b.cosine).hypot(a.sine - b.sine);
@@ -137,6 +134,58 @@ impl MapSearch {
             stretches: used.stretches,
             slip: used.slip,
             tuned: used.tuned,
+        })
+    }
+
+    /// Whether one of the lines is in a record whose noise was found already: one pass, before a search.
+    pub(crate) fn shows(&self, record: &MotionRecord, ground: Ground) -> Result<bool, Error> {
+        let mut map = self.empty(record)?;
+        let regressors = self.regressors(record, &map.lines);
+        let mut used = Used::on(record, ground);
+        used.cautious = true;
+        used.fit(record, &regressors, &mut map)?;
+        let alone = self.false_alarm_rate / map.lines.len().max(1) as f64;
+        Ok(map.lines.iter().any(|line| line.chance < alone))
+    }
+
+    /// The lines that explain what would be slip: a large map passes for it until it is subtracted.
+    fn start(&self, record: &MotionRecord, regressors: &[Vec<f64>], map: &mut EncoderMap) {
+        let search = search_of(record);
+        let slip = search.run(record).ok();
+        let Some(slip) = slip.filter(|s| !s.slip.is_empty()) else {
+            return;
+        };
+        let Some(found) = search.alternative(record, regressors) else {
+            return;
+        };
+        let mut other = map.clone();
+        for (line, parts) in other.lines.iter_mut().zip(found.regressors.chunks(2)) {
+            (line.cosine, line.sine) = (parts[0], parts[1]);
+        }
+        if !(found.gained > 0.0 && other.is_map()) {
+            return;
+        }
+        let beside = other.corrected(record).and_then(|less| {
+            let right = less.corrected(found.gain, found.latency);
+            search.run(&right)
+        });
+        if beside.is_ok_and(|beside| slip.explained_by(&beside)) {
+            *map = other;
+        }
+    }
+
+    /// The lines that are looked for, before anything was found.
+    fn empty(&self, record: &MotionRecord) -> Result<EncoderMap, Error> {
+        let line = |order| MapLine {
+            order,
+            cosine: 0.0,
+            sine: 0.0,
+            covariance: [[0.0; 2]; 2],
+            chance: 1.0,
+        };
+        Ok(EncoderMap {
+            turn: self.turn,
+            lines: self.orders(record)?.into_iter().map(line).collect(),
         })
     }
 
@@ -213,13 +262,25 @@ struct Used {
     tuned: Tuned,
     /// Readings for each one whose rounding is new.
     repeated: f64,
+    /// Whether the accelerometer has at least the noise of its floor.
+    cautious: bool,
 }
 
 impl Used {
     fn of(record: &MotionRecord, tuning: &Tuning, watch: &dyn Watch) -> Result<Self, Error> {
-        let (slip, pairing): (_, Option<Pairing>) = sensors(record);
-        let (quiet, samples) = tuning_part(record, slip.as_ref());
-        let tuned = paired_tuning(&quiet, tuning, pairing.as_ref(), watch)?;
+        let ground = Ground::of(record, sensors(record), tuning, watch)?;
+        Ok(Self::on(record, ground))
+    }
+
+    /// On a record whose noise was found.
+    fn on(record: &MotionRecord, ground: Ground) -> Self {
+        let Ground {
+            slip,
+            part: quiet,
+            samples,
+            tuned,
+            ..
+        } = ground;
         let margin = margin(record);
         let clean = |k: usize| !slip.as_ref().is_some_and(|s| s.slips(k, margin));
         let n = record.reading.len();
@@ -229,13 +290,14 @@ impl Used {
             stretches.push(0..n);
         }
         let readings = quiet.reading.iter().flatten().count() as f64;
-        Ok(Self {
+        Self {
             repeated: (readings / tuned.effective_readings).max(1.0),
             stretches,
             slip,
             part: samples,
             tuned,
-        })
+            cautious: false,
+        }
     }
 
     /// From the smallest to the largest reading that is used.
@@ -258,7 +320,10 @@ impl Used {
         regressors: &[Vec<f64>],
         map: &mut EncoderMap,
     ) -> Result<(), Error> {
-        let noise = self.tuned.noise();
+        let mut noise = self.tuned.noise();
+        if let Some(floor) = self.tuned.noise_floor.filter(|_| self.cautious) {
+            noise.q = noise.q.max(floor);
+        }
         let unknowns = self.tuned.unknowns;
         let early = record.corrected(1.0, self.tuned.shift);
         let mut sums = Regression::new(regressors.len());

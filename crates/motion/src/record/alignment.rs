@@ -1,8 +1,11 @@
 //! Two sensors with their own time stamps on one time base.
 
 use super::{MotionRecord, ReadingSource};
+use crate::findings;
+use crate::stretch::even_times;
 use proofmass_core::Error;
 use proofmass_signal::clock;
+use proofmass_uncertainty::Finding;
 
 /// Samples of one sensor with its own time stamps.
 #[derive(Clone, Copy, Debug)]
@@ -130,6 +133,49 @@ pub fn even_clock(time: &[f64]) -> Option<f64> {
     let allowed = 0.4 * clock.resolution_s + 1e-6 * step + coarse;
     let even = slips.is_empty() && clock.change.is_none() && clock.scatter_s <= allowed;
     even.then_some(step)
+}
+
+/// The even clock behind stamps that scatter, where it is they that scatter and not the samples.
+///
+/// A position between two others lies on a line with them but for its bend and its rounding. Taken at wrong times it is off by its
+/// velocity times their error: the squares of that at the stamps and at the even times are compared, and the samples are taken for
+/// uneven where they are less at the stamps by four standard deviations of the difference. Where neither shows, times matter
+/// little, and even ones leave counts what they are. `None` for stamps of an even clock, for such with gaps, and for uneven samples.
+pub fn even_rows(stamps: &[f64], reading: Stamped<'_>) -> Option<(Vec<f64>, Finding)> {
+    /// Scatter over the step beyond which rows may be out of order.
+    const MOST: f64 = 0.3;
+    if reading.check("reading").is_err() || even_clock(stamps).is_some() {
+        return None;
+    }
+    let (clock, slips) = clock::read(stamps, None).ok()?;
+    let step = 1.0 / clock.rate_hz;
+    let plain = slips.is_empty() && clock.change.is_none() && !clock.bursts;
+    if !plain || clock.scatter_s > MOST * step {
+        return None;
+    }
+    let even = even_times(stamps, step);
+    let row = |t: f64| stamps.partition_point(|s| *s < t);
+    let off = |at: [f64; 3], x: [f64; 3]| {
+        let share = (at[1] - at[0]) / (at[2] - at[0]);
+        (x[1] - x[0] * (1.0 - share) - x[2] * share).powi(2)
+    };
+    let places = reading.time.windows(3).zip(reading.value.windows(3));
+    let differences: Vec<f64> = places
+        .filter_map(|(t, x)| {
+            let rows = [row(t[0]), row(t[1]), row(t[2])];
+            let beside = rows[2] == rows[0] + 2 && rows[2] < even.len();
+            let x = [x[0], x[1], x[2]];
+            beside.then(|| off([t[0], t[1], t[2]], x) - off(rows.map(|k| even[k]), x))
+        })
+        .collect();
+    let n = differences.len() as f64;
+    let mean = differences.iter().sum::<f64>() / n;
+    let square: f64 = differences.iter().map(|d| (d - mean).powi(2)).sum();
+    // Neighbours share two of their three samples.
+    let deviation = (3.0 * square).sqrt() / n;
+    let uneven = mean < -4.0 * deviation;
+    let finding = findings::stamps_scatter(1e3 * clock.scatter_s, 100.0 * clock.scatter_s / step);
+    (n > 8.0 && !uneven).then_some((even, finding))
 }
 
 /// Where the time base of two sensors begins: with the later of them, beside a speed at a sample of the accelerometer.

@@ -38,6 +38,39 @@ pub(super) fn resting(record: &MotionRecord) -> Option<Finding> {
 /// by less than half.
 const INFLATION: f64 = 2.25;
 
+/// Correlation at a lag of up to five from which innovations are told as correlated, whatever comes after: where ρ is that of a first
+/// order, (1 + ρ)/(1 − ρ) times the variance of a mean. Rounding that repeats makes as much in healthy records.
+const SHORT: f64 = 0.4;
+
+/// Innovations that are alike from one to the next ones.
+pub(super) fn short_correlation(accelerometer: bool, whiteness: &Whiteness) -> Option<Finding> {
+    let (lag, rho) = whiteness.short_correlation;
+    let matters = rho.abs() > SHORT && whiteness.p_short < 1e-3 && whiteness.mean_square > 0.25;
+    matters.then(|| {
+        correlated(
+            accelerometer,
+            &format!(
+                "correlation {rho:.3} at lag {lag} of {} innovations (five lags: Ljung-Box p = {:.1e}); the intervals do not hold",
+                whiteness.samples, whiteness.p_short
+            ),
+        )
+    })
+}
+
+fn correlated(accelerometer: bool, evidence: &str) -> Finding {
+    let (model, remedy) = match accelerometer {
+        true => (
+            "the model does not describe both sensors",
+            "look for slip, a gain error, a latency that changes, or an error of the encoder that repeats",
+        ),
+        false => (
+            "the motion does not change at random",
+            "add an accelerometer, which would show the motion",
+        ),
+    };
+    proofmass_uncertainty::findings::innovations_correlated(model, evidence, remedy)
+}
+
 /// Correlated innovations, where the correlation is large enough to matter, whatever its significance. Where rounding repeats
 /// with the motion it is the rounding that is correlated, which the number of effective readings accounts for.
 pub(super) fn not_white(
@@ -49,25 +82,20 @@ pub(super) fn not_white(
     if effective < 0.5 * whiteness.samples as f64 {
         return None;
     }
+    let short = short_correlation(record.accelerometer, whiteness);
+    if short.is_some() {
+        return short;
+    }
     let sum: f64 = correlation.iter().skip(1).sum();
     let inflation = 1.0 + 2.0 * sum;
     // Innovations of half the stated size and less are correlated, not understated.
     let matters = inflation > INFLATION && whiteness.mean_square > 0.25;
     (whiteness.p_white < 1e-3 && matters).then(|| {
         let (lag, rho) = whiteness.largest_correlation;
-        proofmass_uncertainty::findings::innovations_correlated(
-            match record.accelerometer {
-                true => "the model does not describe both sensors",
-                false => "the motion does not change at random",
-            },
-            &format!(
-                "the variance of their mean over {} lags is {inflation:.2} times that of white ones; correlation {rho:.3} at lag {lag} (Ljung-Box p = {:.1e})",
-                whiteness.lags, whiteness.p_white
-            ),
-            match record.accelerometer {
-                true => "look for slip, a gain error, a latency that changes, or an error of the encoder that repeats",
-                false => "add an accelerometer, which would show the motion",
-            },
-        )
+        let evidence = format!(
+            "the variance of their mean over {} lags is {inflation:.2} times that of white ones; correlation {rho:.3} at lag {lag} (Ljung-Box p = {:.1e})",
+            whiteness.lags, whiteness.p_white
+        );
+        correlated(record.accelerometer, &evidence)
     })
 }

@@ -21,6 +21,7 @@ impl<'a> Search<'a> {
         tuning: &'a Tuning,
         record: &'a MotionRecord,
         known: Option<f64>,
+        heard: &[f64],
         watch: &'a dyn Watch,
     ) -> Self {
         let model = KalmanModel {
@@ -52,7 +53,7 @@ impl<'a> Search<'a> {
                 .map(|d| d * d / 12.0),
             least: least(record),
             floor: alive
-                .then(|| noise_floor(&record.acceleration))
+                .then(|| noise_floor(heard))
                 .flatten()
                 .filter(|q| *q > 0.0)
                 .map(|q| unit * q),

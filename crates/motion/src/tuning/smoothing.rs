@@ -1,6 +1,7 @@
 //! Velocity by the tuned model, the uncertainty of its parameters and constants included.
 
 use super::Tuned;
+use super::doubt::short_correlation;
 use crate::counting::CountingTuned;
 use crate::diffuse::{Prepared, Trajectory, Unknowns};
 use crate::whiteness::autocorrelation;
@@ -22,6 +23,7 @@ impl Tuned {
         &mut self,
         found: &CountingTuned,
         innovations: &[f64],
+        part: &MotionRecord,
     ) -> Result<(), Error> {
         self.model.acceleration_noise = found.model.acceleration_noise;
         self.log_q_interval = found.log_q_interval;
@@ -30,6 +32,11 @@ impl Tuned {
         if innovations.len() >= 20 {
             self.whiteness = Whiteness::test(innovations)?;
             self.autocorrelation = autocorrelation(innovations, self.whiteness.lags);
+            let readings = part.reading.iter().flatten().count() as f64;
+            if self.effective_readings >= 0.5 * readings {
+                let short = short_correlation(part.accelerometer, &self.whiteness);
+                self.findings.extend(short);
+            }
         }
         Ok(())
     }

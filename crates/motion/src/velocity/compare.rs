@@ -1,7 +1,7 @@
 //! Methods side by side at several rates.
 
 use super::beside_reference::BesideReference;
-use super::ground::{check_sensors, paired_tuning, sensors, tuning_part, with_blows};
+use super::ground::{Ground, check_sensors, sensors, with_blows};
 use super::tune::{TuneResult, tune};
 use crate::edges::on_edges;
 use crate::findings;
@@ -161,8 +161,10 @@ pub fn compare(
         None if record.rests_only() => model_at_rest(record).smooth(record)?.velocity,
         None => {
             findings.push(findings::smoother_as_reference());
-            let (part, _) = tuning_part(record, slip.as_ref());
-            let mut tuned = paired_tuning(&part, &Tuning::default(), pairing.as_ref(), watch)?;
+            let told = (slip.clone(), pairing.clone());
+            let Ground {
+                part, mut tuned, ..
+            } = Ground::of(record, told, &Tuning::default(), watch)?;
             match on_edges(&mut tuned, &part, record, watch)? {
                 Some((_, run)) => run.smoothed.0,
                 None => {

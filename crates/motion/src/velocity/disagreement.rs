@@ -24,7 +24,8 @@ impl Disagreement {
         for k in (0..trace.velocity.len()).filter(|k| !slips(*k)) {
             let u = (uf[k] * uf[k] - us[k] * us[k]).max(0.0).sqrt();
             let d = trace.velocity[k] - smooth[k];
-            inside += usize::from(d.abs() <= 2.0 * u + 1e-9 * uf[k]);
+            // Where the filter is hardly less certain, a rounding of both is as much as the difference may be.
+            inside += usize::from(d.abs() <= (2.0 * u).max(0.5 * uf[k]));
             off.push(if u > 0.0 {
                 (d / u).clamp(-5.0, 5.0)
             } else {

@@ -31,13 +31,74 @@ pub(super) fn check_sensors(record: &MotionRecord, methods: &[Method]) -> Result
 }
 
 /// Slip, and whether both sensors see one motion; nothing where there is one sensor.
+///
+/// What a gain or a latency of the accelerometer explains is no slip.
 pub(crate) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pairing>) {
     if !record.accelerometer || record.rests_only() {
         return (None, None);
     }
-    let slip = slip_search(record).ok();
-    let pairing = pairing(record, slip.as_ref());
+    let search = search_of(record);
+    let mut slip = search.run(record).ok();
+    if record.source == ReadingSource::Position
+        && let Some(plain) = slip.as_ref().filter(|s| !s.slip.is_empty())
+        && let Some(other) = search.alternative(record, &[])
+        && let Ok(beside) = search.run(&record.corrected(other.gain, other.latency))
+        && plain.explained_by(&beside)
+    {
+        slip = Some(plain.decided(&beside, &other));
+    }
+    let pairing = pairing_beside(record, slip.as_ref());
     (slip, pairing)
+}
+
+/// What is told of a record before its velocity: slip, pairing, and the noise of the part without slip.
+#[derive(Clone)]
+pub(crate) struct Ground {
+    pub(crate) slip: Option<SlipReport>,
+    pub(crate) pairing: Option<Pairing>,
+    /// The part that was tuned on.
+    pub(crate) part: MotionRecord,
+    /// Its samples.
+    pub(crate) samples: Range<usize>,
+    pub(crate) tuned: Tuned,
+}
+
+impl Ground {
+    /// Tunes on the part without slip, and asks anew what is slip beside the gain and the latency that were found: what they
+    /// explain is none, and the part is longer.
+    pub(crate) fn of(
+        record: &MotionRecord,
+        (mut slip, mut pairing): (Option<SlipReport>, Option<Pairing>),
+        tuning: &Tuning,
+        watch: &dyn Watch,
+    ) -> Result<Self, Error> {
+        let (mut part, mut samples) = tuning_part(record, slip.as_ref());
+        let mut tuned = paired_tuning(&part, tuning, pairing.as_ref(), watch)?;
+        if let Some(less) = slip.as_ref().and_then(|s| less_slip(record, s, &tuned)) {
+            pairing = pairing_beside(record, Some(&less));
+            slip = Some(less);
+            (part, samples) = tuning_part(record, slip.as_ref());
+            tuned = paired_tuning(&part, tuning, pairing.as_ref(), watch)?;
+        }
+        Ok(Self {
+            slip,
+            pairing,
+            part,
+            samples,
+            tuned,
+        })
+    }
+}
+
+/// What is still slip beside gain and latency that were tuned, where that is less.
+fn less_slip(record: &MotionRecord, slip: &SlipReport, tuned: &Tuned) -> Option<SlipReport> {
+    let constants = tuned.gain.is_some() || tuned.latency.is_some();
+    if record.source != ReadingSource::Position || slip.slip.is_empty() || !constants {
+        return None;
+    }
+    let beside = search_of(record).run(&tuned.corrected(record)).ok()?;
+    slip.explained_by(&beside)
+        .then(|| slip.with_slip_of(&beside))
 }
 
 /// The record with the collisions that were found as blows, unless its own are stated.
@@ -99,7 +160,15 @@ pub(crate) fn paired_tuning(
     };
     let mut before = told.map_or(0.0, |p| taken(p.latency));
     // Once there is a latency, its rest is unknown, however small.
-    let run = |shift: f64, late: bool| tuning.search(&part.corrected(1.0, shift), late, watch);
+    let run = |shift: f64, late: bool| {
+        let moved = part.corrected(1.0, shift);
+        // By whole samples the noise stays what it is.
+        let heard = match part.source {
+            ReadingSource::Position => &part.acceleration,
+            ReadingSource::Speed => &moved.acceleration,
+        };
+        tuning.search(&moved, late, heard, watch)
+    };
     let mut tuned = run(before, told.is_some())?;
     if part.source == ReadingSource::Speed && tuning.pairing && part.accelerometer {
         for _ in 0..2 {
@@ -125,6 +194,9 @@ pub(crate) fn paired_tuning(
     tuned.shifted_before(before);
     Ok(tuned)
 }
+
+/// Tolerance of the sensitivity of accelerometers by their data sheets: a gain within it that was found and used is no fault.
+const TOLERANCE: f64 = 0.03;
 
 /// What gain and latency between the sensors make one doubt; where they were found and used, that.
 ///
@@ -154,12 +226,17 @@ pub(super) fn doubts(
         (found.value - expected).abs() > 3.0 * found.uncertainty
     };
     if let Some(gain) = gain.filter(|g| beyond(g, 1.0)) {
-        findings.push(findings::gain_mismatch(
+        let finding = findings::gain_mismatch(
             "; the gain was estimated and is used",
             gain.value,
             gain.uncertainty,
             "acceleration of the accelerometer over that of the readings",
-        ));
+        );
+        let usual = (gain.value - 1.0).abs() < TOLERANCE + 3.0 * gain.uncertainty;
+        findings.push(match usual {
+            true => finding.at(Severity::Note),
+            false => finding,
+        });
     }
     if let Some(latency) = latency.filter(|t| beyond(t, 0.0)) {
         let late = if latency.value > 0.0 {
@@ -212,8 +289,8 @@ pub(super) fn settle(record: &MotionRecord) -> usize {
     ((1.0 / record.sample_time) as usize).min(n / 10)
 }
 
-/// Slip with windows that hold several readings of this record.
-fn slip_search(record: &MotionRecord) -> Result<SlipReport, Error> {
+/// The search for slip with windows that hold several readings of this record.
+pub(crate) fn search_of(record: &MotionRecord) -> SlipSearch {
     let search = SlipSearch::default();
     let step = record.sample_time;
     let between = record.reading_stride() as f64 * step;
@@ -222,23 +299,16 @@ fn slip_search(record: &MotionRecord) -> Result<SlipReport, Error> {
         blow: search.blow.max(2.0 * step),
         ..search
     }
-    .run(record)
 }
 
 /// Samples before and after an episode that its windows still touch.
 pub(crate) fn margin(record: &MotionRecord) -> usize {
-    let step = record.sample_time;
-    let between = record.reading_stride() as f64 * step;
-    let window = SlipSearch::default()
-        .window
-        .max(5.0 * step)
-        .max(4.0 * between);
-    (window / step).round() as usize
+    (search_of(record).window / record.sample_time).round() as usize
 }
 
 /// Gain and latency on the longest stretch without slip. Where that is too short to tell, on the whole record, and
 /// then only of one motion beyond doubt: a wrong unit looks like slip all over.
-fn pairing(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> {
+fn pairing_beside(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> {
     let margin = margin(record);
     let clean = longest(record.reading.len(), |k| {
         !slip.is_some_and(|s| s.slips(k, margin))

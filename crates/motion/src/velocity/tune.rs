@@ -1,8 +1,6 @@
 //! The model and the gains of every fused method, found without a truth.
 
-use super::ground::{
-    doubts, on_line_kalman, paired_tuning, part_finding, sensors, settle, tuning_part, with_blows,
-};
+use super::ground::{Ground, doubts, on_line_kalman, part_finding, sensors, settle, with_blows};
 use crate::{
     Crossover, Filter, Method, MotionRecord, Tuned, Tuning, conditions, crossover_by_smoother,
 };
@@ -65,8 +63,13 @@ pub fn tune(
     }
     let (slip, pairing) = sensors(record);
     let record = &with_blows(record, slip.as_ref());
-    let (part, samples) = tuning_part(record, slip.as_ref());
-    let tuned = paired_tuning(&part, tuning, pairing.as_ref(), watch)?;
+    let Ground {
+        pairing,
+        part,
+        samples,
+        tuned,
+        ..
+    } = Ground::of(record, (slip, pairing), tuning, watch)?;
     let readings = part.reading.iter().flatten().count();
     let skip = settle(&part);
     let kalman = on_line_kalman(&tuned, &part)?;
