@@ -156,20 +156,15 @@ impl Cell {
     }
 
     fn sensors(&self, alone: bool) -> AxisSensors {
-        AxisSensors {
-            recording: "axis.csv".into(),
-            reading: Reading {
-                position: Some(vec!["count".into()]),
-                counts_per_turn: Some(self.counts),
-                radius: Some(self.radius),
-                ..Reading::default()
-            },
-            acceleration: match alone {
-                true => Vec::new(),
-                false => vec!["acceleration".into()],
-            },
-            ..AxisSensors::default()
+        let mut sensors = AxisSensors::default();
+        sensors.recording = "axis.csv".into();
+        sensors.reading.position = Some(vec!["count".into()]);
+        sensors.reading.counts_per_turn = Some(self.counts);
+        sensors.reading.radius = Some(self.radius);
+        if !alone {
+            sensors.acceleration = vec!["acceleration".into()];
         }
+        sensors
     }
 }
 

@@ -186,17 +186,12 @@ fn law_what_was_applied_stands_in_the_result() {
         axis += &format!("{stamp:.7},{count},{a:.6}\n");
     }
     let store = Memory::new().file("axis.csv", axis);
-    let sensors = AxisSensors {
-        recording: "axis.csv".into(),
-        reading: Reading {
-            position: Some(vec!["count".into()]),
-            counts_per_metre: Some(1.0 / increment),
-            ..Reading::default()
-        },
-        acceleration: vec!["acceleration".into()],
-        latency: 0.002,
-        ..AxisSensors::default()
-    };
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["count".into()]);
+    sensors.reading.counts_per_metre = Some(1.0 / increment);
+    sensors.acceleration = vec!["acceleration".into()];
+    sensors.latency = 0.002;
     let loaded = sensors.load(&store, None, &Unwatched).unwrap();
     let data = loaded.data();
     let outcome = VelocityEstimateJob::default()
