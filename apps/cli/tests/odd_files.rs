@@ -76,3 +76,62 @@ fn known_example_of_a_kind_is_calibrated() {
     let wrong = proofmass(&["init", "--kind", "shaker", "-o", text(&place)]);
     assert_eq!(wrong.status.code(), Some(2));
 }
+
+/// Marks of thousands and marks of decimals look alike: counts of which both may be meant are asked for, others are read.
+#[test]
+fn marks_of_thousands_are_not_taken_for_decimals() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, heading: &str, row: &dyn Fn(usize) -> String| {
+        let rows: String = (0..400).map(|k| row(k) + "\n").collect();
+        let path = folder.path().join(name);
+        std::fs::write(&path, format!("{heading}\n{rows}")).unwrap();
+        text(&path).to_owned()
+    };
+    let counts = "time_ms;ax_count;ay_count;az_count";
+    let thousands = file("thousands.csv", counts, &|k| {
+        format!("{};37,{:03};33,{:03};995", 10 * k, k % 7 + 100, k % 5)
+    });
+    let german = file("german.csv", counts, &|k| {
+        format!(
+            "{};37.{:03};33.{:03};32.{:03}",
+            10 * k,
+            k % 7 + 100,
+            k % 5,
+            k % 3
+        )
+    });
+    for file in [&thousands, &german] {
+        for command in [
+            &["calibrate", file, "--latitude", "45", "--height", "100"][..],
+            &["noise", file],
+            &["convert", file, "-o", "converted.npy"],
+        ] {
+            let said = refuse(command);
+            assert!(
+                said.contains("may be 37100") && said.contains("marks of thousands"),
+                "{said}"
+            );
+        }
+        let inspected = succeed(&["inspect", file, "--json"]);
+        let inspected = String::from_utf8(inspected.stdout).unwrap();
+        assert!(inspected.contains("\"thousands-suspected\""), "{inspected}");
+    }
+    // Decimals below one, or more or fewer than three of them, are decimals.
+    for (name, value) in [("one", "0,012"), ("four", "37,1234"), ("long", "33120,181")] {
+        let decimals = file(name, counts, &|k| {
+            format!("{};{value};33,{:03};1,5", 10 * k, k % 5)
+        });
+        let inspected = succeed(&[
+            "inspect",
+            &decimals,
+            "--columns",
+            "ax_count,az_count",
+            "--json",
+        ]);
+        let inspected = String::from_utf8(inspected.stdout).unwrap();
+        assert!(
+            !inspected.contains("thousands-suspected"),
+            "{name}: {inspected}"
+        );
+    }
+}

@@ -11,7 +11,7 @@ mod motions;
 
 use motions::{Motion, creeping, even, hand, hard_stops, nearly_even, s_curve, sine, stop_and_go};
 use proofmass_core::Unwatched;
-use proofmass_jobs::velocity::{AxisSensors, Reading, VelocityEstimate, VelocityEstimateJob};
+use proofmass_jobs::velocity::{AxisSensors, VelocityEstimate, VelocityEstimateJob};
 use proofmass_jobs::{Job, Memory, Outcome};
 use proofmass_motion::{
     BiasModel, CountingModel, EstimateResult, KalmanModel, Method, MotionRecord, ReadingSource,

@@ -98,6 +98,24 @@ impl NoiseBlocks for Pieces {
 }
 
 #[test]
+fn known_gravity_in_another_unit_is_told() {
+    let noise = samples(5_000);
+    let codes = |means: [f64; 3]| -> Vec<String> {
+        let axes = means.map(|m| noise.iter().map(|v| v + m).collect::<Vec<f64>>());
+        let channels = axes.iter().map(|axis| channel(axis)).collect();
+        let data = NoiseData::samples(channels, RATE);
+        let outcome = NoiseJob::default().evaluate(&data, &Unwatched).unwrap();
+        let all = outcome.findings().iter().map(|f| f.code().to_owned());
+        all.filter(|c| c == "unit-suspected").collect()
+    };
+    // Gravity along z in g and mg; in m/s², and without it, nothing is wrong.
+    assert_eq!(codes([0.02, -0.01, 1.003]), ["unit-suspected"]);
+    assert_eq!(codes([20.0, -10.0, 998.0]), ["unit-suspected"]);
+    assert!(codes([0.2, -0.1, 9.81]).is_empty());
+    assert!(codes([0.0, 0.0, 0.0]).is_empty());
+}
+
+#[test]
 fn law_a_stream_is_the_record() {
     let rate = samples(20_000);
     let whole = NoiseJob::default()

@@ -5,12 +5,14 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::stored_result::read_section;
 use crate::trouble::Result;
+use proofmass_core::STANDARD_GRAVITY;
 use proofmass_io::{ImuSensorNoise, ImuValue, ImuYaml, ResultDocument, StatedQuantity};
 use proofmass_noise::{
     Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, conservative,
 };
 use proofmass_report::Report;
 use proofmass_signal::Trace;
+use proofmass_uncertainty::findings::unit_suspected;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use std::collections::BTreeMap;
 
@@ -31,6 +33,8 @@ pub struct NoiseOutcome {
     imu: Option<ImuYaml>,
 }
 
+/// How near a norm at rest comes to gravity in another unit where that is meant, relative: scale factors and biases are off by less.
+const GRAVITY_WITHIN: f64 = 0.15;
 /// Section of result.json that other jobs read.
 const SECTION: &str = "noise";
 
@@ -160,6 +164,7 @@ fn findings(recording: &[Finding], analysis: &Analysis) -> Vec<Finding> {
         .cloned()
         .collect();
     findings.extend(analysis.findings.iter().cloned());
+    findings.extend(unit_of_gravity(analysis));
     let mut groups: Vec<(&Finding, Vec<(&str, &Finding)>)> = Vec::new();
     for channel in &analysis.channels {
         for finding in &channel.findings {
@@ -192,6 +197,27 @@ fn findings(recording: &[Finding], analysis: &Analysis) -> Vec<Finding> {
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     findings
+}
+
+/// Three axes in m/s² at rest, whose means together are gravity in another unit.
+fn unit_of_gravity(analysis: &Analysis) -> Option<Finding> {
+    let [x, y, z] = &analysis.channels[..] else {
+        return None;
+    };
+    let all = [x, y, z];
+    if all.iter().any(|c| c.unit != "m/s²") {
+        return None;
+    }
+    let norm = all.iter().map(|c| c.mean * c.mean).sum::<f64>().sqrt();
+    let others = [("g", 1.0), ("mg", 1e3), ("Gal", 100.0 * STANDARD_GRAVITY)];
+    let near = |(_, size): &&(&str, f64)| (norm / size - 1.0).abs() < GRAVITY_WITHIN;
+    let (unit, _) = others.iter().find(near)?;
+    Some(unit_suspected(
+        &format!(
+            "at rest the three axes measure {norm:.4} m/s² together, which is gravity in {unit}"
+        ),
+        &format!("norm of the means {norm:.4} m/s²; gravity is {STANDARD_GRAVITY} m/s²"),
+    ))
 }
 
 fn imu(analysis: &Analysis, sensors: &[Option<Sensor>], rostopic: &str) -> Option<ImuYaml> {
