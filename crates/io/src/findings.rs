@@ -150,5 +150,5 @@ findings! {
         what "the marks in {column} may be those of thousands: other commands refuse such numbers",
         evidence "such as {number} in {unit}, read as a number with three decimals",
         advice "export it without marks of thousands; where they are decimals, state the mark in a campaign",
-        false_alarms "of numbers in counts, mg, µg, mm/s² or Gal with exactly three decimals throughout, none below one";
+        false_alarms "of counts with exactly three decimals throughout, none below one";
 }

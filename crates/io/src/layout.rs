@@ -254,8 +254,8 @@ impl Layout {
     /// In place of an option: the unit is said in a campaign.
     pub const CAMPAIGN: &'static str = "unit";
 
-    /// Refuses columns in a unit in which thousands are usual, such as counts, whose every mark may be one of thousands: 37,162 is read as
-    /// 37.162 or as 37162, and both are plausible. Where the decimal mark was stated it is one.
+    /// Refuses columns in counts, whose every mark may be one of thousands: 37,162 is read as 37.162 or as 37162, and counts are whole
+    /// numbers unless somebody took means of them. Where the decimal mark was stated it is one.
     ///
     /// # Errors
     /// Such a column, with a number of it.
@@ -277,19 +277,10 @@ impl Layout {
         columns: &[usize],
         unit: Option<Unit>,
     ) -> Option<(String, &str, Unit)> {
-        let in_thousands = |unit: &Unit| {
-            matches!(
-                unit,
-                Unit::Count
-                    | Unit::MilliGravity
-                    | Unit::MicroGravity
-                    | Unit::Gal
-                    | Unit::MillimetrePerSecondSquared
-            )
-        };
         let mut marked = columns.iter().filter_map(|&index| {
             let number = self.head.get(index)?.grouped.as_deref()?;
-            let unit = self.unit(index).or(unit).filter(in_thousands)?;
+            // Counts are whole numbers; in other units three decimals are usual.
+            let unit = self.unit(index).or(unit).filter(|u| *u == Unit::Count)?;
             Some((self.name(index), number, unit))
         });
         marked.next().filter(|_| !self.decimal_is_stated)
