@@ -1,7 +1,7 @@
 //! `kind = "free-living"`: days of a logger on a wrist or a machine.
 
 use super::multi_position::{Axes, GravityInput};
-use proofmass_io::{ColumnRef, Result, TimeUnit, Unit};
+use proofmass_io::{ColumnRef, Result, Unit};
 use proofmass_static::Stop;
 use serde::Deserialize;
 
@@ -41,17 +41,6 @@ super::text_table::text_table! {
         pub(crate) channel_count: Option<usize>,
         /// Columns of the axes, by name or number.
         pub(crate) columns: Axes,
-        /// Time column, by name or number.
-        pub(crate) time: Option<ColumnRef>,
-        /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
-        pub(crate) time_unit: Option<TimeUnit>,
-        /// Sampling rate, Hz, instead of a time column.
-        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-        pub(crate) sampling_rate_hz: Option<f64>,
-        /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
-        pub(crate) source: Option<String>,
-        /// The segment that is read, from one time on and before another, s.
-        pub(crate) between_s: Option<[f64; 2]>,
         /// Temperature column, by name or number.
         pub(crate) temperature: Option<ColumnRef>,
         /// Unit of the three axes, where the headings do not say it.

@@ -4,7 +4,7 @@ use super::single_axis::twice;
 use super::{CampaignFile, Unsaid};
 use proofmass_io::SegmentRow;
 use proofmass_io::{ColumnRef, Layout};
-use proofmass_io::{Input, Recording, RecordingOptions, Result, TimeUnit, Unit};
+use proofmass_io::{Input, Recording, RecordingOptions, Result, Unit};
 use proofmass_static::Terms;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -73,17 +73,6 @@ super::text_table::text_table! {
         pub(crate) files: Option<Vec<String>>,
         /// Columns of the axes, by name or number.
         pub(crate) columns: Axes,
-        /// Time column, by name or number.
-        pub(crate) time: Option<ColumnRef>,
-        /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
-        pub(crate) time_unit: Option<TimeUnit>,
-        /// Sampling rate, Hz, instead of a time column.
-        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-        pub(crate) sampling_rate_hz: Option<f64>,
-        /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
-        pub(crate) source: Option<String>,
-        /// The segment that is read, from one time on and before another, s.
-        pub(crate) between_s: Option<[f64; 2]>,
         /// Temperature column, by name or number.
         pub(crate) temperature: Option<ColumnRef>,
         /// Unit of the three axes.

@@ -1,7 +1,7 @@
 //! `kind = "single-axis"`: one axis at rest, up and down or at many known angles.
 
 use super::multi_position::GravityInput;
-use proofmass_io::{ColumnRef, Recording, RecordingOptions, Result, TimeUnit, Unit};
+use proofmass_io::{ColumnRef, Recording, RecordingOptions, Result, Unit};
 use serde::Deserialize;
 
 super::head::campaign! {
@@ -50,17 +50,6 @@ super::text_table::text_table! {
         pub(crate) angle: Option<ColumnRef>,
         /// Column of the position, 1 up and −1 down: every line is a reading.
         pub(crate) position: Option<ColumnRef>,
-        /// Time column, by name or number.
-        pub(crate) time: Option<ColumnRef>,
-        /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`.
-        pub(crate) time_unit: Option<TimeUnit>,
-        /// Sampling rate, Hz, instead of a time column.
-        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-        pub(crate) sampling_rate_hz: Option<f64>,
-        /// Stream of files that hold several, by its name as `proofmass inspect` lists it.
-        pub(crate) source: Option<String>,
-        /// The segment of every file that is read, from one time on and before another, s.
-        pub(crate) between_s: Option<[f64; 2]>,
         /// Unit of the output.
         pub(crate) unit: Option<Unit>,
     }

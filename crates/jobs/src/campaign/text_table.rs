@@ -1,6 +1,6 @@
-//! How the text of a recording is laid out, as every `[recording]` says it: declared once.
+//! How the text of a recording is laid out and timed, as every `[recording]` says it: declared once.
 
-/// Declares a table of a campaign that names a recording, with the keys for its layout where the program does not see it itself.
+/// Declares a table of a campaign that names a recording, with the keys for its layout and its clock where the program does not see them itself.
 macro_rules! text_table {
     ($(#[$about:meta])* pub struct $name:ident { $($fields:tt)* }) => {
         $(#[$about])*
@@ -8,6 +8,17 @@ macro_rules! text_table {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($fields)*
+            /// Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+            pub(crate) source: Option<String>,
+            /// Time column, by name or number.
+            pub(crate) time: Option<proofmass_io::ColumnRef>,
+            /// `s`, `ms`, `us`, `ns`, `min`, `h`, `d` or `index`, where the heading of the time column does not say it.
+            pub(crate) time_unit: Option<proofmass_io::TimeUnit>,
+            /// Sampling rate, Hz, instead of a time column.
+            #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
+            pub(crate) sampling_rate_hz: Option<f64>,
+            /// The segment of every file that is read, from one time on and before another, s.
+            pub(crate) between_s: Option<[f64; 2]>,
             /// `comma`, `semicolon`, `tab`, `pipe` or `whitespace`.
             separator: Option<proofmass_io::Separator>,
             /// Whether there is a header row.

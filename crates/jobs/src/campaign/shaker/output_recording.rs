@@ -2,7 +2,7 @@
 
 use crate::campaign::CampaignFile;
 use crate::device_output::DeviceOutput;
-use proofmass_io::{ColumnRef, TimeUnit};
+use proofmass_io::ColumnRef;
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
 use proofmass_shaker::sample_clock::SampleClock;
 use std::collections::BTreeMap;
@@ -15,19 +15,8 @@ crate::campaign::text_table::text_table! {
         /// `text`, `f32` or `wav`.
         #[serde(default = "text")]
         pub(crate) format: WaveformFormat,
-        /// Stream of files that hold several.
-        pub(crate) source: Option<String>,
         /// Unit of the samples: `count`, `g`, `m/s²`, `V` and their like.
         pub(crate) unit: Unit,
-        /// Nominal sampling rate in Hz, for files without a time column.
-        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-        pub(crate) sampling_rate_hz: Option<f64>,
-        /// Time column of a text table.
-        pub(crate) time: Option<ColumnRef>,
-        /// Unit of the time column, where the heading does not say it.
-        pub(crate) time_unit: Option<TimeUnit>,
-        /// The stretch of every file that is read, from one time on and before another, s.
-        pub(crate) between_s: Option<[f64; 2]>,
         /// Place of every channel: a number from one, or a heading of a text table.
         pub(crate) channels: BTreeMap<String, ColumnRef>,
         /// Channels in a file of raw floats, when there are more than are named.

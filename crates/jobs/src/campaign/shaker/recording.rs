@@ -1,7 +1,7 @@
 //! `[recording]`: how the waveforms of the runs are read.
 
 use crate::campaign::CampaignFile;
-use proofmass_io::{ColumnRef, TimeUnit};
+use proofmass_io::ColumnRef;
 use proofmass_io::{Result, Unit, WaveformFormat, WaveformOptions};
 use proofmass_shaker::recording::{Drive, PhasorReading};
 use proofmass_signal::sine::Frequency;
@@ -59,11 +59,6 @@ crate::campaign::text_table::text_table! {
         /// `f32`, `wav` or `text`; the content of the file tells it, except for `f32`.
         #[serde(default)]
         pub(crate) format: WaveformFormat,
-        /// Stream of files that hold several.
-        pub(crate) source: Option<String>,
-        /// Sampling rate in Hz.
-        #[serde(rename = "sampling_rate_Hz", alias = "sampling_rate_hz")]
-        pub(crate) sampling_rate_hz: Option<f64>,
         /// Place of every channel: a number from one, or a heading of a text table.
         pub(crate) channels: BTreeMap<String, ColumnRef>,
         /// Channels in a file of raw floats, when there are more than are named.
@@ -79,12 +74,6 @@ crate::campaign::text_table::text_table! {
         /// `sine`, `multi-sine` or `stepped`.
         #[serde(default)]
         pub(crate) drive: DriveKind,
-        /// Time column of a text table; without it and without a rate, a column that is named as a time.
-        pub(crate) time: Option<ColumnRef>,
-        /// Unit of the time column where the heading does not say it.
-        pub(crate) time_unit: Option<TimeUnit>,
-        /// The stretch of every file that is read, from one time on and before another, s.
-        pub(crate) between_s: Option<[f64; 2]>,
         /// Delays of channels of the front end.
         #[serde(default)]
         pub(crate) delays: BTreeMap<String, ChannelDelay>,
