@@ -211,14 +211,11 @@ impl CommonInput<'_> {
                     influences.push(Influence::normal(
                         key,
                         description,
-                        Effect::Scalar {
-                            value: 0.0,
-                            unit: "1".into(),
-                            standard_uncertainty: relative.norm(),
-                            sensitivity: [effect.re, effect.im]
-                                .map(|v| v / relative.norm())
-                                .to_vec(),
-                        },
+                        Effect::of_zero(
+                            "1",
+                            relative.norm(),
+                            [effect.re, effect.im].map(|v| v / relative.norm()).to_vec(),
+                        ),
                     ));
                 }
             }

@@ -457,12 +457,7 @@ fn scalar(key: &str, description: &str, u: f64, effect: [Complex64; 3]) -> Optio
         Influence::normal(
             key,
             description,
-            Effect::Scalar {
-                value: 0.0,
-                unit: "1".to_owned(),
-                standard_uncertainty: u,
-                sensitivity: effect.map(|z| [z.re, z.im]).concat(),
-            },
+            Effect::of_zero("1", u, effect.map(|z| [z.re, z.im]).concat()),
         )
     })
 }

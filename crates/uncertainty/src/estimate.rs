@@ -94,6 +94,22 @@ pub enum Effect {
     },
 }
 
+impl Effect {
+    /// Of an input that is zero but for its standard uncertainty, and the change of each component with it.
+    pub fn of_zero(
+        unit: impl Into<String>,
+        standard_uncertainty: f64,
+        sensitivity: Vec<f64>,
+    ) -> Self {
+        Self::Scalar {
+            value: 0.0,
+            unit: unit.into(),
+            standard_uncertainty,
+            sensitivity,
+        }
+    }
+}
+
 /// One of several correlated inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Member {

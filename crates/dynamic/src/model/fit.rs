@@ -767,12 +767,7 @@ impl FitProblem {
                 evaluation: Evaluation::B,
                 distribution: "normal".into(),
                 dof: cause.dof.unwrap_or(DegreesOfFreedom::INFINITE),
-                effect: Effect::Scalar {
-                    value: 0.0,
-                    unit: "1".into(),
-                    standard_uncertainty: cause.standard_uncertainty,
-                    sensitivity,
-                },
+                effect: Effect::of_zero("1", cause.standard_uncertainty, sensitivity),
             });
         }
         let components = named

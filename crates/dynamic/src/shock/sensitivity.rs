@@ -276,12 +276,11 @@ fn estimate(
             evaluation: Evaluation::B,
             distribution: "normal".into(),
             dof: known.dof.unwrap_or(DegreesOfFreedom::INFINITE),
-            effect: Effect::Scalar {
-                value: 0.0,
-                unit: "1".into(),
-                standard_uncertainty: known.relative_uncertainty,
-                sensitivity: components.iter().map(|c| -c.value).collect(),
-            },
+            effect: Effect::of_zero(
+                "1",
+                known.relative_uncertainty,
+                components.iter().map(|c| -c.value).collect(),
+            ),
         });
     }
     Estimate::new(components, influences)

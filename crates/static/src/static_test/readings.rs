@@ -343,18 +343,7 @@ pub(super) fn fixture_angle(
     u: f64,
     sensitivity: Vec<f64>,
 ) -> Option<Influence> {
-    (u > 0.0).then(|| {
-        Influence::normal(
-            key,
-            description,
-            Effect::Scalar {
-                value: 0.0,
-                unit: "rad".to_owned(),
-                standard_uncertainty: u,
-                sensitivity,
-            },
-        )
-    })
+    (u > 0.0).then(|| Influence::normal(key, description, Effect::of_zero("rad", u, sensitivity)))
 }
 
 /// Unit of a sensitivity of outputs in this unit.

@@ -221,12 +221,7 @@ impl Tilt {
                 evaluation: Evaluation::A,
                 distribution: "t".to_owned(),
                 dof,
-                effect: Effect::Scalar {
-                    value: 0.0,
-                    unit: "1".to_owned(),
-                    standard_uncertainty: u,
-                    sensitivity: vec![0.0, 1.0, 0.0],
-                },
+                effect: Effect::of_zero("1", u, vec![0.0, 1.0, 0.0]),
             });
         }
         Estimate::new(estimate.components().to_vec(), influences)

@@ -108,12 +108,7 @@ impl ZeroG {
             influences.push(Influence::normal(
                 format!("levelling.{}", ["x", "y", "z"][axis]),
                 "the surface is not level",
-                Effect::Scalar {
-                    value: 0.0,
-                    unit: "rad".to_owned(),
-                    standard_uncertainty: self.levelling,
-                    sensitivity,
-                },
+                Effect::of_zero("rad", self.levelling, sensitivity),
             ));
         }
         let estimate = Estimate::new(components.collect(), influences)?;

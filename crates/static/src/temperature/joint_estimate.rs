@@ -150,12 +150,11 @@ impl Context<'_> {
                 evaluation: Evaluation::B,
                 distribution: "rectangular".to_owned(),
                 dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::Scalar {
-                    value: 0.0,
-                    unit: "1".to_owned(),
-                    standard_uncertainty: 1.0 / 3f64.sqrt(),
-                    sensitivity: jacobian.chunks(all).map(through).collect(),
-                },
+                effect: Effect::of_zero(
+                    "1",
+                    1.0 / 3f64.sqrt(),
+                    jacobian.chunks(all).map(through).collect(),
+                ),
             }
         };
         for (a, axis) in axes.iter().enumerate() {
