@@ -145,10 +145,10 @@ findings! {
         false_alarms "none: it is raised below four degrees of freedom, five per cent apart";
 
     /// Numbers whose marks may be those of thousands.
-    thousands_suspected(column: &str, number: &str, unit: &str) =
+    thousands_suspected(column: &str, number: &str) =
         "thousands-suspected", [Warning],
         what "the marks in {column} may be those of thousands: other commands refuse such numbers",
-        evidence "such as {number} in {unit}, read as a number with three decimals",
+        evidence "such as {number} in count, read as a number with three decimals",
         advice "export it without marks of thousands; where they are decimals, state the mark in a campaign",
         false_alarms "of counts with exactly three decimals throughout, none below one";
 }

@@ -285,13 +285,8 @@ fn inspect_inner(
         rows += block.rows() as u64;
     }
     let mut findings = layout.findings();
-    let signal_columns: Vec<usize> = selected[..signals].to_vec();
-    if let Some((column, number, unit)) = layout.grouped(&signal_columns, options.unit) {
-        findings.push(crate::findings::thousands_suspected(
-            &column,
-            number,
-            &unit.to_string(),
-        ));
+    if let Some((column, number)) = layout.grouped(&selected[..signals], options.unit) {
+        findings.push(crate::findings::thousands_suspected(&column, number));
     }
     findings.extend(clock.iter().filter_map(|c| c.finding.clone()));
     findings.extend(reader.findings());

@@ -229,17 +229,8 @@ impl Layout {
             return acceleration.or_else(|| threes().all(|u| u.is_some()).then_some(Unit::Count));
         }
         let norm = self.norm(columns);
-        [
-            (Unit::MetrePerSecondSquared, 9.806_65),
-            (Unit::StandardGravity, 1.0),
-            (Unit::MilliGravity, 1000.0),
-            (Unit::Gal, 980.665),
-            (Unit::MillimetrePerSecondSquared, 9806.65),
-        ]
-        .into_iter()
-        .find(|(_, g)| (norm / g - 1.0).abs() < if columns.len() == 3 { 0.15 } else { 0.02 })
-        .map(|(unit, _)| unit)
-        .or_else(|| {
+        let within = if columns.len() == 3 { 0.15 } else { 0.02 };
+        Unit::of_gravity(norm, within).or_else(|| {
             let whole = |&i: &usize| self.head.get(i).is_some_and(|h| h.whole);
             (norm > 0.0 && columns.iter().all(whole)).then_some(Unit::Count)
         })
@@ -260,30 +251,28 @@ impl Layout {
     /// # Errors
     /// Such a column, with a number of it.
     pub fn refuse_grouped(&self, columns: &[usize], unit: Option<Unit>) -> Result<()> {
-        match self.grouped(columns, unit) {
-            None => Ok(()),
-            Some((name, number, unit)) => Err(Error::new(
-                ErrorKind::Column,
-                format!("{number} in {unit} may be {} or a number with decimals", number.replace(['.', ','], "")),
-            )
-            .column(&name)
-            .with_hint("export it without marks of thousands; where they are decimals, state the mark in a campaign: `decimal = \"comma\"` or \"point\"")),
-        }
+        let Some((name, number)) = self.grouped(columns, unit) else {
+            return Ok(());
+        };
+        let whole = number.replace(['.', ','], "");
+        Err(Error::new(
+            ErrorKind::Column,
+            format!("{number} in {} may be {whole} or a number with decimals", Unit::Count),
+        )
+        .column(&name)
+        .with_hint("export it without marks of thousands; where they are decimals, state the mark in a campaign: `decimal = \"comma\"` or \"point\""))
     }
 
-    /// Such a column: its name, a number, its unit.
-    pub(crate) fn grouped(
-        &self,
-        columns: &[usize],
-        unit: Option<Unit>,
-    ) -> Option<(String, &str, Unit)> {
-        let mut marked = columns.iter().filter_map(|&index| {
+    /// Such a column: its name and a number of it.
+    pub(crate) fn grouped(&self, columns: &[usize], unit: Option<Unit>) -> Option<(String, &str)> {
+        if self.decimal_is_stated {
+            return None;
+        }
+        columns.iter().find_map(|&index| {
+            let counts = self.unit(index).or(unit) == Some(Unit::Count);
             let number = self.head.get(index)?.grouped.as_deref()?;
-            // Counts are whole numbers; in other units three decimals are usual.
-            let unit = self.unit(index).or(unit).filter(|u| *u == Unit::Count)?;
-            Some((self.name(index), number, unit))
-        });
-        marked.next().filter(|_| !self.decimal_is_stated)
+            counts.then(|| (self.name(index), number))
+        })
     }
 
     /// The question for the unit of columns that have none in their headings, each with the option that says it; the likely one

@@ -320,6 +320,25 @@ fn plain(text: &str) -> String {
 }
 
 impl Unit {
+    /// The unit of acceleration in which gravity is so large, `within` a part of it.
+    ///
+    /// ```
+    /// use proofmass_io::Unit;
+    /// assert_eq!(Unit::of_gravity(998.0, 0.02), Some(Unit::MilliGravity));
+    /// assert_eq!(Unit::of_gravity(42.0, 0.15), None);
+    /// ```
+    pub fn of_gravity(norm: f64, within: f64) -> Option<Self> {
+        let units = [
+            Self::MetrePerSecondSquared,
+            Self::StandardGravity,
+            Self::MilliGravity,
+            Self::Gal,
+            Self::MillimetrePerSecondSquared,
+        ];
+        let near = |unit: &Self| (norm * unit.si().1 / STANDARD_GRAVITY - 1.0).abs() < within;
+        units.into_iter().find(near)
+    }
+
     /// Every unit.
     #[cfg(test)]
     pub(crate) fn all() -> impl Iterator<Item = Self> {

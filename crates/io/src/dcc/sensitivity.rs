@@ -16,10 +16,10 @@ const ONE_FREQUENCY: f64 = 1e-9;
 /// What two statements of one value may differ by, in standard uncertainties: U rounded to two digits moves a value by a tenth of u with
 /// k = 2, and real and imaginary parts may be rounded as well.
 const ONE_VALUE: f64 = 0.5;
-/// Ratio of two statements of one uncertainty: rounding up to two digits makes a tenth, k beside Student's t as much again.
-const ONE_UNCERTAINTY: f64 = 1.25;
 /// The same of values that state no uncertainty, relative.
 const ONE_EXACT_VALUE: f64 = 1e-6;
+/// Ratio of two statements of one uncertainty: rounding up to two digits makes a tenth, k beside Student's t as much again.
+const ONE_UNCERTAINTY: f64 = 1.25;
 
 /// One frequency, in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::quantity::{self, Numbers};
 use crate::Result;
 use crate::xml::{Element, Namespace};
-use proofmass_uncertainty::{normal_quantile, student_quantile};
+use proofmass_uncertainty::{dof_of_coverage_factor, normal_quantile, student_quantile};
 
 /// Relative difference that rounding may make between k and the probability: 2 and 95 % differ by two per cent.
 const ROUNDED: f64 = 0.05;
@@ -41,21 +41,9 @@ impl DccUncertainty {
         let all = 0..self.k.len().max(self.probability.len());
         let pairs = all.filter_map(|i| Some((one(&self.k, i)?, one(&self.probability, i)?)));
         let (k, p) = pairs.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let of = |degrees: f64| student_quantile(0.5 + 0.5 * p, degrees);
-        if k <= of(FEW_DEGREES) * (1.0 + ROUNDED) {
-            return None;
-        }
-        // The more degrees of freedom, the smaller k.
-        let (mut low, mut high) = (1.0, FEW_DEGREES);
-        for _ in 0..50 {
-            let middle = 0.5 * (low + high);
-            if of(middle) > k {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        Some((k, p, 0.5 * (low + high)))
+        let few = student_quantile(0.5 + 0.5 * p, FEW_DEGREES);
+        let degrees = || dof_of_coverage_factor(k, p).max(1.0);
+        (k > few * (1.0 + ROUNDED)).then(|| (k, p, degrees()))
     }
 
     /// Coverage factor of a value, where its uncertainty is an expanded one.

@@ -159,7 +159,6 @@ impl DsiUnit {
 
     /// What a number in this unit is multiplied with to stand in the product of two others; `None` where it is another quantity.
     pub(crate) fn factor_to_product(&self, a: &Self, b: &Self) -> Option<f64> {
-        let mut factor = None;
         let products = a.powers().flat_map(|(a, ten_a)| {
             b.powers().map(move |(b, ten_b)| {
                 let mut both = a.clone();
@@ -171,11 +170,10 @@ impl DsiUnit {
             })
         });
         let products: Vec<Powers> = products.collect();
-        for (own, own_ten) in self.powers() {
-            let found = products.iter().find(|(powers, _)| *powers == own);
-            factor = factor.or(found.map(|(_, of_both)| ten(own_ten - of_both)));
-        }
-        factor
+        self.powers().find_map(|(own, own_ten)| {
+            let (_, of_both) = products.iter().find(|(powers, _)| *powers == own)?;
+            Some(ten(own_ten - of_both))
+        })
     }
 
     /// Factor to Hz.

@@ -6,7 +6,7 @@ use crate::record::Record;
 use crate::stored_result::read_section;
 use crate::trouble::Result;
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_io::{ImuSensorNoise, ImuValue, ImuYaml, ResultDocument, StatedQuantity};
+use proofmass_io::{ImuSensorNoise, ImuValue, ImuYaml, ResultDocument, StatedQuantity, Unit};
 use proofmass_noise::{
     Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, conservative,
 };
@@ -209,9 +209,10 @@ fn unit_of_gravity(analysis: &Analysis) -> Option<Finding> {
         return None;
     }
     let norm = all.iter().map(|c| c.mean * c.mean).sum::<f64>().sqrt();
-    let others = [("g", 1.0), ("mg", 1e3), ("Gal", 100.0 * STANDARD_GRAVITY)];
-    let near = |(_, size): &&(&str, f64)| (norm / size - 1.0).abs() < GRAVITY_WITHIN;
-    let (unit, _) = others.iter().find(near)?;
+    let unit = Unit::of_gravity(norm, GRAVITY_WITHIN)?;
+    if unit == Unit::MetrePerSecondSquared {
+        return None;
+    }
     Some(unit_suspected(
         &format!(
             "at rest the three axes measure {norm:.4} m/s² together, which is gravity in {unit}"
