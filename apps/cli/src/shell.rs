@@ -2,8 +2,7 @@
 
 use crate::{Failure, Outcome, commands, console};
 use clap_complete::Shell;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Name of the program, as a shell knows it.
 const NAME: &str = "proofmass";
@@ -49,26 +48,13 @@ impl Manual {
             Failure::new(format!("{} cannot be made: {e}", folder.display()))
                 .hint("name a folder that is not there, beside which you may write")
         })?;
-        let mut root = commands().disable_help_subcommand(true);
-        root.build();
-        let pages = write(&root, folder).map_err(|e| {
-            Failure::new(format!("{} cannot be written: {e}", folder.display()))
-                .hint("make room, and try again with another folder")
-        })?;
+        let pages = clap_mangen::generate_to(commands(), folder)
+            .and_then(|()| Ok(std::fs::read_dir(folder)?.count()))
+            .map_err(|e| {
+                Failure::new(format!("{} cannot be written: {e}", folder.display()))
+                    .hint("make room, and try again with another folder")
+            })?;
         console::note(format!("written: {pages} pages in {}", folder.display()));
         Ok(Outcome::Done)
     }
-}
-
-/// Writes the page of a command and those of the commands in it; gives how many.
-fn write(command: &clap::Command, folder: &Path) -> std::io::Result<usize> {
-    let page = clap_mangen::Man::new(command.clone());
-    let mut text = Vec::new();
-    page.render(&mut text)?;
-    let mut file = std::fs::File::create_new(folder.join(page.get_filename()))?;
-    file.write_all(&text)?;
-    let inner = command.get_subcommands().filter(|c| !c.is_hide_set());
-    inner
-        .map(|c| write(c, folder))
-        .try_fold(1, |n, m| Ok(n + m?))
 }

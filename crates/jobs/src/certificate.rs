@@ -18,6 +18,7 @@ mod stated;
 mod texts;
 
 pub use conformity::{Decided, DecidedEntry};
+pub use content::says;
 pub use laboratory::{
     CalibrationPlace, CertificateFile, ConformityEntry, Contact, Item, Numbering, Performance,
     RuleWord, Signatory, Standard, Statement,

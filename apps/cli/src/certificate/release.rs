@@ -6,7 +6,7 @@ use crate::{Failure, Outcome, console};
 use proofmass::io::{OutputFolder, SigningKey};
 use proofmass::jobs::StoredResult;
 use proofmass::jobs::certificate::register::NewEntry;
-use proofmass::jobs::certificate::{PAPER, Replaced};
+use proofmass::jobs::certificate::{PAPER, Replaced, says};
 use std::path::PathBuf;
 
 /// Release a certificate: the next number of the register, and files that are never overwritten.
@@ -43,8 +43,7 @@ impl Release {
             return Err(Failure::new(format!("{} is there already", self.output.display()))
                 .hint("name a folder that is not there: a released certificate is never written over another file"));
         }
-        let said = |reason: &String| reason.chars().any(char::is_alphanumeric);
-        if self.reason.as_ref().is_some_and(|r| !said(r)) {
+        if self.reason.as_ref().is_some_and(|r| !says(r)) {
             return Err(Failure::new("--reason: no reason is said")
                 .hint("it is printed on the certificate, and stays in the register"));
         }

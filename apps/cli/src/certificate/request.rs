@@ -93,6 +93,11 @@ fn lost(chain: &Verification) -> Vec<String> {
     lost.map(|l| l.name.clone()).collect()
 }
 
+fn unnumbered() -> Failure {
+    Failure::new("LAB.toml does not say how certificates are numbered")
+        .hint("add [numbering] with pattern = \"CAL-{year}-{number:4}\"")
+}
+
 /// Where the register is.
 fn place(lab: &Path, numbering: &Numbering) -> PathBuf {
     lab.with_file_name(&numbering.register)
@@ -180,10 +185,7 @@ impl Request {
 impl Certified {
     /// How certificates are numbered.
     pub(super) fn numbering(&self) -> Result<&Numbering, Failure> {
-        self.file.numbering.as_ref().ok_or_else(|| {
-            Failure::new("LAB.toml does not say how certificates are numbered")
-                .hint("add [numbering] with pattern = \"CAL-{year}-{number:4}\"")
-        })
+        self.file.numbering.as_ref().ok_or_else(unnumbered)
     }
 
     /// The register, locked.
@@ -229,9 +231,8 @@ impl Certified {
     /// The number that the certificate would have if it were released now.
     pub(super) fn number(&self, item: &str) -> Result<String, Failure> {
         self.vouched()?;
-        let numbering = self.numbering()?;
-        let register = Register::look(&place(&self.lab, numbering))?;
-        Ok(self.next(&register, None, item)?.number)
+        let register = self.register.as_ref().ok_or_else(unnumbered)?;
+        Ok(self.next(register, None, item)?.number)
     }
 
     /// The certificate; without a number a draft.

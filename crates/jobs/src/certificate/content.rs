@@ -260,7 +260,7 @@ impl Content {
 }
 
 /// Whether a text says something; the dots of a form do not.
-pub(super) fn says(text: &str) -> bool {
+pub fn says(text: &str) -> bool {
     text.chars().any(char::is_alphanumeric)
 }
 

@@ -321,7 +321,7 @@ fn all_results(
             });
         }
         // Of phases against another zero there is no complex sensitivity.
-        let complex = match (result, stated.phases) {
+        let complex = match (result, stated.about_phases()) {
             (Some(result), None) => complex(job, table, result)?,
             _ => None,
         };

@@ -181,9 +181,6 @@ pub struct StatedResults {
     pub singles: Vec<StatedSingle>,
     /// Probability of every interval, such as `0.95`.
     pub probability: String,
-    /// What its phases are, where they are none of the sensitivity.
-    #[serde(skip)]
-    pub(crate) phases: Option<Meaning>,
 }
 
 /// Kinds of results that a certificate can state, and how they are obtained.
@@ -249,7 +246,6 @@ impl StatedResults {
         };
         let mut stated = Self {
             probability: plain_probability(least),
-            phases,
             ..Self::default()
         };
         let mut families: Vec<(String, Vec<(f64, &StatedQuantity)>)> = Vec::new();
@@ -266,7 +262,7 @@ impl StatedResults {
             let frequencies: Vec<String> = list.iter().map(|(f, _)| plain(*f)).collect();
             let quantities: Vec<&StatedQuantity> = list.into_iter().map(|(_, q)| q).collect();
             let mut column = column(name, &quantities);
-            if let (Meaning::Phase, Some(phases)) = (column.meaning, stated.phases) {
+            if let (Meaning::Phase, Some(phases)) = (column.meaning, phases) {
                 column.meaning = phases;
             }
             let element = element(&column.name);

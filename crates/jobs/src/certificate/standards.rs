@@ -90,7 +90,7 @@ pub(super) fn doubts(
         if known.next().is_none() {
             doubts.push(format!(
                 "an unknown standard: the result was computed from {}, which no entry of [[standards]] names as its `input`",
-                name_of(input)
+                name_of(&input.path)
             ));
         }
     }
@@ -186,8 +186,7 @@ fn names(issuer: &str, laboratory: &str) -> bool {
 
 /// Tables of sensitivity and certificates among the inputs are standards.
 fn is_standard(path: &str) -> bool {
-    let name = Path::new(path).file_name().unwrap_or_default();
-    let name = name.to_string_lossy().to_ascii_lowercase();
+    let name = name_of(path).to_ascii_lowercase();
     name.starts_with("reference") || name.ends_with(".xml") || name == "calibration.json"
 }
 
@@ -195,15 +194,15 @@ fn files(result: &StoredResult) -> impl Iterator<Item = &Input> {
     result.record().inputs.iter().flat_map(Input::files)
 }
 
-/// The name of the file of an input.
-fn name_of(input: &Input) -> String {
-    let name = Path::new(&input.path).file_name();
-    name.map_or_else(|| input.path.clone(), |n| n.to_string_lossy().into_owned())
+/// The name of the file at a path.
+fn name_of(path: &str) -> String {
+    let name = Path::new(path).file_name();
+    name.map_or_else(|| path.to_owned(), |n| n.to_string_lossy().into_owned())
 }
 
 /// Whether an input is the one that is stated by its digest, its path or its name.
 fn is(input: &Input, stated: &str) -> bool {
-    input.sha256 == stated || input.path == stated || name_of(input) == stated
+    input.sha256 == stated || input.path == stated || name_of(&input.path) == stated
 }
 
 #[cfg(test)]
