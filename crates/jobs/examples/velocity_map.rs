@@ -22,8 +22,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Standard deviation of an acceleration sample, m/s².
 const NOISE: f64 = 0.02;
@@ -450,23 +448,10 @@ fn main() {
     let (mut inside, mut records, mut low, mut alarmed) = (0.0, 0.0, 0, 0);
     let mut codes: BTreeMap<String, usize> = BTreeMap::new();
     for cell in &list {
-        let next = AtomicUsize::new(0);
-        let found = Mutex::new(Vec::new());
-        std::thread::scope(|scope| {
-            for _ in 0..2 {
-                scope.spawn(|| {
-                    loop {
-                        let k = next.fetch_add(1, Ordering::Relaxed) as u64;
-                        if k >= seeds {
-                            break;
-                        }
-                        let one = run(cell, 100 + k);
-                        found.lock().expect("no panic").extend(one);
-                    }
-                });
-            }
-        });
-        let found = found.into_inner().expect("no panic");
+        let found: Vec<One> = motions::of_seeds(seeds, |seed| run(cell, seed))
+            .into_iter()
+            .flatten()
+            .collect();
         let n = found.len() as f64;
         let mean = |f: &dyn Fn(&One) -> f64| found.iter().map(f).sum::<f64>() / n;
         let rms = |f: &dyn Fn(&One) -> f64| mean(f).sqrt();

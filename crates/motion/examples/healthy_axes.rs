@@ -20,8 +20,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Standard deviation of an acceleration sample, m/s².
 const NOISE: f64 = 0.02;
@@ -290,23 +288,7 @@ fn main() {
     );
     println!("|---|---|---|---|");
     for axis in &list {
-        let next = AtomicUsize::new(0);
-        let found = Mutex::new(Vec::new());
-        std::thread::scope(|scope| {
-            for _ in 0..2 {
-                scope.spawn(|| {
-                    loop {
-                        let k = next.fetch_add(1, Ordering::Relaxed) as u64;
-                        if k >= seeds {
-                            break;
-                        }
-                        let one = run(axis, 100 + k);
-                        found.lock().expect("no panic").push(one);
-                    }
-                });
-            }
-        });
-        let found = found.into_inner().expect("no panic");
+        let found = motions::of_seeds(seeds, |seed| run(axis, seed));
         let n = found.len() as f64;
         let mean = |i: usize| found.iter().map(|f| f.0[i].inside).sum::<f64>() / n;
         let low = |i: usize| found.iter().filter(|f| f.0[i].inside < 0.9).count();

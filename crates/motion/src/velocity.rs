@@ -164,13 +164,14 @@ fn once(
         }
         None => {
             let found = Ground::of(record, (slip, pairing), &Tuning::default(), watch)?;
-            ground = Some(found.clone());
-            let (part, samples, mut tuned) = (found.part, found.samples, found.tuned);
-            (slip, pairing) = (found.slip, found.pairing);
+            let found = &*ground.insert(found);
+            let (part, samples) = (&found.part, &found.samples);
+            let mut tuned = found.tuned.clone();
+            (slip, pairing) = (found.slip.clone(), found.pairing.clone());
             readings = part.reading.iter().flatten().count();
             watch.step("velocity", 0, 2)?;
-            let edges = on_edges(&mut tuned, &part, record, watch)?;
-            findings.extend(part_finding(record, &samples));
+            let edges = on_edges(&mut tuned, part, record, watch)?;
+            findings.extend(part_finding(record, samples));
             findings.extend(tuned.findings.iter().cloned());
             watch.step("velocity", 1, 2)?;
             let model = tuned.model;
@@ -197,7 +198,7 @@ fn once(
                 let trace = match method {
                     Some(method) => method.run(record)?,
                     None => {
-                        let kalman = on_line_kalman(&tuned, &part)?;
+                        let kalman = on_line_kalman(&tuned, part)?;
                         on_line(&tuned, kalman.method, record)?
                     }
                 };

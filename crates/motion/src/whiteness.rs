@@ -58,22 +58,19 @@ impl Whiteness {
         let lags = (n / 5).min(40);
         let rho = autocorrelation(innovations, lags);
         let square: f64 = innovations.iter().map(|v| v * v).sum();
-        let (mut q, mut largest) = (0.0, (0usize, 0.0f64));
-        for (k, rho) in rho.iter().copied().enumerate().skip(1) {
-            q += rho * rho / (n - k) as f64;
-            if rho.abs() > largest.1.abs() {
-                largest = (k, rho);
+        // The statistic over so many lags, and the largest correlation among them.
+        let ljung_box = |lags: usize| {
+            let (mut q, mut largest) = (0.0, (0usize, 0.0f64));
+            for (k, rho) in rho.iter().copied().enumerate().take(lags + 1).skip(1) {
+                q += rho * rho / (n - k) as f64;
+                if rho.abs() > largest.1.abs() {
+                    largest = (k, rho);
+                }
             }
-        }
-        let (mut five, mut short) = (0.0, (0usize, 0.0f64));
-        for (k, rho) in rho.iter().copied().enumerate().take(SHORT + 1).skip(1) {
-            five += rho * rho / (n - k) as f64;
-            if rho.abs() > short.1.abs() {
-                short = (k, rho);
-            }
-        }
-        let scale = n as f64 * (n + 2) as f64;
-        let (q, five) = (q * scale, five * scale);
+            (q * (n as f64 * (n + 2) as f64), largest)
+        };
+        let (q, largest) = ljung_box(lags);
+        let (five, short) = ljung_box(SHORT.min(lags));
         let upper = |x: f64, dof: usize| chi_squared_chance(x, dof as f64);
         let above = upper(square, n);
         Ok(Self {

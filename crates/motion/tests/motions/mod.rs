@@ -6,9 +6,33 @@
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::f64::consts::{PI, TAU};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Position, velocity and acceleration at a time.
 pub type Motion = Box<dyn Fn(f64) -> [f64; 3] + Sync>;
+
+/// What is made of so many seeds, by two threads and in the order in which they come to an end.
+pub fn of_seeds<T: Send>(seeds: u64, run: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    const FIRST: u64 = 100;
+    let next = AtomicU64::new(0);
+    let found = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    if k >= seeds {
+                        break;
+                    }
+                    let one = run(FIRST + k);
+                    found.lock().expect("no panic").push(one);
+                }
+            });
+        }
+    });
+    found.into_inner().expect("no panic")
+}
 
 /// A speed that swings by a fifth at 0.7 Hz.
 pub fn creeping(speed: f64) -> Motion {
