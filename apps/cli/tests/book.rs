@@ -163,20 +163,6 @@ fn known_page_of_commands() {
     );
 }
 
-/// Copies a folder with what is in it, but for results.
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let target = to.join(path.file_name().unwrap());
-        match path.is_dir() {
-            true if path.ends_with("result") => {}
-            true => copy(&path, &target),
-            false => drop(std::fs::copy(&path, &target).unwrap()),
-        }
-    }
-}
-
 /// Words of a command, with quotes as a shell has them.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
@@ -241,7 +227,11 @@ fn matches(expected: &[&str], printed: &[&str]) -> bool {
 fn follow(page: &Path, text: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    copy(&docs().join("../examples"), &folder.join("examples"));
+    copy(
+        &docs().join("../examples"),
+        &folder.join("examples"),
+        Some("result"),
+    );
     let mut wrong = Vec::new();
     for block in parts(text).0 {
         if let Some((_, name)) = block.info.split_once(" file=") {

@@ -501,16 +501,8 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
         .replace("\"PTB\"", "\"Lab\"");
     let lab = lab.replace("reference.xml", "certificate.xml");
     std::fs::write(folder.join("LAB.toml"), lab).unwrap();
-    let result = text(&next.join("result")).to_owned();
-    let check = [
-        "certificate",
-        "check",
-        &result,
-        "--lab",
-        &places[1],
-        "--order",
-        &places[2],
-    ];
+    let of_next = [text(&next.join("result")), &places[1], &places[2]].map(str::to_owned);
+    let check = asked(&["certificate", "check"], &of_next, &[]);
     let listed = String::from_utf8(proofmass(&check).stdout).unwrap();
     assert!(
         listed.contains("CAL-2026-001 of Standard 8305 was replaced by CAL-2026-002")
@@ -562,16 +554,8 @@ fn known_standards_of_a_certificate() {
     assert_ne!(by_formula, stated);
     let (lab, _) = LAB.split_once("[[standards]]").unwrap();
     std::fs::write(folder.join("LAB.toml"), lab).unwrap();
-    let result = text(&hand.join("result")).to_owned();
-    let check = [
-        "certificate",
-        "check",
-        &result,
-        "--lab",
-        &places[1],
-        "--order",
-        &places[2],
-    ];
+    let of_hand = [text(&hand.join("result")), &places[1], &places[2]].map(str::to_owned);
+    let check = asked(&["certificate", "check"], &of_hand, &[]);
     for (campaign, needs) in [(stated, true), (by_formula, false)] {
         std::fs::write(hand.join("campaign.toml"), campaign).unwrap();
         succeed(&["calibrate", text(&hand)]);
@@ -582,16 +566,7 @@ fn known_standards_of_a_certificate() {
             "{listed}"
         );
     }
-    let draft = [
-        "certificate",
-        &result,
-        "--lab",
-        &places[1],
-        "--order",
-        &places[2],
-        "--xml",
-    ];
-    let xml = says(&draft);
+    let xml = says(&asked(&["certificate"], &of_hand, &["--xml"]));
     assert!(
         xml.contains("normal gravity of the ellipsoid GRS 80") && xml.contains("45.5"),
         "{xml}"

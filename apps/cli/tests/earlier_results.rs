@@ -5,7 +5,7 @@ mod support;
 
 use serde_json::{Value, json};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use support::*;
 
 /// What is said of an earlier result.
@@ -188,17 +188,6 @@ fn run(folder: &Path, arguments: &[&str]) -> std::process::Output {
         .unwrap()
 }
 
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for name in names(from) {
-        let (from, to): (PathBuf, PathBuf) = (from.join(&name), to.join(&name));
-        match from.is_dir() {
-            true => copy(&from, &to),
-            false => drop(fs::copy(from, to).unwrap()),
-        }
-    }
-}
-
 fn expect(what: &str, folder: &Path, says: Says) {
     let done = run(
         folder,
@@ -258,7 +247,7 @@ fn known_what_is_said_of_an_altered_earlier_result() {
     for row in ROWS {
         for (says, listed) in [(row.listed, true), (row.alone, false)] {
             let folder = tempfile::tempdir().unwrap();
-            copy(whole.path(), folder.path());
+            copy(whole.path(), folder.path(), None);
             if !listed {
                 for name in ["lin", "sq"] {
                     fs::remove_file(folder.path().join(name).join("manifest.json")).unwrap();

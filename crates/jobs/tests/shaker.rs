@@ -138,6 +138,21 @@ fn law_a_comparison_is_read_again() {
     assert!((filed.quantities()[0].value - 0.02001).abs() < 1e-9);
 }
 
+/// A run at 160 Hz and 10 m/s² in which the motion along an axis is this part of the excitation.
+fn spurious_run(measurement: &str, axis: i32, repeat: i32, ratio: Complex64) -> SpuriousRun {
+    let velocity = ratio * 10.0 / Complex64::new(0.0, std::f64::consts::TAU * 160.0);
+    SpuriousRun {
+        run: format!("{measurement} {axis} {repeat}"),
+        frequency: 160.0,
+        inclination: 0.0,
+        axis: axis as usize,
+        measurement: measurement.into(),
+        phasors: [Complex64::new(10.0, 0.0), velocity],
+        quality: Quality::default(),
+        place: "here".into(),
+    }
+}
+
 #[test]
 fn law_spurious_motion_is_read_again() {
     let mut runs = vec![];
@@ -146,18 +161,8 @@ fn law_spurious_motion_is_read_again() {
             for repeat in 0..4 {
                 let whole = f64::from(axis == 2);
                 let ratio = whole + size * (1.0 + 0.01 * f64::from(repeat));
-                let velocity = Complex64::new(ratio, 0.001) * 10.0
-                    / Complex64::new(0.0, std::f64::consts::TAU * 160.0);
-                runs.push(SpuriousRun {
-                    run: format!("{measurement} {axis} {repeat}"),
-                    frequency: 160.0,
-                    inclination: 0.0,
-                    axis: axis as usize,
-                    measurement: measurement.into(),
-                    phasors: [Complex64::new(10.0, 0.0), velocity],
-                    quality: Quality::default(),
-                    place: "here".into(),
-                });
+                let ratio = Complex64::new(ratio, 0.001);
+                runs.push(spurious_run(measurement, axis, repeat, ratio));
             }
         }
     }
@@ -181,18 +186,7 @@ fn known_measurements_of_two_set_ups_that_disagree() {
                     let along = f64::from(axis == 2);
                     let size = if axis < 2 { 0.01 * factor } else { 0.01 };
                     let ratio = along + size + 1e-4 * Complex64::cis(turn + f64::from(axis));
-                    let velocity =
-                        ratio * 10.0 / Complex64::new(0.0, std::f64::consts::TAU * 160.0);
-                    runs.push(SpuriousRun {
-                        run: format!("{measurement} {axis} {repeat}"),
-                        frequency: 160.0,
-                        inclination: 0.0,
-                        axis: axis as usize,
-                        measurement: measurement.into(),
-                        phasors: [Complex64::new(10.0, 0.0), velocity],
-                        quality: Quality::default(),
-                        place: "here".into(),
-                    });
+                    runs.push(spurious_run(measurement, axis, repeat, ratio));
                 }
             }
         }

@@ -226,3 +226,16 @@ pub fn field<'a>(row: &'a [(String, String)], heading: &str) -> &'a str {
 pub fn number(row: &[(String, String)], heading: &str) -> f64 {
     field(row, heading).parse().expect("a number")
 }
+
+/// Copies a folder with what is in it, but for folders of one name.
+pub fn copy(from: &Path, to: &Path, but: Option<&str>) {
+    std::fs::create_dir_all(to).unwrap();
+    for name in names(from) {
+        let (from, to) = (from.join(&name), to.join(&name));
+        match from.is_dir() {
+            true if but == Some(name.as_str()) => {}
+            true => copy(&from, &to, but),
+            false => drop(std::fs::copy(from, to).unwrap()),
+        }
+    }
+}
