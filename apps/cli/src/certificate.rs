@@ -130,7 +130,8 @@ impl Check {
         let mut missing = outcome.missing().to_vec();
         let mut number = String::new();
         match certified.number(&outcome.item()) {
-            Ok(next) => number = next,
+            Ok((next, false)) => number = next,
+            Ok((next, true)) => number = format!("{next}, with --first: the register is empty"),
             Err(failure) => missing.push(failure.to_string()),
         }
         if self.json {

@@ -241,7 +241,7 @@ const LAB: &str = "[laboratory]\nname = \"Lab & <Co>\"\nstreet = \"Via 1\"\ntown
     [[signatories]]\nname = \"A. Rossi\"\nrole = \"head\"\n[numbering]\npattern = \"CAL-{year}-{number:3}\"\n\
     [[standards]]\nname = \"Standard 8305\"\ncertificate = \"PTB-17\"\nissuer = \"PTB\"\nvalid_until = \"2027-01-01\"\ninput = \"reference.xml\"\n";
 const ORDER: &str = "[customer]\nname = \"Customer\"\ntown = \"Turin\"\ncountry = \"IT\"\n[item]\ncondition = \"no damage\"\n\
-    [calibration]\nreceived = \"2026-01-02\"\nbegin = \"2026-01-03\"\ntemperature_degC = [22.5, 23.5]\n";
+    [calibration]\nreceived = \"2026-01-02\"\nbegin = \"2026-01-03\"\ntemperature_degC = [22.5, 23.5]\nmounting = \"stud, 2 N m\"\n";
 
 /// A calibration with a certificate as its standard, and the files of a laboratory.
 fn calibrated(folder: &Path) {
@@ -358,11 +358,16 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
         let all: Vec<&str> = all.iter().copied().chain(more.iter().copied()).collect();
         proofmass(&all)
     };
+    // Where no certificate is registered, it has to be said that this is the first one: a lost register would give its numbers again.
+    let signed = ["--sign", text(&key), "--issued", "2026-02-01"];
+    let said = stderr(&release("one", &signed));
     assert!(
-        release("one", &["--sign", text(&key), "--issued", "2026-02-01"])
-            .status
-            .success()
+        said.contains("holds no certificate") && said.contains("--first"),
+        "{said}"
     );
+    assert!(!folder.join("one").exists());
+    let first = release("one", &[&signed[..], &["--first"]].concat());
+    assert!(first.status.success(), "{}", stderr(&first));
     let one = folder.join("one");
     let xml = std::fs::read(one.join("certificate.xml")).unwrap();
     assert!(
@@ -399,6 +404,14 @@ fn law_a_released_certificate_has_its_number_once_and_is_never_overwritten() {
         std::fs::read(folder.join("again/certificate.xml")).unwrap(),
         xml
     );
+    // The result in another certificate replaces the one that holds; in another language it is the same certificate once more.
+    let customer = ORDER.replace("\"Customer\"", "\"Other\"");
+    std::fs::write(folder.join("order.toml"), customer).unwrap();
+    let said = stderr(&release("two", &["--issued", "2026-02-02"]));
+    assert!(said.contains("--replaces CAL-2026-001"), "{said}");
+    let said = stderr(&release("two", &["--first", "--issued", "2026-02-02"]));
+    assert!(said.contains("holds 1 already"), "{said}");
+    std::fs::write(folder.join("order.toml"), ORDER).unwrap();
     // Another one has the next number, and says what it replaces.
     let wrong = release(
         "two",
@@ -525,13 +538,55 @@ fn known_standards_of_a_certificate() {
     };
     let sound = check(LAB.to_owned());
     assert!(
-        sound.contains("can be released, as CAL-") && sound.contains("-001"),
+        sound.contains("can be released, as CAL-") && sound.contains("-001, with --first"),
         "{sound}"
     );
     assert!(
         !folder.join("certificates.jsonl").exists(),
         "a check enters nothing"
     );
+    // The standard is the item: its number in other words, or the number that the customer knows it by.
+    let reference = std::fs::read_to_string(folder.join("reference.xml")).unwrap();
+    for (number, order) in [
+        (
+            "sn-04711",
+            ORDER.replace("[item]", "[item]\ncustomer_id = \"SN 4711\""),
+        ),
+        ("04711", ORDER.to_owned()),
+    ] {
+        let item = format!(
+            "<dcc:items><dcc:item><dcc:identifications><dcc:identification><dcc:issuer>manufacturer</dcc:issuer><dcc:value>{number}</dcc:value>\
+             </dcc:identification></dcc:identifications></dcc:item></dcc:items></dcc:administrativeData>"
+        );
+        let own = reference.replace("</dcc:administrativeData>", &item);
+        std::fs::write(folder.join("reference.xml"), own).unwrap();
+        std::fs::write(folder.join("order.toml"), order).unwrap();
+        succeed(&["calibrate", text(folder)]);
+        let listed = check(LAB.to_owned());
+        assert!(listed.contains("the item as its own standard"), "{listed}");
+    }
+    std::fs::write(folder.join("reference.xml"), &reference).unwrap();
+    succeed(&["calibrate", text(folder)]);
+    // What a shaker wants is asked for, and what the result knows of its level is held against what is typed.
+    for (order, word) in [
+        (
+            ORDER.replace("mounting", "# mounting"),
+            "calibration.mounting",
+        ),
+        (
+            ORDER.replace("mounting", "due = 2026-01-03\nmounting"),
+            "does not lie after",
+        ),
+    ] {
+        std::fs::write(folder.join("order.toml"), order).unwrap();
+        let listed = check(LAB.to_owned());
+        assert!(listed.contains(word), "{listed}");
+    }
+    let level = ORDER.replace("mounting", "\"acceleration_m/s2\" = [1, 2]\nmounting");
+    std::fs::write(folder.join("order.toml"), level).unwrap();
+    let said = refuse(&asked(&["certificate"], &places, &[]));
+    assert!(said.contains("measured at 9.8"), "{said}");
+    std::fs::write(folder.join("order.toml"), ORDER).unwrap();
     let other = check(LAB.replace("PTB-17", "PTB-16"));
     assert!(
         other.contains("digital certificate has the number PTB-17"),
@@ -606,8 +661,10 @@ fn crosscheck_certificates_are_valid_by_the_schema() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     calibrated(folder);
-    let conformity = "[[conformity]]\nquantity = \"S.modulus\"\nlower = 9.5\nupper = 10.5\nrule = \"guard-band\"\nr = 1\n";
+    let conformity = "due = 2027-01-03\n[[conformity]]\nquantity = \"S.modulus\"\nlower = 9.5\nupper = 10.5\nrule = \"guard-band\"\nr = 1\n";
     std::fs::write(folder.join("order.toml"), format!("{ORDER}{conformity}")).unwrap();
+    let lab = LAB.replace("[[signatories]]", "accreditation = \"LAT 999\"\n[[signatories]]\nname = \"B. Verdi\"\nrole = \"deputy\"\n[[signatories]]");
+    std::fs::write(folder.join("LAB.toml"), lab).unwrap();
     let places = places(folder);
     let mut files = Vec::new();
     for language in ["en", "it", "fa"] {
@@ -631,6 +688,18 @@ fn crosscheck_certificates_are_valid_by_the_schema() {
     let asked = ["certificate", text(&result), "--lab", &places[1], "--xml"];
     std::fs::write(&file, says(&asked)).unwrap();
     files.push(file);
+    let xml = std::fs::read_to_string(&files[0]).unwrap();
+    for said in [
+        "LAT 999",
+        "2027-01-03",
+        "B. Verdi",
+        "Valid until: 2027-01-01",
+        "Issued by: PTB",
+        "stud, 2 N m",
+        "vib_accelerationAmplitudeMin",
+    ] {
+        assert!(xml.contains(said), "{said}");
+    }
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/dcc_schema.py");
     let checked = std::process::Command::new("python3")
         .arg(script)
@@ -701,7 +770,11 @@ fn refuses_to_release_what_nobody_stands_for() {
     let listed = std::fs::read(&manifest).unwrap();
     std::fs::remove_file(&manifest).unwrap();
     let place = text(&folder.join("c")).to_owned();
-    let release = asked(&["certificate", "release"], &places, &["-o", &place]);
+    let release = asked(
+        &["certificate", "release"],
+        &places,
+        &["--first", "-o", &place],
+    );
     assert!(refuse(&release).contains("no list of its folder"));
     std::fs::write(&manifest, listed).unwrap();
     // With k = 2 the probabilities of the quantities differ in their seventh digit.

@@ -144,6 +144,14 @@ findings! {
         advice "ask the laboratory for the distribution: the standard uncertainty is taken as U/k, and a k that was changed changes it",
         false_alarms "none: it is raised below four degrees of freedom, five per cent apart";
 
+    /// A value that does not lie in the interval that is stated of it.
+    value_outside_interval(quantity: &str, line: u64, value: f64, low: f64, high: f64) =
+        "value-outside-interval", [Warning],
+        what "a value does not lie in the interval that the certificate states of it",
+        evidence "{quantity}, line {line}: {value} and the interval from {low} to {high}",
+        advice "ask the laboratory which of the two holds; as a standard the certificate is refused",
+        false_alarms "none: the value lies in the interval or not";
+
     /// Numbers whose marks may be those of thousands.
     thousands_suspected(column: &str, number: &str) =
         "thousands-suspected", [Warning],

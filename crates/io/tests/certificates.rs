@@ -530,6 +530,35 @@ fn known_doubts_of_phases_and_coverage_factors() {
         let text = sound.replace("-1 -2 -4", phases).replace("\\degree", unit);
         assert_eq!(codes(&text), ["phase-unlikely"], "{phases} {unit}");
     }
+    // An interval that does not hold its value is doubted, and no standard.
+    let interval = |low: &str| {
+        let (before, rest) = sound.split_once("<s:expandedMUXMLList>").unwrap();
+        let (_, after) = rest.split_once("</s:expandedMUXMLList>").unwrap();
+        format!(
+            "{before}<s:coverageIntervalMUXMLList><s:valueStandardMUXMLList>0.05</s:valueStandardMUXMLList>\
+             <s:intervalMinXMLList>{low}</s:intervalMinXMLList><s:intervalMaxXMLList>10.2 10.3 10.6</s:intervalMaxXMLList>\
+             <s:coverageProbabilityXMLList>0.95</s:coverageProbabilityXMLList></s:coverageIntervalMUXMLList>{after}"
+        )
+    };
+    let text = |low: &str| certificate("3.3.0", &interval(low));
+    let holds = read(&text("10 10.1 10.2")).unwrap();
+    assert!(holds.findings().is_empty() && holds.sensitivity(None).is_ok());
+    let not = read(&text("10 10.1 10.5")).unwrap();
+    assert_eq!(not.findings()[0].code(), "value-outside-interval");
+    let refused = not.sensitivity(None).unwrap_err().to_string();
+    assert!(
+        refused.contains("10.4 does not lie in its interval"),
+        "{refused}"
+    );
+    // Nor is what calls itself a certificate and is one of another form.
+    let foreign =
+        certificate("3.3.0", &sound).replace("https://ptb.de/dcc", "https://example.org/dcc");
+    assert!(
+        read(&foreign)
+            .unwrap_err()
+            .to_string()
+            .contains("another form")
+    );
     // k of Student's t: with three degrees of freedom it is doubted, with five it is usual.
     let student = |k: &str| {
         let text = sound.replace(">2<", &format!(">{k}<"));

@@ -144,7 +144,11 @@ impl Job for CertificateJob {
         if let (Some(number), false) = (&self.number, content.missing.is_empty()) {
             return Err(incomplete(number, &content.missing));
         }
-        let mut listed: Vec<Finding> = result.findings().to_vec();
+        // Notes about the result are for the laboratory: a draft has them, what is handed over does not.
+        let mut listed: Vec<Finding> = match self.number {
+            Some(_) => Vec::new(),
+            None => result.findings().to_vec(),
+        };
         if !content.missing.is_empty() {
             let list = content.missing.join("; ");
             listed.insert(

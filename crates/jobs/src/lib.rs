@@ -29,6 +29,7 @@ pub mod inspect;
 mod known_keys;
 mod laboratory_table;
 pub mod linearity;
+mod measured_within;
 pub mod modes;
 pub mod motion;
 pub mod multi_position;

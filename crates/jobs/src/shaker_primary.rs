@@ -115,6 +115,10 @@ impl Outcome for ShakerPrimaryOutcome {
         self.stated.findings()
     }
 
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        self.stated.sections()
+    }
+
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         self.stated.calibration_by("interferometry", record)
     }

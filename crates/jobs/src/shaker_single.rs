@@ -6,6 +6,7 @@ pub(crate) mod page;
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::device_output::DeviceOutput;
 use crate::frequency_response;
+use crate::measured_within::MeasuredWithin;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::sensor_clock::SensorClock;
@@ -145,6 +146,7 @@ pub struct ShakerSingleOutcome {
     check_standard: Vec<CheckPoint>,
     reference: Option<String>,
     clock: Option<SensorClock>,
+    within: MeasuredWithin,
     coverage_factor: Option<f64>,
 }
 
@@ -162,6 +164,7 @@ impl ShakerSingleOutcome {
             findings,
             results,
             single,
+            within: MeasuredWithin::amplitudes(runs.iter().map(|r| r.reference.norm())),
             runs,
             output,
             check_standard: Vec::new(),
@@ -223,6 +226,10 @@ impl Outcome for ShakerSingleOutcome {
         &self.findings
     }
 
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![self.within.section()?])
+    }
+
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
         self.calibration_by("comparison", record)
     }
@@ -268,6 +275,10 @@ impl Job for ShakerSingleJob {
             findings,
             results,
             single,
+            within: MeasuredWithin::runs(
+                self.reference.as_ref(),
+                runs.iter().map(|r| (r.frequency, r.reference)),
+            ),
             runs,
             output: self.output,
             check_standard,

@@ -5,6 +5,7 @@ mod recording;
 
 pub use recording::TemperatureRecording;
 
+use crate::measured_within::MeasuredWithin;
 use crate::outcome::{Job, Outcome, section};
 use crate::page::AXES;
 use crate::record::Record;
@@ -312,7 +313,13 @@ impl Outcome for TemperatureOutcome {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        let within = MeasuredWithin {
+            temperature: Some(self.fit.range),
+            reference_temperature: Some(self.fit.reference),
+            ..MeasuredWithin::default()
+        };
         Ok(vec![
+            within.section()?,
             section("axes", &self.fit.axes)?,
             section("thermometer_lag_s", &self.fit.thermometer_lag())?,
         ])

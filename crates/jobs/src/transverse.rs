@@ -5,6 +5,7 @@ mod page;
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{Certificate, TransverseCampaign};
 use crate::device_output::DeviceOutput;
+use crate::measured_within::MeasuredWithin;
 use crate::observed::observe;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
@@ -134,6 +135,7 @@ pub struct TransverseOutcome {
     output: DeviceOutput,
     limit: Option<f64>,
     reference: Option<String>,
+    within: MeasuredWithin,
 }
 
 impl TransverseOutcome {
@@ -160,6 +162,10 @@ impl Outcome for TransverseOutcome {
 
     fn findings(&self) -> &[Finding] {
         &self.findings
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![self.within.section()?])
     }
 
     fn page(&self, page: Report) -> Report {
@@ -214,6 +220,8 @@ impl Job for TransverseJob {
         findings.extend(motion_unknown(&rows));
         findings.extend(rotation_unit(&rows));
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
+        let used = data.runs.iter();
+        let used = used.filter(|r| !self.excluded.contains(&r.run));
         let quantities = results.iter().flat_map(|r| {
             let both = std::iter::once(&r.ratio).chain(&r.direction);
             both.map(|q| stated(q, r.frequency))
@@ -226,6 +234,10 @@ impl Job for TransverseJob {
             output: self.output,
             limit: self.limit,
             reference: self.reference_description.clone(),
+            within: MeasuredWithin::runs(
+                self.reference.as_ref(),
+                used.map(|r| (r.frequency, r.reference)),
+            ),
         })
     }
 }

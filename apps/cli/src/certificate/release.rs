@@ -23,6 +23,9 @@ pub(super) struct Release {
     /// Write certificate.pdf as well, by the program proofmass-certificate
     #[arg(long)]
     pdf: bool,
+    /// Begin the register: this is the first certificate of all
+    #[arg(long, conflicts_with = "replaces")]
+    first: bool,
     /// Number of the certificate that this one replaces
     #[arg(long, value_name = "NUMBER", requires = "reason")]
     replaces: Option<String>,
@@ -92,6 +95,7 @@ impl Release {
         let (numbered, outcome) = match before {
             Some(same) => same,
             None => {
+                certified.begun(&register, self.first)?;
                 let numbered = certified.next(&register, replaces, &item)?;
                 let outcome = certified.evaluate(Some(&numbered))?;
                 (numbered, outcome)
@@ -115,6 +119,7 @@ impl Release {
                 item: &item,
                 certificate: outcome.xml().as_bytes(),
                 result: &certified.result.to_json()?,
+                language: certified.language,
                 replaces: numbered.replaces.as_ref(),
             })?;
         }

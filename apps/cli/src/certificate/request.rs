@@ -52,7 +52,7 @@ pub(super) struct Certified {
     /// The register as it stands.
     register: Option<Register>,
     lab: PathBuf,
-    language: Language,
+    pub(super) language: Language,
     persian_digits: bool,
     paths: Vec<PathBuf>,
     inputs: Vec<Input>,
@@ -200,8 +200,9 @@ impl Certified {
         replaces: Option<Replaced>,
         item: &str,
     ) -> Result<Numbered, Failure> {
-        if let Some(replaced) = &replaces {
-            register.may_replace(replaced, item)?;
+        match &replaces {
+            Some(replaced) => register.may_replace(replaced, item)?,
+            None => register.may_state(&self.result.to_json()?, self.language)?,
         }
         if let Some(last) = register.entries().last()
             && self.issued < last.issued
@@ -228,11 +229,29 @@ impl Certified {
             .hint("release it from the folder that `proofmass calibrate` wrote, with its manifest.json"))
     }
 
-    /// The number that the certificate would have if it were released now.
-    pub(super) fn number(&self, item: &str) -> Result<String, Failure> {
+    /// The number that the certificate would have if it were released now, and whether it would be the first one of its register.
+    pub(super) fn number(&self, item: &str) -> Result<(String, bool), Failure> {
         self.vouched()?;
         let register = self.register.as_ref().ok_or_else(unnumbered)?;
-        Ok(self.next(register, None, item)?.number)
+        let number = self.next(register, None, item)?.number;
+        Ok((number, register.entries().is_empty()))
+    }
+
+    /// Refuses to begin a register that nobody asked to be begun: one that was emptied or lost would give its numbers a second time.
+    pub(super) fn begun(&self, register: &Register, first: bool) -> Result<(), Failure> {
+        let name = &self.numbering()?.register;
+        match (register.entries().len(), first) {
+            (0, false) => Err(Failure::new(format!(
+                "the register {name} beside {} holds no certificate",
+                self.lab.display()
+            ))
+            .hint("say --first where this is the first certificate of all; else fetch the register from a copy")),
+            (n, true) if n > 0 => Err(Failure::new(format!(
+                "the register {name} holds {n} already, so that this is not the first certificate"
+            ))
+            .hint("leave --first out")),
+            _ => Ok(()),
+        }
     }
 
     /// The certificate; without a number a draft.

@@ -82,10 +82,14 @@ impl DigitalCertificate {
         let root = tree.root();
         let certificate = root.is(Namespace::Dcc, "digitalCalibrationCertificate");
         let has_quantities = || root.descendants().any(|e| e.namespace() == Namespace::Si);
-        if !certificate && !has_quantities() {
+        let is_foreign = !certificate && root.name() == "digitalCalibrationCertificate";
+        if is_foreign || (!certificate && !has_quantities()) {
             return Err(Error::new(
                 ErrorKind::Format,
-                format!("is no digital calibration certificate: it begins with {}", root.name()),
+                match is_foreign {
+                    true => "is no digital calibration certificate: its first element belongs to another form than https://ptb.de/dcc".to_owned(),
+                    false => format!("is no digital calibration certificate: it begins with {}", root.name()),
+                },
             )
             .line(root.line())
             .with_hint("name a DCC (XML): its first element is digitalCalibrationCertificate of https://ptb.de/dcc"));
@@ -134,7 +138,7 @@ impl DigitalCertificate {
 }
 
 impl DigitalCertificate {
-    /// What to doubt: a signature that nobody checked, a coverage factor that is very large.
+    /// What to doubt: a signature that nobody checked, a coverage factor that is very large, a value outside of its interval.
     pub fn findings(&self) -> Vec<Finding> {
         let signed = self.signatures.first().map(|line| {
             let name = self.input.path.as_str();
@@ -150,7 +154,19 @@ impl DigitalCertificate {
         let few = few.map(|(name, line, k, p, degrees)| {
             findings::coverage_factor_large(name, line, k, p, degrees)
         });
-        signed.into_iter().chain(few).collect()
+        let outside = self.quantities.iter().find_map(|q| {
+            let outside = q.uncertainty.as_ref()?.outside?;
+            let name = q.label.as_deref().unwrap_or(&q.name);
+            let [low, high] = outside.interval;
+            Some(findings::value_outside_interval(
+                name,
+                q.line,
+                outside.value,
+                low,
+                high,
+            ))
+        });
+        signed.into_iter().chain(few).chain(outside).collect()
     }
 }
 

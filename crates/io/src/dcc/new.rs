@@ -76,6 +76,8 @@ pub struct NewEquipment {
     pub certificate: (String, String),
     /// Who issued that.
     pub issuer: String,
+    /// Issuer and validity of the certificate, in words.
+    pub description: Vec<NewText>,
     /// SHA-256 of the certificate, where it was read.
     pub sha256: Option<String>,
 }
@@ -87,10 +89,10 @@ pub struct NewRange {
     pub ref_type: &'static str,
     /// Name.
     pub name: NewText,
-    /// Lowest and highest.
-    pub limits: [String; 2],
+    /// Values, with what is put behind the kind for each: `Min` and `Max`, or nothing.
+    pub limits: Vec<(&'static str, String)>,
     /// Unit in the notation of D-SI.
-    pub unit: &'static str,
+    pub unit: String,
 }
 
 /// A stated number.

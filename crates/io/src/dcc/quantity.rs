@@ -247,16 +247,14 @@ impl Reading {
             .child(Namespace::Si, "label")
             .map(|l| short(l.text()));
         let mut read = self.quantity(element, label, DsiUnit::new(unit.text()), value.values);
-        read.uncertainty = uncertainty::of(element, 1)?;
+        read.uncertainty = uncertainty::of(element, &read.values)?;
         if let (None, Some(u)) = (
             &read.uncertainty,
             element.child(Namespace::Si, "valueStandardMU"),
         ) {
             read.uncertainty = Some(DccUncertainty {
                 stated: numbers(u, 1)?.values,
-                k: Vec::new(),
-                probability: Vec::new(),
-                distribution: None,
+                ..DccUncertainty::default()
             });
         }
         Ok(read)
@@ -281,7 +279,7 @@ impl Reading {
                 ))
                 .with_hint("one unit holds for all values, else every value has its own"));
         }
-        let stated = uncertainty::of(element, values.len())?;
+        let stated = uncertainty::of(element, &values)?;
         let label = label(element);
         if words.iter().all(|w| *w == words[0]) {
             let mut read = self.quantity(element, label, DsiUnit::new(words[0]), values);
@@ -298,6 +296,7 @@ impl Reading {
                     k: uncertainty::one(&u.k, i).into_iter().collect(),
                     probability: uncertainty::one(&u.probability, i).into_iter().collect(),
                     distribution: u.distribution.clone(),
+                    outside: u.outside.filter(|o| o.value == *value),
                 });
                 read
             })
@@ -307,7 +306,7 @@ impl Reading {
     /// A list of single values: those with one label, the rows of one quantity or a row of several.
     fn rows(&self, element: Element, found: &mut Vec<DccQuantity>) -> Result<()> {
         let common = element.child(Namespace::Si, "listUnit");
-        let common_u = uncertainty::of(element, 1)?;
+        let common_u = uncertainty::of(element, &[])?;
         for one in element.children().filter(|e| e.is(Namespace::Si, "real")) {
             let unit = one.child(Namespace::Si, "unit").or(common);
             let mut read = self.real(one, unit)?;
@@ -410,9 +409,7 @@ impl Reading {
             part.is_of_complex = true;
             part.uncertainty = u.as_ref().map(|u: &[Vec<f64>; 2]| DccUncertainty {
                 stated: u[i].clone(),
-                k: Vec::new(),
-                probability: Vec::new(),
-                distribution: None,
+                ..DccUncertainty::default()
             });
             read.push(part);
         }

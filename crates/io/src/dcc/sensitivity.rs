@@ -329,6 +329,15 @@ impl<'a> Column<'a> {
                 return Err(refuse(quantity, "the quantity stands twice in one list")
                     .with_hint("a certificate with several results has a list for each"));
             }
+            if let Some(outside) = quantity.uncertainty.as_ref().and_then(|u| u.outside) {
+                let [low, high] = outside.interval;
+                let said = format!(
+                    "{} does not lie in its interval from {low} to {high}",
+                    outside.value
+                );
+                return Err(refuse(quantity, &said)
+                    .with_hint("ask the laboratory which of the two holds: neither is changed"));
+            }
             let factor = factor(quantity)?;
             for (i, value) in quantity.values.iter().enumerate() {
                 // In the order of a table of numbers: into SI, then divided by k.

@@ -12,7 +12,7 @@ const ROUNDED: f64 = 0.05;
 const FEW_DEGREES: f64 = 4.0;
 
 /// The uncertainty of the values of a quantity, in their unit. A list of one holds for all values.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct DccUncertainty {
     /// As stated: expanded where there is a k, else standard.
@@ -23,6 +23,15 @@ pub struct DccUncertainty {
     pub probability: Vec<f64>,
     /// Distribution, where one is stated for all values.
     pub distribution: Option<String>,
+    /// The first value that does not lie in the interval that is stated of it.
+    pub(super) outside: Option<Outside>,
+}
+
+/// A value with the interval that does not hold it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Outside {
+    pub(super) value: f64,
+    pub(super) interval: [f64; 2],
 }
 
 impl DccUncertainty {
@@ -129,8 +138,8 @@ const AROUND: &[&str] = &[
     "listUnivariateUnc",
 ];
 
-/// The uncertainty stated in an element of so many values.
-pub(super) fn of(quantity: Element, values: usize) -> Result<Option<DccUncertainty>> {
+/// The uncertainty stated of the values of an element; of a list of elements that have their own values, of none.
+pub(super) fn of(quantity: Element, values: &[f64]) -> Result<Option<DccUncertainty>> {
     let si = |e: &Element| e.namespace() == Namespace::Si;
     let direct = quantity.children().filter(si);
     let around = quantity
@@ -145,9 +154,31 @@ pub(super) fn of(quantity: Element, values: usize) -> Result<Option<DccUncertain
         if found.is_some() {
             return Err(element.refuse("the uncertainty of these values stands twice"));
         }
-        found = Some(statement(element, names, values)?);
+        found = Some(DccUncertainty {
+            outside: outside(element, values)?,
+            ..statement(element, names, values.len().max(1))?
+        });
     }
     Ok(found)
+}
+
+/// The first value that does not lie in its interval.
+fn outside(element: Element, values: &[f64]) -> Result<Option<Outside>> {
+    let ends = |word: &str| {
+        let mut children = element.children();
+        let end = children.find(|c| c.namespace() == Namespace::Si && c.name().starts_with(word));
+        end.map(|end| quantity::numbers(end, values.len().max(1)))
+            .transpose()
+    };
+    let (Some(low), Some(high)) = (ends("intervalMin")?, ends("intervalMax")?) else {
+        return Ok(None);
+    };
+    let mut all = values.iter().enumerate().filter_map(|(i, &value)| {
+        let interval = [one(&low.values, i)?, one(&high.values, i)?];
+        let holds = (interval[0]..=interval[1]).contains(&value);
+        (!holds).then_some(Outside { value, interval })
+    });
+    Ok(all.next())
 }
 
 fn statement(element: Element, names: &[&str; 4], values: usize) -> Result<DccUncertainty> {
@@ -189,6 +220,7 @@ fn statement(element: Element, names: &[&str; 4], values: usize) -> Result<DccUn
         k: k.values,
         probability: probability.values,
         distribution,
+        outside: None,
     })
 }
 

@@ -153,6 +153,7 @@ impl NewCertificate {
                         &[("refType", "basic_normalUsed")],
                         |w| {
                             w.name("dcc:name", &NewText::Name(standard.name.clone()));
+                            w.texts("dcc:description", &standard.description);
                             if let Some(digest) = &standard.sha256 {
                                 w.within("dcc:certificate", |w| {
                                     w.name("dcc:referral", &NewText::Name(standard.issuer.clone()));
@@ -182,12 +183,12 @@ impl NewCertificate {
                         |w| {
                             w.name("dcc:name", &condition.name);
                             w.within("dcc:data", |w| {
-                                for (end, value) in ["Min", "Max"].iter().zip(&condition.limits) {
+                                for (end, value) in &condition.limits {
                                     let kind = format!("{}{end}", condition.ref_type);
                                     w.with("dcc:quantity", &[("refType", &kind)], |w| {
                                         w.within("si:real", |w| {
                                             w.leaf("si:value", value);
-                                            w.leaf("si:unit", condition.unit);
+                                            w.leaf("si:unit", &condition.unit);
                                         });
                                     });
                                 }

@@ -50,15 +50,20 @@ impl Words {
         vec![Run::Number(self.number(text))]
     }
 
-    /// A range of numbers with its unit.
-    fn range(&self, [low, high]: [f64; 2], unit: &str) -> Vec<Run> {
-        let [low, high] = [low, high].map(|v| minus(&v.to_string()));
-        match low == high {
-            true => self.run(&format!("{low} {unit}")),
-            false if self.language == Language::Persian => {
-                self.between(&low, &format!("{high} {unit}"))
+    /// One number, or the ends of a range, with the unit.
+    fn span(&self, ends: &[String], unit: &str) -> Vec<Run> {
+        match ends {
+            [low, high] if low != high => {
+                let [low, high] = [low, high].map(|v| minus(v));
+                match self.language {
+                    Language::Persian => self.between(&low, &format!("{high} {unit}")),
+                    _ => self.run(&format!("({low} … {high}) {unit}")),
+                }
             }
-            false => self.run(&format!("({low} … {high}) {unit}")),
+            ends => {
+                let one = ends.first().map_or("", String::as_str);
+                self.run(&format!("{} {unit}", minus(one)))
+            }
         }
     }
 
@@ -181,8 +186,10 @@ pub(super) fn sheet(job: &CertificateJob, content: &Content, digest: String) -> 
     uncertainty(&words, content, &mut blocks);
     remarks(&words, &digest, content, &mut blocks);
     let issued = content.issued.clone().unwrap_or_default();
-    let signatures = content.file.signatories.iter().take(1);
-    let signatures: Vec<SheetSignature> = signatures
+    let signatures: Vec<SheetSignature> = content
+        .file
+        .signatories
+        .iter()
         .map(|s| SheetSignature {
             name: one_line(&s.name),
             role: one_line(&s.role),
@@ -308,6 +315,11 @@ fn head(
     // Numbers of standards keep their digits in every language.
     rows.text(Text::Method, Some(content.method.of(words.language)));
     rows.text(Text::Procedure, calibration.procedure.as_deref());
+    rows.text(Text::Mounting, calibration.mounting.as_deref());
+    for span in content.within() {
+        rows.rows
+            .push((words.of(span.text), words.span(&span.ends, span.unit)));
+    }
     let none = words.of(Text::NoDeviations);
     rows.text(
         Text::Deviations,
@@ -319,13 +331,9 @@ fn head(
         words,
         rows: Vec::new(),
     };
-    if let Some(range) = content.temperature() {
+    for span in content.environment() {
         rows.rows
-            .push((words.of(Text::Temperature), words.range(range, "°C")));
-    }
-    if let Some(range) = calibration.humidity {
-        rows.rows
-            .push((words.of(Text::Humidity), words.range(range, "%")));
+            .push((words.of(span.text), words.span(&span.ends, span.unit)));
     }
     let conditions = calibration
         .conditions

@@ -7,6 +7,7 @@ use super::standards;
 use super::texts::{Language, Text};
 use super::{CertificateData, CertificateJob};
 use crate::StoredResult;
+use crate::measured_within::{MEASURED_WITHIN, MeasuredWithin};
 use crate::trouble::{Result, Trouble};
 use proofmass_io::ReadGravity;
 use proofmass_report::number::{minus, two_digits};
@@ -29,6 +30,10 @@ pub(super) struct Content {
     pub(super) gravity: Option<ReadGravity>,
     #[serde(rename = "temperature_of_the_result_degC")]
     temperature: Option<f64>,
+    #[serde(rename = "measured_within")]
+    measured: MeasuredWithin,
+    #[serde(skip)]
+    is_of_shaker: bool,
     pub(super) conditions: Option<String>,
     pub(super) results: StatedResults,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -99,6 +104,8 @@ impl Content {
             norms: norms.iter().map(|n| (*n).to_owned()).collect(),
             gravity: standards::normal_gravity(result).cloned(),
             temperature: ambient.temperature_deg_c,
+            measured: measured(job, result)?,
+            is_of_shaker: norms.iter().any(|n| n.starts_with("ISO 16063")),
             conditions: ambient.description.clone(),
             results,
             as_found: as_found.map(StatedResults::of).transpose()?,
@@ -108,9 +115,54 @@ impl Content {
         Ok(content)
     }
 
-    pub(super) fn temperature(&self) -> Option<[f64; 2]> {
+    fn temperature(&self) -> Option<[f64; 2]> {
         let stated = self.file.calibration.as_ref().and_then(|c| c.temperature);
         stated.or(self.temperature.map(|t| [t, t]))
+    }
+
+    /// Environmental conditions.
+    pub(super) fn environment(&self) -> Vec<Span> {
+        let humidity = self.file.calibration.as_ref().and_then(|c| c.humidity);
+        let ends = |[low, high]: [f64; 2]| vec![low.to_string(), high.to_string()];
+        let of = |range: Option<[f64; 2]>, text, unit, ref_type| {
+            range.map(|range| Span::new(text, ends(range), unit, ref_type))
+        };
+        let all = [
+            of(
+                self.temperature(),
+                Text::Temperature,
+                "°C",
+                "basic_temperature",
+            ),
+            of(humidity, Text::Humidity, "%", "basic_humidityRelative"),
+        ];
+        all.into_iter().flatten().collect()
+    }
+
+    /// Levels and temperatures within which the item was measured.
+    pub(super) fn within(&self) -> Vec<Span> {
+        let degrees = |t: f64| format!("{t:.2}");
+        let m = &self.measured;
+        let all = [
+            m.acceleration.map(|range| {
+                let ends = range.map(three_digits).to_vec();
+                Span::new(Text::Amplitude, ends, "m/s²", "vib_accelerationAmplitude")
+            }),
+            m.temperature.map(|range| {
+                let ends = range.map(degrees).to_vec();
+                Span::new(Text::CalibratedOver, ends, "°C", "vib_itemTemperature")
+            }),
+            m.reference_temperature.map(|t| {
+                let ends = vec![degrees(t)];
+                Span::new(
+                    Text::ReferenceTemperature,
+                    ends,
+                    "°C",
+                    "vib_referenceTemperature",
+                )
+            }),
+        ];
+        all.into_iter().flatten().collect()
     }
 
     /// What the results are traceable through: sentences, and the numbers that stand in their braces.
@@ -204,10 +256,20 @@ impl Content {
             self.temperature().is_some(),
             "calibration.temperature_degC: environmental conditions",
         );
+        if self.is_of_shaker {
+            need(
+                said(calibration.mounting.as_ref()),
+                "calibration.mounting: how the item was mounted",
+            );
+            need(
+                self.measured.acceleration.is_some(),
+                "calibration.acceleration_m/s2: amplitude of the acceleration, lowest and highest",
+            );
+        }
         need(self.issued.is_some(), "the date of issue");
-        let signs = self.file.signatories.first();
+        let sign = &self.file.signatories;
         need(
-            signs.is_some_and(|s| says(&s.name) && says(&s.role)),
+            !sign.is_empty() && sign.iter().all(|s| says(&s.name) && says(&s.role)),
             "signatories: name and role of who authorises the certificate",
         );
         for entry in &self.file.conformity {
@@ -242,6 +304,13 @@ impl Content {
             }
         }
         let day = calibration.end.as_ref().or(calibration.begin.as_ref());
+        if let (Some(due), Some(day)) = (&calibration.due, day)
+            && due <= day
+        {
+            missing.push(format!(
+                "calibration.due ({due}) does not lie after the calibration ({day})"
+            ));
+        }
         missing.extend(standards::doubts(&self.file, data, day));
         for finding in data
             .result
@@ -257,6 +326,60 @@ impl Content {
         }
         missing
     }
+}
+
+/// A number or a range that is stated with a unit.
+pub(super) struct Span {
+    pub(super) text: Text,
+    pub(super) ends: Vec<String>,
+    pub(super) unit: &'static str,
+    /// Kind in a digital certificate.
+    pub(super) ref_type: &'static str,
+}
+
+impl Span {
+    fn new(text: Text, ends: Vec<String>, unit: &'static str, ref_type: &'static str) -> Self {
+        Self {
+            text,
+            ends,
+            unit,
+            ref_type,
+        }
+    }
+}
+
+/// What the result says of its levels; where it says nothing of its amplitude, what the laboratory says.
+fn measured(job: &CertificateJob, result: &StoredResult) -> Result<MeasuredWithin> {
+    let section = result.section(MEASURED_WITHIN).cloned();
+    let mut measured: MeasuredWithin = match section {
+        None => MeasuredWithin::default(),
+        Some(section) => serde_json::from_value(section)
+            .map_err(|e| Trouble::data(format!("{MEASURED_WITHIN} of the result: {e}")))?,
+    };
+    let stated = job.file.calibration.as_ref().and_then(|c| c.acceleration);
+    match (measured.acceleration, stated) {
+        (Some(own), Some(stated))
+            if own
+                .iter()
+                .zip(&stated)
+                .any(|(a, b)| (a - b).abs() > 0.05 * a) =>
+        {
+            return Err(Trouble::request(format!(
+                "calibration.acceleration_m/s2 is [{}, {}], but the result was measured at {} to {} m/s²",
+                stated[0], stated[1], three_digits(own[0]), three_digits(own[1])
+            ))
+            .with_hint("leave it out: the certificate states that of the result"));
+        }
+        (None, stated) => measured.acceleration = stated,
+        _ => {}
+    }
+    Ok(measured)
+}
+
+/// A level to three significant digits.
+fn three_digits(value: f64) -> String {
+    let place = (2.0 - value.abs().log10().floor()).clamp(0.0, 12.0);
+    format!("{value:.0$}", place as usize)
 }
 
 /// Whether a text says something; the dots of a form do not.

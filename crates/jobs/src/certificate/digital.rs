@@ -87,12 +87,17 @@ pub(super) fn certificate(
             declaration: NewText::Said(Text::Replaces.with(language, &words)),
         });
     }
-    if let Some(remarks) = &calibration.remarks {
-        statements.push(NewStatement {
-            name: said(Text::Remarks),
+    for (text, words) in [
+        (Text::Accreditation, &laboratory.accreditation),
+        (Text::Mounting, &calibration.mounting),
+        (Text::Due, &calibration.due),
+        (Text::Remarks, &calibration.remarks),
+    ] {
+        statements.extend(words.as_ref().map(|words| NewStatement {
+            name: said(text),
             norm: None,
-            declaration: NewText::Said(remarks.clone()),
-        });
+            declaration: NewText::Said(words.clone()),
+        }));
     }
     let mut description = vec![said(content.method)];
     if let Some(procedure) = &calibration.procedure {
@@ -132,34 +137,32 @@ pub(super) fn certificate(
             Text::CertificateOfStandard.of(language).to_owned(),
         ),
         issuer: s.issuer.clone(),
+        description: [
+            (Text::IssuedBy, Some(&s.issuer)),
+            (Text::ValidUntil, s.valid_until.as_ref()),
+        ]
+        .into_iter()
+        .filter_map(|(text, words)| {
+            Some(NewText::Said(format!("{}: {}.", text.of(language), words?)))
+        })
+        .collect(),
         sha256: s
             .input
             .as_deref()
             .and_then(|stated| standards::digest_of(stated, result)),
     });
     let mut conditions = Vec::new();
-    for (range, ref_type, text, unit) in [
-        (
-            content.temperature(),
-            "basic_temperature",
-            Text::Temperature,
-            "\\degreecelsius",
-        ),
-        (
-            calibration.humidity,
-            "basic_humidityRelative",
-            Text::Humidity,
-            "\\percent",
-        ),
-    ] {
-        if let Some(range) = range {
-            conditions.push(NewRange {
-                ref_type,
-                name: said(text),
-                limits: range.map(|v| v.to_string()),
-                unit,
-            });
-        }
+    for span in content.environment().into_iter().chain(content.within()) {
+        let places: &[&str] = match span.ends.len() {
+            1 => &[""],
+            _ => &["Min", "Max"],
+        };
+        conditions.push(NewRange {
+            ref_type: span.ref_type,
+            name: said(span.text),
+            limits: places.iter().copied().zip(span.ends).collect(),
+            unit: dsi(span.unit)?,
+        });
     }
     let mut results = Vec::new();
     if let Some(found) = &content.as_found {
@@ -217,7 +220,6 @@ pub(super) fn certificate(
             false => file
                 .signatories
                 .iter()
-                .take(1)
                 .map(|s| (s.name.clone(), s.role.clone()))
                 .collect(),
         },

@@ -23,7 +23,7 @@ pub struct CertificateFile {
     /// Who calibrates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub laboratory: Option<Contact>,
-    /// Who may authorise a certificate; the first one signs.
+    /// Who authorises a certificate, the main signer first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub signatories: Vec<Signatory>,
     /// How certificates are numbered.
@@ -169,6 +169,11 @@ pub struct Performance {
     pub place: CalibrationPlace,
     /// Procedure of the laboratory.
     pub procedure: Option<String>,
+    /// How the item was mounted.
+    pub mounting: Option<String>,
+    /// Amplitude of the acceleration, lowest and highest, m/s²; that of the result where it states one.
+    #[serde(rename = "acceleration_m/s2", deserialize_with = "stated::range")]
+    pub acceleration: Option<[f64; 2]>,
     /// Deviations from the method.
     pub deviations: Option<String>,
     /// Temperature, lowest and highest, °C; that of the result where it is left out.
@@ -229,6 +234,13 @@ pub struct Statement {
 impl ConformityEntry {
     pub(crate) fn limits(&self) -> Result<Limits> {
         let limits = match (self.lower, self.upper) {
+            (Some(lower), Some(upper)) if lower >= upper => {
+                return Err(Trouble::request(format!(
+                    "conformity of {}: the lower limit {lower} is not below the upper limit {upper}",
+                    self.quantity
+                ))
+                .with_hint("state the lower one first, in the unit of the certificate"));
+            }
             (Some(lower), Some(upper)) => Limits::between(lower, upper),
             (Some(lower), None) => Limits::above(lower),
             (None, Some(upper)) => Limits::below(upper),
@@ -279,10 +291,10 @@ impl CertificateFile {
     }
 
     fn check(&self, text: &CampaignFile) -> Result<(), Error> {
-        if let Some((table, key)) = stated::unprintable(self) {
-            return Err(text
-                .refuse(&table, &key, "holds characters that are not printed")
-                .with_hint("write it again without control characters and marks of direction"));
+        if let Some((table, key, why)) = stated::unprintable(self) {
+            return Err(text.refuse(&table, &key, why).with_hint(
+                "write it again, in a few lines, without control characters and marks of direction",
+            ));
         }
         let days = self.calibration.iter().flat_map(|c| {
             [
@@ -297,6 +309,21 @@ impl CertificateFile {
                 return Err(text
                     .refuse("calibration", key, format!("{day:?} is no day"))
                     .with_hint("write YYYY-MM-DD"));
+            }
+        }
+        for (n, entry) in self.conformity.iter().enumerate() {
+            let same = |e: &ConformityEntry| {
+                (&e.quantity, &e.source, e.rule, e.r)
+                    == (&entry.quantity, &entry.source, entry.rule, entry.r)
+            };
+            if self.conformity[..n].iter().any(same) {
+                return Err(text
+                    .refuse(
+                        "[conformity]",
+                        "quantity",
+                        format!("{:?} stands twice with one rule and source", entry.quantity),
+                    )
+                    .with_hint("limits are decided once by a rule: take one of the entries out, or name the source of each"));
             }
         }
         for standard in &self.standards {
@@ -325,6 +352,7 @@ impl CertificateFile {
             [
                 ("temperature_degC", c.temperature, -273.15..=1000.0),
                 ("humidity_%", c.humidity, 0.0..=100.0),
+                ("acceleration_m/s2", c.acceleration, f64::MIN_POSITIVE..=1e7),
             ]
         });
         for (key, range, all) in ranges {

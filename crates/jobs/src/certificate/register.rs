@@ -3,7 +3,7 @@
 //! Numbers follow each other without holes, and each is used once. A line has its own digest and that of the one before, so that a line that was
 //! changed, taken out or put in is found.
 
-use super::{Numbering, Replaced};
+use super::{Language, Numbering, Replaced};
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{AppendLog, LARGEST_DOCUMENT, Source, sha256};
 use serde::{Deserialize, Serialize};
@@ -26,6 +26,9 @@ pub struct Registered {
     pub certificate_sha256: String,
     /// SHA-256 of the result.
     pub result_sha256: String,
+    /// Language; the first registers do not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub language: Option<Language>,
     /// What it replaces, and why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replaces: Option<Replaced>,
@@ -48,6 +51,8 @@ pub struct NewEntry<'a> {
     pub certificate: &'a [u8],
     /// The result.
     pub result: &'a [u8],
+    /// Language.
+    pub language: Language,
     /// What it replaces.
     pub replaces: Option<&'a Replaced>,
 }
@@ -170,6 +175,30 @@ impl Register {
         })
     }
 
+    /// Refuses a second certificate of a result in one language that replaces none.
+    ///
+    /// # Errors
+    /// A certificate of the result that holds.
+    pub fn may_state(&self, result: &[u8], language: Language) -> Result<()> {
+        let digest = sha256(&[result]);
+        let of = |e: &&Registered| {
+            e.result_sha256 == digest
+                && e.language.is_none_or(|l| l == language)
+                && replaced_by(&self.entries, &e.number).is_none()
+        };
+        match self.entries.iter().rev().find(of) {
+            None => Ok(()),
+            Some(before) => Err(Trouble::request(format!(
+                "the result was certified already, as {} of {}",
+                before.number, before.issued
+            ))
+            .with_hint(format!(
+                "say --replaces {} and the --reason, where that one was wrong; the same request again writes it once more",
+                before.number
+            ))),
+        }
+    }
+
     /// The certificate of a number.
     pub fn find(&self, number: &str) -> Option<&Registered> {
         self.entries.iter().find(|e| e.number == number)
@@ -210,6 +239,7 @@ impl Register {
             item: new.item.to_owned(),
             certificate_sha256: sha256(&[new.certificate]),
             result_sha256: sha256(&[new.result]),
+            language: Some(new.language),
             replaces: new.replaces.cloned(),
             previous: self.last.clone(),
             sha256: String::new(),
@@ -282,6 +312,7 @@ mod tests {
             item: "Maker A-1 4711",
             certificate: b"x",
             result: b"r",
+            language: Language::English,
             replaces,
         }
     }

@@ -119,12 +119,13 @@ fn otherwise(standard: &Standard, certificate: &DigitalCertificate, item: &Item)
     }
     let own = &certificate.item;
     let is_item = |a: &Option<String>, b: &Option<String>| match (a, b) {
-        (Some(a), Some(b)) => Some(a.trim().eq_ignore_ascii_case(b.trim())),
+        (Some(a), Some(b)) => Some(plain_name(a) == plain_name(b)),
         _ => None,
     };
     let maker = is_item(&own.manufacturer, &item.manufacturer).unwrap_or(true);
     let model = is_item(&own.model, &item.model).unwrap_or(true);
-    if is_item(&own.serial, &item.serial) == Some(true) && maker && model {
+    let mut numbers = [&item.serial, &item.customer_id].into_iter();
+    if numbers.any(|number| is_item(&own.serial, number) == Some(true)) && maker && model {
         doubts.push(format!(
             "the item as its own standard: the certificate {} of {name} is that of the item ({})",
             standard.certificate,
@@ -160,13 +161,23 @@ fn in_register(
             entry.number, standard.name, by.number
         )
     });
-    let own = (entry.item == item.line()).then(|| {
+    let own = (plain_name(&entry.item) == plain_name(&item.line())).then(|| {
         format!(
             "the item as its own standard: the certificate {} of {} is that of the item ({})",
             entry.number, standard.name, entry.item
         )
     });
     changed.into_iter().chain(replaced).chain(own).collect()
+}
+
+/// A name or number by what tells it from another: letters and digits, without the zeros that a number may begin with.
+fn plain_name(text: &str) -> String {
+    let words = text.split(|c: char| !c.is_alphanumeric());
+    let words = words.map(|word| match word.chars().all(|c| c.is_ascii_digit()) {
+        true => word.trim_start_matches('0').to_owned(),
+        false => word.to_lowercase(),
+    });
+    words.collect()
 }
 
 /// Whether an issuer is named: by the name or a part of it, or by its initials, as PTB is.
@@ -208,6 +219,21 @@ fn is(input: &Input, stated: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn known_numbers_of_one_item() {
+        for (a, b) in [
+            ("0077", "77"),
+            ("SN-0077", "sn 77"),
+            (" A 1", "a1"),
+            ("4711", "4711 "),
+        ] {
+            assert_eq!(plain_name(a), plain_name(b), "{a} {b}");
+        }
+        for (a, b) in [("770", "77"), ("A0077", "77"), ("A-1", "A-11")] {
+            assert!(plain_name(a) != plain_name(b), "{a} {b}");
+        }
+    }
 
     #[test]
     fn known_issuers() {

@@ -74,8 +74,12 @@ pub(super) fn range<'de, D: Deserializer<'de>>(input: D) -> Result<Option<[f64; 
     })
 }
 
-/// Section and key of the first text with characters that no certificate prints: controls, and marks that turn the direction of what follows.
-pub(super) fn unprintable(file: &CertificateFile) -> Option<(String, String)> {
+/// Characters of the longest text that a certificate prints: a page of it.
+const LONGEST: usize = 4000;
+
+/// Section and key of the first text that no certificate prints, and why: with controls or marks that turn the direction of what follows, or
+/// longer than a page.
+pub(super) fn unprintable(file: &CertificateFile) -> Option<(String, String, String)> {
     let all = serde_json::to_value(file).ok()?;
     let bad = |c: char| {
         (c.is_control() && !matches!(c, '\n' | '\r' | '\t'))
@@ -88,8 +92,13 @@ pub(super) fn unprintable(file: &CertificateFile) -> Option<(String, String)> {
         };
         let fields = tables.into_iter().filter_map(|t| t.as_object()).flatten();
         let mut texts = fields.filter_map(|(key, value)| Some((key, value.as_str()?)));
-        if let Some((key, _)) = texts.find(|(_, text)| text.chars().any(bad)) {
-            return Some((name, key.clone()));
+        let why = |text: &str| match (text.chars().any(bad), text.chars().count()) {
+            (true, _) => Some("holds characters that are not printed".to_owned()),
+            (false, n) if n > LONGEST => Some(format!("is {n} characters long, of {LONGEST}")),
+            _ => None,
+        };
+        if let Some((key, why)) = texts.find_map(|(key, text)| Some((key, why(text)?))) {
+            return Some((name, key.clone(), why));
         }
     }
     None
@@ -135,13 +144,12 @@ mod tests {
             ..Default::default()
         };
         for text in ["a\u{0}b", "a\u{1b}[1m", "\u{202e}17", "a\u{feff}"] {
-            let place = unprintable(&file(text));
-            assert_eq!(
-                place,
-                Some(("customer".to_owned(), "name".to_owned())),
-                "{text:?}"
-            );
+            let (table, key, why) = unprintable(&file(text)).unwrap();
+            assert_eq!((table.as_str(), key.as_str()), ("customer", "name"));
+            assert!(why.contains("not printed"), "{text:?}");
         }
+        let long = unprintable(&file(&"é".repeat(5000))).unwrap();
+        assert_eq!(long.2, "is 5000 characters long, of 4000");
         assert_eq!(unprintable(&file("Società «Ω»\n\u{200c}گواهی‌ها")), None);
     }
 }

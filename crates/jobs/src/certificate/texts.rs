@@ -97,6 +97,11 @@ texts! {
     Method: "Method", "Metodo", "روش";
     Procedure: "Procedure", "Procedura", "روش اجرا";
     Deviations: "Deviations from the method", "Scostamenti dal metodo", "انحراف از روش";
+    Mounting: "Mounting of the item", "Montaggio dell'oggetto", "نصب دستگاه";
+    Amplitude: "Amplitude of the acceleration", "Ampiezza dell'accelerazione", "دامنهٔ شتاب";
+    CalibratedOver: "Temperatures of the item", "Temperature dell'oggetto", "دماهای دستگاه";
+    ReferenceTemperature: "Reference temperature T₀ of the temperature terms", "Temperatura di riferimento T₀ dei termini di temperatura", "دمای مرجع T₀ جمله‌های دمایی";
+    Accreditation: "Accreditation", "Accreditamento", "اعتباربخشی";
     NoDeviations: "none", "nessuno", "ندارد";
     Environment: "Environmental conditions", "Condizioni ambientali", "شرایط محیطی";
     Temperature: "Temperature", "Temperatura", "دما";

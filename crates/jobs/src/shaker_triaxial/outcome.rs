@@ -2,6 +2,7 @@
 
 use super::{ShakerTriaxialData, ShakerTriaxialJob, page, tables};
 use crate::frequency_response;
+use crate::measured_within::MeasuredWithin;
 use crate::outcome::Outcome;
 use crate::record::Record;
 use crate::sensor_clock::SensorClock;
@@ -30,6 +31,7 @@ pub struct ShakerTriaxialOutcome {
     pub(super) recordings: usize,
     pub(super) runs: Vec<RunInput>,
     pub(super) clock: Option<SensorClock>,
+    within: MeasuredWithin,
 }
 
 impl ShakerTriaxialOutcome {
@@ -59,6 +61,10 @@ impl ShakerTriaxialOutcome {
             recordings: data.recordings,
             runs: data.runs.to_vec(),
             clock,
+            within: MeasuredWithin::runs(
+                job.reference.as_ref(),
+                data.runs.iter().map(|r| (r.frequency, r.reference)),
+            ),
         }
     }
 
@@ -95,6 +101,10 @@ impl Outcome for ShakerTriaxialOutcome {
     fn model(&self) -> Option<String> {
         let principal = self.calibration.results.first()?;
         Some(tables::word(principal.method).to_owned())
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        Ok(vec![self.within.section()?])
     }
 
     fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {

@@ -19,7 +19,7 @@ pub fn laboratory() -> CertificateFile {
         "standards": [{"name": "Standard 1", "certificate": "PTB-17", "issuer": "PTB", "valid_until": "2027-01-01"}],
         "customer": {"name": "Customer", "town": "Turin", "country": "IT"},
         "item": {"model": "A-1", "serial": "4711", "condition": "no damage"},
-        "calibration": {"received": "2026-01-02", "begin": "2026-01-03", "temperature_degC": [22.5, 23.5], "humidity_%": [40, 45]}
+        "calibration": {"received": "2026-01-02", "begin": "2026-01-03", "temperature_degC": [22.5, 23.5], "mounting": "stud", "humidity_%": [40, 45]}
     }"#;
     serde_json::from_str(text).expect("a laboratory")
 }
@@ -180,6 +180,14 @@ fn law_numbers_are_the_same_to_the_digit_wherever_they_stand() {
         // A slope in m/s²/K is one per kelvin.
         let per_kelvin = "<si:unit>\\metre\\second\\tothe{-2}\\kelvin\\tothe{-1}</si:unit>";
         assert!(kind != "temperature" || outcome.xml().contains(per_kelvin));
+        // What its terms of the temperature are counted from, and where they were measured.
+        let told = ["Reference temperature T₀", "Temperatures of the item"];
+        assert!(
+            kind != "temperature"
+                || told
+                    .iter()
+                    .all(|t| sheet.contains(t) && outcome.xml().contains(t))
+        );
         // Text from outside stays text.
         assert!(!outcome.xml().contains("<b>") && !result.html().unwrap().contains("<b>&"));
         // No formula comes from outside.
@@ -234,6 +242,7 @@ fn law_every_mandatory_item_stands_in_every_language() {
             "CAL-2025-0009",
             "wrong serial number",
             "SHA-256",
+            "stud",
         ] {
             assert!(text.contains(item), "{language:?} without {item}");
         }
@@ -244,6 +253,12 @@ fn law_every_mandatory_item_stands_in_every_language() {
         for day in days {
             assert!(text.contains(day), "{language:?} without {day}");
         }
+        let amplitude = match language {
+            Language::English => "Amplitude of the acceleration",
+            Language::Italian => "Ampiezza dell",
+            Language::Persian => "دامنهٔ شتاب",
+        };
+        assert!(text.contains(amplitude) && outcome.xml().contains(amplitude));
         let number = &outcome.results().tables[0].columns[0].numbers[0].value;
         assert_eq!(
             text.contains(number.as_str()),
@@ -284,7 +299,7 @@ fn refuses_a_certificate_that_lacks_something_and_lists_it() {
     };
     assert_eq!(lacking(&|_| {}), "");
     type Change = dyn Fn(&mut CertificateFile);
-    let cases: [(&str, &Change); 9] = [
+    let cases: [(&str, &Change); 10] = [
         ("laboratory.name", &|f| f.laboratory = None),
         ("customer.name", &|f| f.customer = None),
         ("item.serial or item.customer_id", &|f| {
@@ -295,6 +310,9 @@ fn refuses_a_certificate_that_lacks_something_and_lists_it() {
         }),
         ("calibration.begin", &|f| {
             f.calibration.as_mut().unwrap().begin = None
+        }),
+        ("calibration.mounting", &|f| {
+            f.calibration.as_mut().unwrap().mounting = Some("…".into())
         }),
         ("signatories", &|f| f.signatories.clear()),
         ("standards", &|f| f.standards.clear()),
