@@ -145,7 +145,7 @@ impl Content {
         let m = &self.measured;
         let all = [
             m.acceleration.map(|range| {
-                let ends = range.map(three_digits).to_vec();
+                let ends = three_digits(range).to_vec();
                 Span::new(Text::Amplitude, ends, "m/s²", "vib_accelerationAmplitude")
             }),
             m.temperature.map(|range| {
@@ -365,8 +365,8 @@ fn measured(job: &CertificateJob, result: &StoredResult) -> Result<MeasuredWithi
                 .any(|(a, b)| (a - b).abs() > 0.05 * a) =>
         {
             return Err(Trouble::request(format!(
-                "calibration.acceleration_m/s2 is [{}, {}], but the result was measured at {} to {} m/s²",
-                stated[0], stated[1], three_digits(own[0]), three_digits(own[1])
+                "calibration.acceleration_m/s2 is {stated:?}, but the result was measured at {} m/s²",
+                three_digits(own).join(" to ")
             ))
             .with_hint("leave it out: the certificate states that of the result"));
         }
@@ -376,10 +376,10 @@ fn measured(job: &CertificateJob, result: &StoredResult) -> Result<MeasuredWithi
     Ok(measured)
 }
 
-/// A level to three significant digits.
-fn three_digits(value: f64) -> String {
-    let place = (2.0 - value.abs().log10().floor()).clamp(0.0, 12.0);
-    format!("{value:.0$}", place as usize)
+/// The ends of a range to the place of the third significant digit of the larger.
+fn three_digits(range: [f64; 2]) -> [String; 2] {
+    let place = (2.0 - range[1].abs().log10().floor()).clamp(0.0, 12.0);
+    range.map(|end| format!("{end:.0$}", place as usize))
 }
 
 /// Whether a text says something; the dots of a form do not.
