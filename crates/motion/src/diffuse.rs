@@ -76,14 +76,16 @@ impl Noise {
     }
 }
 
-/// Number of columns: the data, and five constants.
-const COLUMNS: usize = 6;
+/// Number of columns: the data, and six constants.
+const COLUMNS: usize = 7;
 const DATA: usize = 0;
 const START_VELOCITY: usize = 1;
 const START_POSITION: usize = 2;
 const OFFSET: usize = 3;
 const GAIN: usize = 4;
 const LATENCY: usize = 5;
+/// Slope of the offset over time, where the acceleration was integrated.
+const RAMP: usize = 6;
 
 /// A record made ready for many passes.
 pub(crate) struct Prepared<'a> {
@@ -131,7 +133,11 @@ impl<'a> Prepared<'a> {
 
     /// Sums over the record; `motion` asks for the columns of gain and latency as well.
     pub fn sums(&self, noise: &Noise, motion: bool) -> Sums {
-        let active = if motion { COLUMNS } else { GAIN };
+        let active = match (self.record.noise_walk > 0.0, motion) {
+            (true, _) => COLUMNS,
+            (false, true) => RAMP,
+            (false, false) => GAIN,
+        };
         with_states!(noise, self.record.source, self.record.sample_time, |s| self
             .sums_of(&s, active))
     }

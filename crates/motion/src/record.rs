@@ -7,6 +7,7 @@ pub use alignment::{
     stamp_digit,
 };
 
+use crate::LowCorner;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +52,10 @@ pub struct MotionRecord {
     pub gain_uncertainty: Option<f64>,
     /// Where the accelerometer may have missed a part of the motion.
     pub blows: Vec<Blow>,
+    /// Frequencies below which the accelerometer shows less and less.
+    pub low_corner: Option<LowCorner>,
+    /// Density of the walk of the offset over that of the accelerometer's noise, where that was integrated, 1/s².
+    pub(crate) noise_walk: f64,
 }
 
 /// Samples in which the velocity changed faster than an accelerometer follows: filters and smoothers take what it says of them
@@ -144,6 +149,8 @@ impl MotionRecord {
             start: 0.0,
             gain_uncertainty: None,
             blows: Vec::new(),
+            low_corner: None,
+            noise_walk: 0.0,
         };
         record.check()?;
         Ok(record)

@@ -6,6 +6,7 @@ mod disagreement;
 mod disc;
 mod encoder_alone;
 pub(crate) mod ground;
+mod low_corner;
 mod tune;
 
 pub use beside_reference::BesideReference;
@@ -18,13 +19,14 @@ use crate::findings;
 use crate::rest::{model_at_rest, rests_once};
 use crate::tuning::Constants;
 use crate::{
-    KalmanModel, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport, Tuned,
-    TunedValue, Tuning, VelocityTrace, conditions, ripple,
+    KalmanModel, LowCorner, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport,
+    Tuned, TunedValue, Tuning, VelocityTrace, conditions, ripple,
 };
 use disagreement::Disagreement;
 use ground::{
     Ground, check_sensors, doubts, margin, on_line_kalman, part_finding, sensors, with_blows,
 };
+pub(crate) use low_corner::tied;
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
 
@@ -54,6 +56,8 @@ pub struct EstimateResult {
     pub slip: Option<SlipReport>,
     /// Repeating errors of the encoder; `None` when the axis hardly moves.
     pub ripple: Option<Ripple>,
+    /// Corner of the accelerometer that was taken account of.
+    pub low_corner: Option<LowCorner>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -104,13 +108,25 @@ pub fn estimate_turning(
 ) -> Result<EstimateResult, Error> {
     record.check()?;
     check_sensors(record, method.as_slice())?;
-    let (result, ground) = once(record, method, circumference, watch)?;
+    let corner = record.low_corner;
+    let (mut result, mut ground) = match corner {
+        None => once(record, method, circumference, watch)?,
+        Some(corner) => low_corner::beside(record, corner, method, circumference, watch)?,
+    };
+    let found = match &ground {
+        Some(ground) => low_corner::seen(record, ground, watch)?,
+        None => None,
+    };
+    if let Some(found) = found {
+        (result, ground) = low_corner::beside(record, found, method, circumference, watch)?;
+    }
     if method.is_none()
+        && result.low_corner.is_none()
         && let Some(alone) = encoder_alone::better(record, &result, watch)?
     {
         return Ok(alone);
     }
-    let (Some(ground), Some(turn)) = (ground, turn) else {
+    let (Some(ground), Some(turn), None) = (ground, turn, result.low_corner) else {
         return Ok(result);
     };
     match disc::seen(record, ground, turn, watch)? {
@@ -285,6 +301,7 @@ fn once(
         pairing,
         slip,
         ripple,
+        low_corner: None,
         findings,
     };
     Ok((result, ground))

@@ -7,8 +7,8 @@ use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_io::StatedQuantity;
 use proofmass_motion::{
-    CompareResult, EstimateResult, Method, MotionRecord, ReadingSource, TuneResult, Tuned,
-    TunedValue, Tuning, VelocityTrace,
+    CompareResult, EstimateResult, LowCorner, Method, MotionRecord, ReadingSource, TuneResult,
+    Tuned, TunedValue, Tuning, VelocityTrace,
 };
 use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
@@ -111,15 +111,19 @@ struct Applied {
     latency_s: f64,
     /// What was stated of it, s.
     stated_latency_s: f64,
+    /// Corner of which the slow accelerations were given back before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    low_corner: Option<LowCorner>,
 }
 
 impl Applied {
-    fn of(head: &Head, tuned: Option<&Tuned>) -> Self {
+    fn of(head: &Head, tuned: Option<&Tuned>, low_corner: Option<LowCorner>) -> Self {
         let found = |value: Option<TunedValue>, other| value.map_or(other, |v| v.value);
         Self {
             gain: tuned.map_or(1.0, |t| found(t.gain, 1.0)),
             latency_s: head.stated_latency + tuned.map_or(0.0, |t| found(t.latency, 0.0)),
             stated_latency_s: head.stated_latency,
+            low_corner,
         }
     }
 }
@@ -234,6 +238,8 @@ impl VelocityEstimate {
         rounded(&mut acceleration, None);
         let mut all = quantities;
         all.extend(result.tuned.iter().flat_map(found));
+        let corner = result.low_corner.iter();
+        all.extend(corner.map(|c| quantity("low_corner", "Hz", c.frequency, c.uncertainty)));
         Self {
             head: Head::new(data, all, &result.findings),
             reading,
@@ -285,7 +291,11 @@ impl Outcome for VelocityEstimate {
             section("pairing", &self.result.pairing)?,
             section(
                 "applied",
-                &Applied::of(&self.head, self.result.tuned.as_ref()),
+                &Applied::of(
+                    &self.head,
+                    self.result.tuned.as_ref(),
+                    self.result.low_corner,
+                ),
             )?,
             section("agreement", &self.result.agreement)?,
         ])
@@ -468,7 +478,7 @@ impl Outcome for VelocityTuning {
             section("model", &self.result.tuned.model)?,
             section(
                 "applied",
-                &Applied::of(&self.head, Some(&self.result.tuned)),
+                &Applied::of(&self.head, Some(&self.result.tuned), self.result.low_corner),
             )?,
             section(
                 TunedGains::SECTION,

@@ -15,8 +15,8 @@ use proofmass_io::{
     RecordingOptions, SaidBy, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    MotionRecord, ReadingSource, Stamped, Timing, align, along_axis, common_start, drop_glitches,
-    edge_places, even_clock, longest_stretch, mean_between, moves_while_still, thin,
+    LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, along_axis, common_start,
+    drop_glitches, edge_places, even_clock, longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -73,6 +73,19 @@ pub struct AxisSensors {
     /// the gain is then estimated, with this as its prior
     #[cfg_attr(feature = "clap", arg(long, value_name = "PERCENT"))]
     pub gain_uncertainty: Option<f64>,
+    /// Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC coupling, Hz; slow accelerations are
+    /// given back. Without it a corner is looked for
+    #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
+    pub low_corner: Option<f64>,
+    /// Its standard uncertainty, Hz
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "HZ", requires = "low_corner")
+    )]
+    pub low_corner_uncertainty: Option<f64>,
+    /// Stages of first order with that corner: 1 or 2
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "low_corner"))]
+    pub low_corner_order: Option<u8>,
     /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it
     #[cfg_attr(
         feature = "clap",
@@ -416,6 +429,7 @@ impl AxisSensors {
         record.start = start;
         record.turn = told.resolver_turn();
         record.gain_uncertainty = self.gain_uncertainty.map(|percent| 0.01 * percent);
+        record.low_corner = self.corner(record.sample_time)?;
         record.increment = told.increment().filter(|_| !self.reading.edges()).or(digit);
         if let (Some(increment), None) = (increment, &self.encoder_map) {
             record = timed(&record, &reading, increment, start)
@@ -467,6 +481,27 @@ impl AxisSensors {
         Ok(bench)
     }
 
+    /// The corner that is stated.
+    fn corner(&self, sample_time: f64) -> Result<Option<LowCorner>, Trouble> {
+        let Some(frequency) = self.low_corner else {
+            return Ok(None);
+        };
+        let u = self.low_corner_uncertainty.unwrap_or(0.0);
+        let corner = LowCorner::new(frequency, u, self.low_corner_order.unwrap_or(1));
+        let corner = corner.map_err(|e| {
+            Trouble::from(e).with_hint("--low-corner HZ is above zero, --low-corner-uncertainty less than half of it, --low-corner-order 1 or 2")
+        })?;
+        // What lies above is no slow acceleration, and a corner is not known by its samples there.
+        let highest = 0.05 / sample_time;
+        if frequency > highest {
+            return Err(Trouble::request(format!(
+                "--low-corner {frequency} Hz lies above {highest} Hz, a twentieth of the sampling rate"
+            ))
+            .with_hint("state the lower of the two corners of the accelerometer, in Hz"));
+        }
+        Ok(Some(corner))
+    }
+
     fn acceleration_columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
         if self.acceleration.is_empty() {
             let in_vain = [
@@ -475,6 +510,7 @@ impl AxisSensors {
                 (self.still.is_some(), "--still"),
                 (self.latency != 0.0, "--latency"),
                 (self.gain_uncertainty.is_some(), "--gain-uncertainty"),
+                (self.low_corner.is_some(), "--low-corner"),
             ];
             if let Some((_, option)) = in_vain.iter().find(|(given, _)| *given) {
                 return Err(Trouble::data(format!(

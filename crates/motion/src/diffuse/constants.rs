@@ -3,7 +3,7 @@
 // Matrix algebra reads by its indices.
 #![allow(clippy::needless_range_loop)]
 
-use super::{COLUMNS, DATA, GAIN, LATENCY, OFFSET, START_POSITION, START_VELOCITY, Unknowns};
+use super::{COLUMNS, DATA, GAIN, LATENCY, OFFSET, RAMP, START_POSITION, START_VELOCITY, Unknowns};
 use crate::{MotionRecord, ReadingSource};
 use proofmass_uncertainty::adjustment::ScaledRoot;
 use std::f64::consts::TAU;
@@ -40,6 +40,11 @@ impl Solution {
     /// Offset of the accelerometer (at the start, where it walks) and its standard uncertainty.
     pub fn offset(&self) -> Option<(f64, f64)> {
         self.of(OFFSET)
+    }
+
+    /// Slope of the offset over time and its standard uncertainty, where it may have one.
+    pub fn ramp(&self) -> Option<(f64, f64)> {
+        self.of(RAMP)
     }
 
     /// γ in a = (1 − γ) · reading, and its standard uncertainty.
@@ -149,6 +154,7 @@ pub(super) fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
         (OFFSET, unknowns.offset),
         (GAIN, unknowns.gain),
         (LATENCY, unknowns.latency),
+        (RAMP, unknowns.offset && record.noise_walk > 0.0),
     ]
     .into_iter()
     .filter_map(|(column, wanted)| wanted.then_some(column))

@@ -4,7 +4,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::{
-    COLUMNS, DATA, GAIN, LATENCY, Noise, OFFSET, Prepared, START_POSITION, START_VELOCITY,
+    COLUMNS, DATA, GAIN, LATENCY, Noise, OFFSET, Prepared, RAMP, START_POSITION, START_VELOCITY,
 };
 use crate::filtering::component;
 use crate::step_input::shake;
@@ -108,6 +108,10 @@ impl<const N: usize> System<N> {
             DATA => u,
             OFFSET => [-0.5 * t * t, -t],
             GAIN => [-u[0], -u[1]],
+            RAMP => {
+                let from = t * (k - 1) as f64;
+                [-t * t * (0.5 * from + t / 6.0), -t * (from + 0.5 * t)]
+            }
             LATENCY => [u[1] - t * before, now - before],
             _ => [0.0; 2],
         };

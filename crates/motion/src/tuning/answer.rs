@@ -100,6 +100,7 @@ impl Search<'_> {
         Ok(Tuned {
             model,
             offset,
+            ramp: found(point.solution.ramp()),
             gain,
             latency: found(point.solution.latency()),
             coloured: NoiseNode::of(&point.noise).coloured,

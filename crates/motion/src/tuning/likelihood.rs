@@ -6,6 +6,7 @@ use crate::floor::{noise_floor, variance};
 use crate::search::line;
 use crate::step_input::curve;
 use crate::threshold::speed_increment;
+use crate::velocity::tied;
 use crate::{KalmanModel, MotionRecord, ProcessNoise, ReadingSource};
 use proofmass_core::{Error, Watch};
 
@@ -206,7 +207,7 @@ impl<'a> Search<'a> {
         let pairing = [gain && self.held().is_none(), latency];
         let extra = [
             offset,
-            point.noise.walk.is_some(),
+            point.noise.walk.is_some() && self.record.noise_walk == 0.0,
             point.noise.colour.is_some(),
             point.noise.colour.is_some(),
         ];
@@ -235,7 +236,7 @@ impl<'a> Search<'a> {
             q,
             form: self.tuning.noise_form,
             r,
-            walk: None,
+            walk: tied(self.record, q, self.tuning.noise_form),
             colour: None,
         }
     }

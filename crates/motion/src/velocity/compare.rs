@@ -2,6 +2,7 @@
 
 use super::beside_reference::BesideReference;
 use super::ground::{Ground, check_sensors, sensors, with_blows};
+use super::low_corner;
 use super::tune::{TuneResult, tune};
 use crate::edges::on_edges;
 use crate::findings;
@@ -127,7 +128,11 @@ pub fn compare(
     watch: &dyn Watch,
 ) -> Result<CompareResult, Error> {
     check_sensors(record, methods)?;
-    let mut findings = conditions(record);
+    let low_corner::Settled {
+        record, finding, ..
+    } = &low_corner::settled(record, &Tuning::default(), watch)?;
+    let mut findings: Vec<Finding> = finding.iter().cloned().collect();
+    findings.extend(conditions(record));
     let (slip, pairing) = sensors(record);
     let record = &with_blows(record, slip.as_ref());
     findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));

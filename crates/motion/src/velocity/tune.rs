@@ -1,8 +1,10 @@
 //! The model and the gains of every fused method, found without a truth.
 
 use super::ground::{Ground, doubts, on_line_kalman, part_finding, sensors, settle, with_blows};
+use super::low_corner;
 use crate::{
-    Crossover, Filter, Method, MotionRecord, Tuned, Tuning, conditions, crossover_by_smoother,
+    Crossover, Filter, LowCorner, Method, MotionRecord, Tuned, Tuning, conditions,
+    crossover_by_smoother,
 };
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
@@ -20,6 +22,8 @@ pub struct TuneResult {
     pub two_channel: Crossover,
     /// Observer, closest to the smoother.
     pub observer: Crossover,
+    /// Corner of the accelerometer of which the slow accelerations were given back before.
+    pub low_corner: Option<LowCorner>,
     /// Samples it was found on.
     pub samples: Range<usize>,
     /// What to doubt.
@@ -61,6 +65,11 @@ pub fn tune(
             got: 0,
         });
     }
+    let low_corner::Settled {
+        record,
+        corner: low_corner,
+        finding: corner,
+    } = &low_corner::settled(record, tuning, watch)?;
     let (slip, pairing) = sensors(record);
     let record = &with_blows(record, slip.as_ref());
     let Ground {
@@ -81,6 +90,7 @@ pub fn tune(
     watch.step("gains", 3, 3)?;
     // Wrong units and senses first: the gains are worth nothing with them.
     let mut findings = doubts(pairing.as_ref(), Some(&tuned), readings);
+    findings.extend(corner.clone());
     findings.extend(conditions(record));
     findings.extend(part_finding(record, &samples));
     findings.extend(tuned.findings.iter().cloned());
@@ -89,6 +99,7 @@ pub fn tune(
         kalman,
         two_channel,
         observer,
+        low_corner: *low_corner,
         samples,
         findings,
     })

@@ -1,0 +1,317 @@
+//! The low-frequency corner of the accelerometer beside an estimate: the one that is stated, or the one that the readings tell.
+
+use super::ground::{Ground, paired_tuning, sensors, tuning_part};
+use super::{EstimateResult, once};
+use crate::diffuse::{Noise, Prepared, Unknowns};
+use crate::findings;
+use crate::search::line;
+use crate::tuning::Constants;
+use crate::{LowCorner, Method, MotionRecord, Pairing, Tuned, Tuning};
+use proofmass_core::{Error, Watch};
+use proofmass_uncertainty::Finding;
+use std::f64::consts::{LN_10, TAU};
+
+/// Corners that are looked for, Hz, as decades.
+const DECADES: (f64, f64) = (-2.5, 1.0);
+/// Probability of correlated innovations below which a corner is looked for at all.
+const DOUBT: f64 = 0.05;
+/// By how much ln L of the readings has to be higher at least, at noise that was not tuned.
+const BETTER: f64 = 6.0;
+/// Point of χ²(1) that one of a thousand passes.
+const CHANCE: f64 = 10.83;
+
+/// The corner that makes the readings most probable, where that is clearly above zero.
+///
+/// It is looked for where something speaks against the model without one: innovations that are correlated, an offset that walks, slip.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(super) fn seen(
+    record: &MotionRecord,
+    ground: &Ground,
+    watch: &dyn Watch,
+) -> Result<Option<LowCorner>, Error> {
+    if !record.accelerometer || record.rests_only() || record.low_corner.is_some() {
+        return Ok(None);
+    }
+    let slips = ground.slip.as_ref().is_some_and(|s| !s.slip.is_empty());
+    let own = ground.tuned.noise();
+    let white = ground
+        .tuned
+        .whiteness
+        .p_short
+        .min(ground.tuned.whiteness.p_white)
+        > DOUBT;
+    if white && own.walk.is_none() && !slips {
+        return Ok(None);
+    }
+    // What the corner took passes for slip: both models are held against all of the readings.
+    let (part, plain) = match slips {
+        false => (ground.part.clone(), ground.tuned.clone()),
+        true => {
+            let (part, _) = tuning_part(record, None);
+            match tuned(&part, watch)? {
+                Some(plain) => (part, plain),
+                None => return Ok(None),
+            }
+        }
+    };
+    let at = |decade: f64| MotionRecord {
+        low_corner: Some(LowCorner {
+            frequency: 10f64.powf(decade),
+            uncertainty: 0.0,
+            order: 1,
+        }),
+        ..part.clone()
+    };
+    // At the noise that was found, and at that of the accelerometer alone.
+    let floor = plain.noise_floor.unwrap_or(own.q).min(own.q);
+    let quick = |decade: Option<f64>| -> f64 {
+        let moved = decade.map_or_else(|| part.clone(), |d| at(d).given_back());
+        let prepared = Prepared::new(&moved, &plain.model);
+        let unknowns = Unknowns {
+            offset: true,
+            ..plain.unknowns
+        };
+        let found = plain.noise();
+        let small = part.increment.map_or(found.r, |d| d * d / 12.0);
+        // A corner that is off by a tenth leaves a hundredth of the variance of what it took.
+        let walked = |share: f64| found.walk.map(|walk| share * walk);
+        let all = [
+            (found.q, found.r, walked(1.0)),
+            (floor, found.r, walked(1e-2)),
+            (floor, found.r, walked(1e-4)),
+            (found.q, found.r, None),
+            (floor, found.r, None),
+            (floor, small.min(found.r), None),
+        ];
+        all.into_iter()
+            .filter_map(|(q, r, walk)| {
+                let noise = Noise {
+                    q,
+                    r,
+                    walk: walk.or(tied(&moved, q, plain.model.noise_form)),
+                    ..found
+                };
+                let sums = prepared.sums(&noise, unknowns.gain || unknowns.latency);
+                let found = sums.solve_concentrated(&moved, unknowns, f64::MIN_POSITIVE);
+                found.map(|(_, value, _)| value)
+            })
+            .fold(f64::NEG_INFINITY, f64::max)
+    };
+    let nothing = quick(None);
+    let steps = 14;
+    let place = |k: usize| DECADES.0 + (DECADES.1 - DECADES.0) * k as f64 / steps as f64;
+    let mut best = (f64::NEG_INFINITY, 0.0);
+    for k in 0..=steps {
+        watch.step("low corner", k as u64, steps as u64)?;
+        let value = quick(Some(place(k)));
+        if value > best.0 {
+            best = (value, place(k));
+        }
+    }
+    if best.0 < nothing + BETTER {
+        return Ok(None);
+    }
+    // The noise is tuned anew at every corner.
+    let near = line(best.1 - 0.25, best.1 + 0.25, 0.1, 0.01, |decade| {
+        Ok(quick(Some(decade)))
+    })?;
+    let found = line(near.at - 0.04, near.at + 0.04, 0.04, 0.004, |decade| {
+        let found = tuned(&at(decade).given_back(), watch)?;
+        Ok(found.map_or(-1e300, |t| t.log_likelihood))
+    })?;
+    let (decade, value) = (found.at, found.value);
+    let Some(right) = tuned(&at(decade).given_back(), watch)? else {
+        return Ok(None);
+    };
+    // Rounding that repeats is that of the innovations of the model that holds.
+    let readings = part.reading.iter().flatten().count() as f64;
+    let repeats = (readings / right.effective_readings).max(1.0);
+    let price = 0.5 * right.effective_readings.ln().max(CHANCE) * repeats;
+    // What a model without a corner needs beside it is paid for like the corner: gain, latency, an offset that walks.
+    let constants = |t: &Tuned| {
+        [t.gain.is_some(), t.latency.is_some()]
+            .map(f64::from)
+            .iter()
+            .sum::<f64>()
+    };
+    let walks = f64::from(plain.noise().walk.is_some());
+    let more = 1.0 + constants(&right) - constants(&plain) - walks;
+    if value < plain.log_likelihood + more * price || value < plain.log_likelihood {
+        return Ok(None);
+    }
+    let beside = |by: f64| -> Result<f64, Error> {
+        let found = tuned(&at(decade + by).given_back(), watch)?;
+        Ok(value - found.map_or(-1e300, |t| t.log_likelihood))
+    };
+    // Half the distance at which ln L has fallen by two is a standard uncertainty.
+    let mut step = 0.02;
+    let mut fall = 0.5 * (beside(step)? + beside(-step)?);
+    while fall < 1.0 && step < 0.3 {
+        step *= 2.0;
+        fall = 0.5 * (beside(step)? + beside(-step)?);
+    }
+    if fall <= 0.0 {
+        return Ok(None);
+    }
+    let relative = LN_10 * step / (2.0 * fall / repeats).sqrt();
+    let frequency = 10f64.powf(decade);
+    LowCorner::new(frequency, (relative * frequency).min(0.5 * frequency), 1).map(Some)
+}
+
+/// The walk that the integrated noise of the accelerometer makes of the offset.
+pub(crate) fn tied(record: &MotionRecord, q: f64, form: crate::ProcessNoise) -> Option<f64> {
+    let sample = match form {
+        crate::ProcessNoise::SampleConstant => record.sample_time,
+        crate::ProcessNoise::Continuous => 1.0,
+    };
+    (record.noise_walk > 0.0).then_some(record.noise_walk * q * sample)
+}
+
+/// Tuning of a part beside its own pairing; nothing where it is not to be tuned.
+fn tuned(part: &MotionRecord, watch: &dyn Watch) -> Result<Option<Tuned>, Error> {
+    let pairing = Pairing::of(part).ok();
+    match paired_tuning(part, &Tuning::default(), pairing.as_ref(), watch) {
+        Ok(tuned) => Ok(Some(tuned)),
+        Err(error) if error.is_cancelled() => Err(error),
+        Err(_) => Ok(None),
+    }
+}
+
+/// A record whose slow accelerations were given back.
+pub(super) struct Settled {
+    pub(super) record: MotionRecord,
+    /// The corner that took them, where there is one.
+    pub(super) corner: Option<LowCorner>,
+    /// What is told of it, where nobody stated it.
+    pub(super) finding: Option<Finding>,
+}
+
+/// The record with the slow accelerations given back, of the corner that is stated or that the readings tell, which is told then.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(super) fn settled(
+    record: &MotionRecord,
+    tuning: &Tuning,
+    watch: &dyn Watch,
+) -> Result<Settled, Error> {
+    let as_it_is = || Settled {
+        record: record.clone(),
+        corner: None,
+        finding: None,
+    };
+    if !record.accelerometer || record.rests_only() {
+        return Ok(as_it_is());
+    }
+    let ground = |record: &MotionRecord| match Ground::of(record, sensors(record), tuning, watch) {
+        Ok(ground) => Ok(Some(ground)),
+        Err(error) if error.is_cancelled() => Err(error),
+        Err(_) => Ok(None),
+    };
+    let stated = record.low_corner;
+    let found = match (stated, ground(record)?) {
+        (None, Some(ground)) => seen(record, &ground, watch)?,
+        _ => None,
+    };
+    let Some(corner) = stated.or(found) else {
+        return Ok(as_it_is());
+    };
+    let with = MotionRecord {
+        low_corner: Some(corner),
+        ..record.clone()
+    };
+    let right = with.given_back();
+    let tuned = ground(&right)?.map(|g| g.tuned);
+    let right = match tuned.as_ref().and_then(|t| behind(t, corner)) {
+        Some(offset) => with.given_back_less(offset),
+        None => right,
+    };
+    Ok(Settled {
+        record: right,
+        corner: Some(corner),
+        finding: found.map(|corner| told(&corner)),
+    })
+}
+
+/// Offset behind the corner, where the readings tell one: it is a ramp of what was given back, which no filter on line knows.
+fn behind(tuned: &Tuned, corner: LowCorner) -> Option<f64> {
+    let ramp = tuned.ramp.filter(|r| r.value.abs() > 2.0 * r.uncertainty)?;
+    Some(ramp.value / (TAU * corner.frequency))
+}
+
+fn told(corner: &LowCorner) -> Finding {
+    let LowCorner {
+        frequency,
+        uncertainty,
+        ..
+    } = *corner;
+    findings::low_corner_found(frequency, uncertainty, 1.0 / (TAU * frequency))
+}
+
+/// The estimate with the slow accelerations given back; how uncertain the corner is adds to the velocity. One that nobody stated is told.
+pub(super) fn beside(
+    record: &MotionRecord,
+    corner: LowCorner,
+    method: Option<Method>,
+    circumference: Option<f64>,
+    watch: &dyn Watch,
+) -> Result<(EstimateResult, Option<Ground>), Error> {
+    let with = |frequency: f64, offset: f64| {
+        MotionRecord {
+            low_corner: Some(LowCorner {
+                frequency,
+                ..corner
+            }),
+            ..record.clone()
+        }
+        .given_back_less(offset)
+    };
+    let mut offset = 0.0;
+    let (mut result, mut ground) = once(
+        &with(corner.frequency, offset),
+        method,
+        circumference,
+        watch,
+    )?;
+    if let Some(found) = result.tuned.as_ref().and_then(|t| behind(t, corner)) {
+        offset = found;
+        (result, ground) = once(
+            &with(corner.frequency, offset),
+            method,
+            circumference,
+            watch,
+        )?;
+    }
+    if corner.uncertainty > 0.0 {
+        let moved = with(corner.frequency + corner.uncertainty, offset);
+        let by = |trace: &[f64], other: &[f64], u: &mut [f64]| {
+            for ((u, a), b) in u.iter_mut().zip(trace).zip(other) {
+                *u = u.hypot(a - b);
+            }
+        };
+        let smoother = match &result.tuned {
+            Some(tuned) => tuned
+                .smooth(&moved, Constants::Fitted)
+                .map(|run| run.velocity),
+            None => result.model.smooth(&moved).map(|run| run.velocity),
+        };
+        if let (Ok(other), Some(u)) = (smoother, &mut result.smoother.standard_uncertainty) {
+            by(&result.smoother.velocity, &other, u);
+        }
+        let corrected = result.tuned.as_ref().map(|t| t.corrected(&moved));
+        let other = result
+            .trace
+            .method
+            .run(corrected.as_ref().unwrap_or(&moved));
+        if let (Ok(other), Some(u)) = (other, &mut result.trace.standard_uncertainty) {
+            by(&result.trace.velocity, &other.velocity, u);
+        }
+    }
+    result.low_corner = Some(corner);
+    if record.low_corner.is_none() {
+        result.findings.insert(0, told(&corner));
+    }
+    Ok((result, ground))
+}
