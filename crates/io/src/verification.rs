@@ -575,6 +575,7 @@ impl Places {
         other.push(given.to_path_buf());
         other.extend(in_folders(beside, &shared));
         other.extend(in_folders(&above, &told));
+        other.retain(|p| !with.contains(p));
         Self { own, other }
     }
 

@@ -536,7 +536,7 @@ fn known_doubts_of_phases_and_coverage_factors() {
         let (_, after) = rest.split_once("</s:expandedMUXMLList>").unwrap();
         format!(
             "{before}<s:coverageIntervalMUXMLList><s:valueStandardMUXMLList>0.05</s:valueStandardMUXMLList>\
-             <s:intervalMinXMLList>{low}</s:intervalMinXMLList><s:intervalMaxXMLList>10.2 10.3 10.6</s:intervalMaxXMLList>\
+             <s:intervalMinXMLList>{low}</s:intervalMinXMLList><s:intervalMaxXMLList>10.2 10.3 10.7</s:intervalMaxXMLList>\
              <s:coverageProbabilityXMLList>0.95</s:coverageProbabilityXMLList></s:coverageIntervalMUXMLList>{after}"
         )
     };
@@ -550,6 +550,54 @@ fn known_doubts_of_phases_and_coverage_factors() {
         refused.contains("10.4 does not lie in its interval"),
         "{refused}"
     );
+    // A standard uncertainty that is a hundredth of what its interval says, elements that stand twice or that D-SI does not know, a name
+    // that is another's, and what was before an adjustment.
+    let thin = text("10 10.1 10.2").replace(">0.05<", ">0.0005<");
+    let twice = certificate(
+        "3.3.0",
+        &sound.replace(
+            "<s:valueXMLList>10.1",
+            "<s:valueXMLList>11 11 11</s:valueXMLList><s:valueXMLList>10.1",
+        ),
+    );
+    let scaled = certificate(
+        "3.3.0",
+        &sound.replace(
+            "<s:valueXMLList>10.1",
+            "<s:scaleXMLList>1000</s:scaleXMLList><s:valueXMLList>10.1",
+        ),
+    );
+    let per_cent = certificate(
+        "3.3.0",
+        &sound.replace(
+            "<s:coverageFactorXMLList>",
+            "<s:unitXMLList>\\percent</s:unitXMLList><s:coverageFactorXMLList>",
+        ),
+    );
+    for (text, word) in [
+        (&thin, "contradicts the interval"),
+        (&twice, "stands twice"),
+        (&scaled, "is no part of"),
+        (&per_cent, "is no part of"),
+    ] {
+        let refused = read(text).unwrap_err().to_string();
+        assert!(refused.contains(word), "{word}: {refused}");
+    }
+    let named = sound.replace("<d:quantity><s:realListXMLList><s:labelXMLList>sensitivity magnitude", "<d:quantity refType=\"vib_displacement\"><s:realListXMLList><s:labelXMLList>sensitivity magnitude");
+    assert!(named != sound);
+    let refused = read(&certificate("3.3.0", &named))
+        .unwrap()
+        .sensitivity(None)
+        .unwrap_err();
+    assert!(
+        refused.to_string().contains("vib_displacement"),
+        "{refused}"
+    );
+    let before = certificate("3.3.0", &sound).replace(
+        "<d:result>",
+        "<d:result refType=\"basic_beforeAdjustment\">",
+    );
+    assert!(read(&before).unwrap().sensitivity(None).is_err());
     // Nor is what calls itself a certificate and is one of another form.
     let foreign =
         certificate("3.3.0", &sound).replace("https://ptb.de/dcc", "https://example.org/dcc");

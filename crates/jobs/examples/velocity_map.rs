@@ -44,6 +44,8 @@ struct Cell {
     latency: f64,
     /// Amplitude of the error once per turn, rad.
     disc: f64,
+    /// Corner of first order below which the accelerometer shows less, Hz; zero where it measures down to zero.
+    corner: f64,
     /// Standard deviation of a stamp over the sample time.
     jitter: f64,
     /// Whether it is the samples that are taken at uneven times, with true stamps, and not the stamps that err.
@@ -83,6 +85,7 @@ impl Cell {
             gain,
             latency,
             disc: 0.0,
+            corner: 0.0,
             jitter: 0.0,
             uneven: false,
             drawn: false,
@@ -127,6 +130,7 @@ impl Cell {
         let increment = self.increment();
         let motion = self.motion(seed);
         let n = (self.duration / DT) as usize;
+        let mut slow = Slow::new(self.corner, motion(-self.latency)[2]);
         let mut file = String::from("time_s,count,acceleration_m/s2\n");
         let (mut reading, mut right, mut truth) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..n {
@@ -140,7 +144,8 @@ impl Cell {
             let seen = x + self.radius * self.disc * ((angle + turn).sin() - turn.sin());
             let late = motion(at - self.latency)[2];
             let count = (seen / increment + phase).floor();
-            let a = self.gain * late + OFFSET + noise;
+            slow.run(|t| motion(t - self.latency)[2], at);
+            let a = self.gain * (late - slow.taken) + OFFSET + noise;
             file += &format!("{stamp:.7},{count},{a:.6}\n");
             let [x, v, a] = motion(even);
             reading.push(Some(((x / increment + phase).floor() + 0.5) * increment));
@@ -163,6 +168,40 @@ impl Cell {
             sensors.acceleration = vec!["acceleration".into()];
         }
         sensors
+    }
+}
+
+/// What a high-pass of first order takes of an acceleration: its slow part.
+struct Slow {
+    rate: f64,
+    at: f64,
+    last: f64,
+    taken: f64,
+}
+
+impl Slow {
+    fn new(corner: f64, last: f64) -> Self {
+        Self {
+            rate: TAU * corner,
+            at: 0.0,
+            last,
+            taken: 0.0,
+        }
+    }
+
+    /// On to a time, by tenths of a millisecond.
+    fn run(&mut self, acceleration: impl Fn(f64) -> f64, to: f64) {
+        const STEP: f64 = 1e-4;
+        if self.rate == 0.0 {
+            return;
+        }
+        let decay = (-self.rate * STEP).exp();
+        while self.at + 0.5 * STEP < to {
+            self.at += STEP;
+            let a = acceleration(self.at);
+            self.taken = self.taken * decay + 0.5 * (a + self.last) * (1.0 - decay);
+            self.last = a;
+        }
     }
 }
 
@@ -220,6 +259,15 @@ fn cells() -> Vec<Cell> {
                 name: format!("{motion}, {what} jitter by 10 %"),
                 jitter: 0.1,
                 uneven,
+                ..Cell::new(motion, 1.0, 0.0)
+            });
+        }
+    }
+    for motion in ["stop and go", "hand", "S-curve", "hard stops", "sine, 1 Hz"] {
+        for corner in [0.05, 0.1, 0.2, 0.5, 1.0, 2.0] {
+            list.push(Cell {
+                name: format!("{motion}, corner {corner} Hz"),
+                corner,
                 ..Cell::new(motion, 1.0, 0.0)
             });
         }

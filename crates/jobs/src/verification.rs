@@ -1,7 +1,8 @@
 //! Is a result, and everything it came from, what it was?
 
+use crate::certificate::DIGITAL;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{Fate, Verification, VerifyingKey};
+use proofmass_io::{Fate, Link, Verification, VerifyingKey};
 use proofmass_report::{Cell, Column, Report, Section, Table};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,11 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// How many files are not, and the first of them, or why the signatures do not do.
 pub fn judge(chain: &Verification, keys: &[VerifyingKey]) -> Result<()> {
-    let Some(first) = chain.links.iter().find(|l| l.fate != Fate::Unchanged) else {
+    let Some(first) = chain
+        .links
+        .iter()
+        .find(|l| l.fate != Fate::Unchanged && !is_kept_back(l))
+    else {
         return match chain.distrust(keys) {
             None => Ok(()),
             Some(why) => Err(Trouble::data(why)
@@ -34,14 +39,24 @@ pub fn judge(chain: &Verification, keys: &[VerifyingKey]) -> Result<()> {
     .with_hint(hint))
 }
 
+/// Whether it is what a certificate was made of and is not here: a laboratory hands over the certificate, which has the result inside.
+fn is_kept_back(link: &Link) -> bool {
+    link.fate == Fate::Missing && link.named_by.with_file_name(DIGITAL).is_file()
+}
+
 /// What became of the files, in a sentence without its full stop.
 fn state(chain: &Verification) -> String {
-    let count = |fate| chain.links.iter().filter(|l| l.fate == fate).count();
-    let (changed, missing, all) = (
-        count(Fate::Changed),
-        count(Fate::Missing),
-        chain.links.len(),
-    );
+    let here = || chain.links.iter().filter(|l| !is_kept_back(l));
+    let count = |fate| here().filter(|l| l.fate == fate).count();
+    let (changed, missing, all) = (count(Fate::Changed), count(Fate::Missing), here().count());
+    let said = said(changed, missing, all);
+    match chain.links.len() - all {
+        0 => said,
+        _ => format!("{said}; what the certificate was made of is not here"),
+    }
+}
+
+fn said(changed: usize, missing: usize, all: usize) -> String {
     let are = |n: usize| if n == 1 { "is" } else { "are" };
     match (changed, missing, all) {
         (0, 0, 1) => "the one file that is named is unchanged".to_owned(),
@@ -72,6 +87,7 @@ pub fn page(result: &Path, chain: &Verification) -> Report {
         let state = match link.fate {
             Fate::Unchanged => "unchanged",
             Fate::Changed => "CHANGED",
+            Fate::Missing if is_kept_back(link) => "not here",
             Fate::Missing => "MISSING",
         };
         let by = link

@@ -200,10 +200,10 @@ impl Certified {
         replaces: Option<Replaced>,
         item: &str,
     ) -> Result<Numbered, Failure> {
-        match &replaces {
-            Some(replaced) => register.may_replace(replaced, item)?,
-            None => register.may_state(&self.result.to_json()?, self.language)?,
+        if let Some(replaced) = &replaces {
+            register.may_replace(replaced, item)?;
         }
+        register.may_state(&self.result.to_json()?, self.language, replaces.as_ref())?;
         if let Some(last) = register.entries().last()
             && self.issued < last.issued
         {

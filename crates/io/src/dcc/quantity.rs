@@ -10,6 +10,20 @@ use num_complex::Complex64;
 use proofmass_signal::transfer::polar;
 use proofmass_uncertainty::DecimalMark;
 
+/// What the name of a part of a quantity begins with.
+const PARTS: &[&str] = &[
+    "label",
+    "quantityType",
+    "value",
+    "unit",
+    "significantDigit",
+    "dateTime",
+    "expanded",
+    "coverageInterval",
+    "standardMU",
+    "measurementUncertainty",
+];
+
 /// Values of one list at most.
 const MOST_VALUES: usize = 1_000_000;
 
@@ -41,6 +55,14 @@ pub struct DccQuantity {
     pub(super) lines: Vec<u64>,
     /// One half of a complex quantity.
     pub(super) is_of_complex: bool,
+}
+
+/// Whether a result is of the item as it was before an adjustment.
+fn is_no_result(result: Element) -> bool {
+    let types = result.attribute("refType").unwrap_or_default();
+    types
+        .split_whitespace()
+        .any(|t| t == "basic_beforeAdjustment")
 }
 
 /// Numbers with the place they came from.
@@ -154,9 +176,13 @@ impl Reading {
                 {
                     reading.name = name().unwrap_or_default();
                     let types = parent.attribute("refType").unwrap_or_default();
+                    // What it should be, or what the item is for, is not what it was found to be.
+                    let nominal = ["basic_nominalValue", "basic_targetValue"];
+                    reading.is_beside |= types.split_whitespace().any(|t| nominal.contains(&t));
                     reading.ref_types = types.split_whitespace().map(short).collect();
                 }
                 "list" | "data" if reading.group == usize::MAX => reading.group = line,
+                "result" if is_no_result(parent) => reading.is_beside = true,
                 "result" if reading.result.is_empty() => {
                     reading.result = name().unwrap_or_default()
                 }
@@ -238,6 +264,7 @@ impl Reading {
 
     /// A single value.
     fn real(&self, element: Element, unit: Option<Element>) -> Result<DccQuantity> {
+        uncertainty::once(element, PARTS)?;
         let value = element
             .child(Namespace::Si, "value")
             .ok_or_else(|| element.refuse("has no value"))?;
@@ -262,6 +289,7 @@ impl Reading {
 
     /// Values in one text; where each has its own unit, those of a unit are put together.
     fn real_list(&self, element: Element) -> Result<Vec<DccQuantity>> {
+        uncertainty::once(element, PARTS)?;
         let child = |name: &str| {
             element
                 .child(Namespace::Si, name)
@@ -347,6 +375,26 @@ impl Reading {
                     || q.unit.frequency().is_some()
             })
         };
+        // Of units that are known the numbers are the same.
+        let in_si = |q: &DccQuantity| -> Option<Vec<f64>> {
+            let sensitivity = q.unit.sensitivity().map(|s| s.1);
+            let factor = sensitivity.or(q.unit.angle()).or(q.unit.frequency())?;
+            Some(q.values.iter().map(|v| factor * v).collect())
+        };
+        let mut firsts = parts
+            .iter()
+            .filter_map(|p| Some((p.first()?, in_si(p.first()?)?)));
+        if let Some((_, first)) = firsts.next() {
+            for (q, other) in firsts {
+                let off = |(a, b): (&f64, &f64)| (a - b).abs() > 0.005 * a.abs().max(b.abs());
+                if let Some(i) = first.iter().zip(&other).position(off) {
+                    return Err(element
+                        .refuse(format!("{} {} is another value than that in the unit before", q.values[i], q.unit.symbol()))
+                        .line(q.line)
+                        .with_hint("a hybrid states one value in several units: ask the laboratory which of them holds"));
+                }
+            }
+        }
         let best = parts.iter().find(known).or_else(|| parts.first());
         found.extend(best.into_iter().flatten().cloned());
         Ok(())

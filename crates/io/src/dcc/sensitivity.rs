@@ -209,6 +209,21 @@ impl<'a> Parts<'a> {
         };
         let magnitude = Column::of(&self.magnitude, &mut sensitivity)?;
         let magnitude_again = Column::of(&self.again[0], &mut sensitivity)?;
+        for quantity in &self.magnitude {
+            let foreign = |text: &&String| {
+                let text = text.to_lowercase();
+                let others = ["phase", "frequency", "displacement", "transverse"];
+                others.iter().any(|word| text.contains(word))
+            };
+            let mut said = quantity.ref_types.iter().chain([&quantity.name]);
+            if let Some(other) = said.find(foreign) {
+                return Err(refuse(
+                    quantity,
+                    format!("is called {other:?}, and a sensitivity by its label"),
+                )
+                .with_hint("ask the laboratory which of the two it is"));
+            }
+        }
         let phase = Column::of(&self.phase, angle)?;
         let phase_again = Column::of(&self.again[1], angle)?;
         let n = frequency.cells.len();

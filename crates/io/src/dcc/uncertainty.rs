@@ -8,6 +8,9 @@ use proofmass_uncertainty::{dof_of_coverage_factor, normal_quantile, student_qua
 /// Relative difference that rounding may make between k and the probability: 2 and 95 % differ by two per cent.
 const ROUNDED: f64 = 0.05;
 
+/// Half an interval over u below which the two contradict each other.
+const SHORT: f64 = 0.5;
+
 /// Degrees of freedom below which a coverage factor is doubted.
 const FEW_DEGREES: f64 = 4.0;
 
@@ -154,31 +157,114 @@ pub(super) fn of(quantity: Element, values: &[f64]) -> Result<Option<DccUncertai
         if found.is_some() {
             return Err(element.refuse("the uncertainty of these values stands twice"));
         }
+        once(element, STATEMENT)?;
+        let stated = statement(element, names, values.len().max(1))?;
+        let limits = limits(element, values.len().max(1))?;
+        if let Some(limits) = &limits {
+            wide(element, limits, &stated)?;
+        }
         found = Some(DccUncertainty {
-            outside: outside(element, values)?,
-            ..statement(element, names, values.len().max(1))?
+            outside: limits.and_then(|limits| outside(&limits, values)),
+            ..stated
         });
     }
     Ok(found)
 }
 
-/// The first value that does not lie in its interval.
-fn outside(element: Element, values: &[f64]) -> Result<Option<Outside>> {
+/// What the name of an element of a statement begins with.
+const STATEMENT: &[&str] = &[
+    "value",
+    "uncertainty",
+    "standardUnc",
+    "coverageFactor",
+    "coverageProbability",
+    "distribution",
+    "interval",
+];
+
+/// Refuses an element that stands twice among its like, or that D-SI does not know there.
+pub(super) fn once(element: Element, known: &[&str]) -> Result<()> {
+    let own = || {
+        element
+            .children()
+            .filter(|c| c.namespace() == Namespace::Si)
+    };
+    for (i, child) in own().enumerate() {
+        if own().take(i).any(|before| before.name() == child.name()) {
+            return Err(child
+                .refuse(format!("stands twice in {}", element.name()))
+                .with_hint("ask the laboratory which of the two holds"));
+        }
+        if !known.iter().any(|word| child.name().starts_with(word)) {
+            return Err(child
+                .refuse(format!("is no part of {}", element.name()))
+                .with_hint("what it changes is not known: ask the laboratory for a certificate by the schema of D-SI"));
+        }
+    }
+    Ok(())
+}
+
+/// The ends of the intervals, where both are stated.
+fn limits(element: Element, values: usize) -> Result<Option<[Numbers; 2]>> {
     let ends = |word: &str| {
         let mut children = element.children();
         let end = children.find(|c| c.namespace() == Namespace::Si && c.name().starts_with(word));
-        end.map(|end| quantity::numbers(end, values.len().max(1)))
-            .transpose()
+        end.map(|end| quantity::numbers(end, values)).transpose()
     };
-    let (Some(low), Some(high)) = (ends("intervalMin")?, ends("intervalMax")?) else {
-        return Ok(None);
+    Ok(match (ends("intervalMin")?, ends("intervalMax")?) {
+        (Some(low), Some(high)) => Some([low, high]),
+        _ => None,
+    })
+}
+
+/// Refuses a standard uncertainty that no distribution has whose interval is this wide: half of it over u is a coverage factor of its
+/// probability.
+fn wide(element: Element, [low, high]: &[Numbers; 2], stated: &DccUncertainty) -> Result<()> {
+    let probability = ["coverageProbabilityXMLList", "coverageProbability"];
+    let mut probability = probability
+        .iter()
+        .filter_map(|p| element.child(Namespace::Si, p));
+    let Some(p) = probability.next() else {
+        return Ok(());
     };
+    let p = quantity::numbers(p, low.values.len().max(stated.stated.len()))?;
+    for i in 0..low
+        .values
+        .len()
+        .max(high.values.len())
+        .max(stated.stated.len())
+    {
+        let (Some(a), Some(b), Some(u), Some(p)) = (
+            one(&low.values, i),
+            one(&high.values, i),
+            one(&stated.stated, i),
+            one(&p.values, i),
+        ) else {
+            continue;
+        };
+        // An interval of no width says nothing of u.
+        if b > a && u > 0.0 && p > 0.0 && p < 1.0 {
+            let k = 0.5 * (b - a) / u;
+            // Up to Student's t with one degree of freedom; of one that ends at a bound an interval may be short.
+            let most = student_quantile(0.5 + 0.5 * p, 1.0) * (1.0 + ROUNDED);
+            if !(SHORT..=most).contains(&k) {
+                return Err(low
+                    .refuse(format!("u = {u} contradicts the interval from {a} to {b}: half of it is {k:.3} u at {p}"))
+                    .with_hint("ask the laboratory which of them holds; neither is changed"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The first value that does not lie in its interval.
+fn outside([low, high]: &[Numbers; 2], values: &[f64]) -> Option<Outside> {
     let mut all = values.iter().enumerate().filter_map(|(i, &value)| {
         let interval = [one(&low.values, i)?, one(&high.values, i)?];
         let holds = (interval[0]..=interval[1]).contains(&value);
         (!holds).then_some(Outside { value, interval })
     });
-    Ok(all.next())
+    all.next()
 }
 
 fn statement(element: Element, names: &[&str; 4], values: usize) -> Result<DccUncertainty> {

@@ -320,11 +320,7 @@ fn head(
         rows.rows
             .push((words.of(span.text), words.span(&span.ends, span.unit)));
     }
-    let none = words.of(Text::NoDeviations);
-    rows.text(
-        Text::Deviations,
-        Some(calibration.deviations.as_deref().unwrap_or(&none)),
-    );
+    rows.text(Text::Deviations, calibration.deviations.as_deref());
     blocks.push(rows.block());
 
     let mut rows = Rows {

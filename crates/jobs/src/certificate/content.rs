@@ -34,6 +34,9 @@ pub(super) struct Content {
     measured: MeasuredWithin,
     #[serde(skip)]
     is_of_shaker: bool,
+    /// What the terms of its parameters are.
+    #[serde(skip)]
+    about_terms: Option<Text>,
     pub(super) conditions: Option<String>,
     pub(super) results: StatedResults,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -58,16 +61,22 @@ impl Content {
             )));
         }
         if let Some(found) = as_found {
-            let serial = |r: &StoredResult| r.record().device.serial.clone();
-            let (found, left) = (serial(found), serial(result));
-            if found != left {
-                let named = |s: Option<String>| s.unwrap_or_else(|| "none".to_owned());
+            let line = |r: &StoredResult| r.record().device.line();
+            let (of_found, of_left) = (line(found), line(result));
+            if of_found != of_left {
+                let named = |s: String| if s.is_empty() { "none".to_owned() } else { s };
                 return Err(Trouble::request(format!(
-                    "the result as found is of the serial number {}, that as left of {}",
-                    named(found),
-                    named(left)
+                    "the result as found is of the device {}, that as left of {}",
+                    named(of_found),
+                    named(of_left)
                 ))
                 .with_hint("name the result of the same item before it was adjusted"));
+            }
+            if found.to_json()? == result.to_json()? {
+                return Err(
+                    Trouble::request("the result as found is the result as left")
+                        .with_hint("name the result of the item before it was adjusted"),
+                );
             }
         }
         contradiction(job, result)?;
@@ -105,6 +114,11 @@ impl Content {
             gravity: standards::normal_gravity(result).cloned(),
             temperature: ambient.temperature_deg_c,
             measured: measured(job, result)?,
+            about_terms: match result.kind() {
+                "temperature" => Some(Text::TemperatureTerms),
+                "multi-position" => Some(Text::ParametersOfModel),
+                _ => None,
+            },
             is_of_shaker: norms.iter().any(|n| n.starts_with("ISO 16063")),
             conditions: ambient.description.clone(),
             results,
@@ -202,6 +216,7 @@ impl Content {
         if self.results.has_intervals() {
             all.push(Text::IntervalStatement.of(language).to_owned());
         }
+        all.extend(self.about_terms.map(|t| t.of(language).to_owned()));
         all.push(Text::CovarianceStatement.of(language).to_owned());
         all
     }
@@ -312,17 +327,20 @@ impl Content {
             ));
         }
         missing.extend(standards::doubts(&self.file, data, day));
-        for finding in data
-            .result
-            .findings()
-            .iter()
-            .filter(|f| f.severity() == Severity::Decision)
+        for (result, which) in [(Some(data.result), ""), (data.as_found, " as found")] {
+            let findings = result.into_iter().flat_map(|r| r.findings());
+            for finding in findings.filter(|f| f.severity() == Severity::Decision) {
+                missing.push(format!(
+                    "an open decision of the result{which}: {} [{}]",
+                    finding.what(),
+                    finding.code()
+                ));
+            }
+        }
+        if let (Some([low, high]), Some(t)) = (self.temperature(), self.temperature)
+            && !(low - 0.5..=high + 0.5).contains(&t)
         {
-            missing.push(format!(
-                "an open decision of the result: {} [{}]",
-                finding.what(),
-                finding.code()
-            ));
+            missing.push(format!("calibration.temperature_degC: {low} to {high} °C, but the result was measured at {t} °C"));
         }
         missing
     }
@@ -405,6 +423,14 @@ fn contradiction(job: &CertificateJob, result: &StoredResult) -> Result<()> {
     let Some(expected) = job.file.statement else {
         return Ok(());
     };
+    for (key, value) in [
+        ("coverage_factor", expected.coverage_factor),
+        ("probability", expected.probability),
+    ] {
+        if value.is_some_and(|v| !v.is_finite()) {
+            return Err(Trouble::request(format!("statement.{key} is no number")));
+        }
+    }
     for q in super::results::stated(result) {
         if let (Some(k), Some(wanted)) = (q.k, expected.coverage_factor)
             && (k - wanted).abs() > 0.005

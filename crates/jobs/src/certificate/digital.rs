@@ -87,9 +87,14 @@ pub(super) fn certificate(
             declaration: NewText::Said(Text::Replaces.with(language, &words)),
         });
     }
+    let further = match &calibration.conditions {
+        None => &content.conditions,
+        said => said,
+    };
     for (text, words) in [
         (Text::Accreditation, &laboratory.accreditation),
         (Text::Mounting, &calibration.mounting),
+        (Text::Conditions, further),
         (Text::Due, &calibration.due),
         (Text::Remarks, &calibration.remarks),
     ] {
@@ -106,12 +111,12 @@ pub(super) fn certificate(
             Text::Procedure.of(language)
         )));
     }
-    let none = Text::NoDeviations.of(language);
-    let deviations = calibration.deviations.as_deref().unwrap_or(none);
-    description.push(NewText::Said(format!(
-        "{}: {deviations}.",
-        Text::Deviations.of(language)
-    )));
+    if let Some(deviations) = &calibration.deviations {
+        description.push(NewText::Said(format!(
+            "{}: {deviations}.",
+            Text::Deviations.of(language)
+        )));
+    }
     let uncertainty = content
         .uncertainty_statement(language, &content.results.per_cent())
         .into_iter()

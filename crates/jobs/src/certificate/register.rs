@@ -179,12 +179,18 @@ impl Register {
     ///
     /// # Errors
     /// A certificate of the result that holds.
-    pub fn may_state(&self, result: &[u8], language: Language) -> Result<()> {
+    pub fn may_state(
+        &self,
+        result: &[u8],
+        language: Language,
+        replaces: Option<&Replaced>,
+    ) -> Result<()> {
         let digest = sha256(&[result]);
         let of = |e: &&Registered| {
             e.result_sha256 == digest
                 && e.language.is_none_or(|l| l == language)
                 && replaced_by(&self.entries, &e.number).is_none()
+                && replaces.is_none_or(|r| r.number != e.number)
         };
         match self.entries.iter().rev().find(of) {
             None => Ok(()),

@@ -2,7 +2,7 @@
 
 use super::CertificateData;
 use super::content::says;
-use super::laboratory::{CertificateFile, Item, Standard};
+use super::laboratory::{CertificateFile, Item, Standard, is_day};
 use super::register::{Registered, replaced_by};
 use crate::StoredResult;
 use proofmass_io::{DigitalCertificate, Input, ReadGravity};
@@ -71,11 +71,7 @@ pub(super) fn doubts(
         let mut own = own.filter(|c| Some(&c.input.sha256) == digest.as_ref());
         if let Some(certificate) = own.next() {
             doubts.extend(otherwise(standard, certificate, &item));
-            if let (Some(issued), Some(day)) = (&certificate.issued, day)
-                && issued > day
-            {
-                doubts.push(format!("a later standard: the certificate {} of {} was issued on {issued}, after {day}", standard.certificate, standard.name));
-            }
+            doubts.extend(later(standard, certificate, day));
         }
         doubts.extend(in_register(
             standard,
@@ -84,7 +80,11 @@ pub(super) fn doubts(
             &item,
         ));
     }
-    for input in files(data.result).filter(|i| is_standard(&i.path)) {
+    let as_found = data.as_found.into_iter().flat_map(files);
+    for input in files(data.result)
+        .chain(as_found)
+        .filter(|i| is_standard(&i.path))
+    {
         let known = file.standards.iter().filter_map(|s| s.input.as_deref());
         let mut known = known.filter(|stated| is(input, stated));
         if known.next().is_none() {
@@ -95,6 +95,41 @@ pub(super) fn doubts(
         }
     }
     doubts
+}
+
+/// What of the days of a standard's certificate cannot be.
+fn later(
+    standard: &Standard,
+    certificate: &DigitalCertificate,
+    day: Option<&String>,
+) -> Option<String> {
+    let (number, name) = (&standard.certificate, &standard.name);
+    let performed = certificate.performed.as_ref();
+    let days = [
+        ("its calibration began on", performed.map(|p| &p[0])),
+        ("it was calibrated until", performed.map(|p| &p[1])),
+        ("it was issued on", certificate.issued.as_ref()),
+    ];
+    let days: Vec<(&str, &String)> = days
+        .into_iter()
+        .filter_map(|(what, day)| Some((what, day?)))
+        .collect();
+    if let Some((what, wrong)) = days.iter().find(|d| !is_day(d.1)) {
+        return Some(format!(
+            "a standard without a day: {what} {wrong:?} by the certificate {number} of {name}"
+        ));
+    }
+    if let Some(pair) = days.windows(2).find(|pair| pair[0].1 > pair[1].1) {
+        return Some(format!(
+            "contradicting days of a standard: {} {}, but {} {}, by the certificate {number} of {name}",
+            pair[0].0, pair[0].1, pair[1].0, pair[1].1
+        ));
+    }
+    let (what, last) = days.last()?;
+    let day = day.filter(|day| last > day)?;
+    Some(format!(
+        "a later standard: {what} {last}, after {day}, by the certificate {number} of {name}"
+    ))
 }
 
 /// What an entry says otherwise than the certificate of its standard.
@@ -170,9 +205,12 @@ fn in_register(
     changed.into_iter().chain(replaced).chain(own).collect()
 }
 
-/// A name or number by what tells it from another: letters and digits, without the zeros that a number may begin with.
+/// A name or number by what tells it from another: letters and digits, without the zeros that a number may begin with and without what says
+/// that it is one.
 fn plain_name(text: &str) -> String {
+    const WORDS: [&str; 8] = ["s", "n", "sn", "no", "nr", "ser", "serial", "number"];
     let words = text.split(|c: char| !c.is_alphanumeric());
+    let words = words.filter(|w| !WORDS.contains(&w.to_lowercase().as_str()));
     let words = words.map(|word| match word.chars().all(|c| c.is_ascii_digit()) {
         true => word.trim_start_matches('0').to_owned(),
         false => word.to_lowercase(),
@@ -224,7 +262,8 @@ mod tests {
     fn known_numbers_of_one_item() {
         for (a, b) in [
             ("0077", "77"),
-            ("SN-0077", "sn 77"),
+            ("SN-0077", "77"),
+            ("S/N 77", "77"),
             (" A 1", "a1"),
             ("4711", "4711 "),
         ] {

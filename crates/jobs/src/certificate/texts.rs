@@ -102,7 +102,6 @@ texts! {
     CalibratedOver: "Temperatures of the item", "Temperature dell'oggetto", "دماهای دستگاه";
     ReferenceTemperature: "Reference temperature T₀ of the temperature terms", "Temperatura di riferimento T₀ dei termini di temperatura", "دمای مرجع T₀ جمله‌های دمایی";
     Accreditation: "Accreditation", "Accreditamento", "اعتباربخشی";
-    NoDeviations: "none", "nessuno", "ندارد";
     Environment: "Environmental conditions", "Condizioni ambientali", "شرایط محیطی";
     Temperature: "Temperature", "Temperatura", "دما";
     Humidity: "Relative humidity", "Umidità relativa", "رطوبت نسبی";
@@ -162,6 +161,12 @@ texts! {
     CovarianceStatement: "The covariance between the quantities and between the frequencies stands in the result that is embedded in the digital certificate.",
         "La covarianza tra le grandezze e tra le frequenze è riportata nel risultato incorporato nel certificato digitale.",
         "کوواریانس میان کمیت‌ها و میان بسامدها در نتیجهٔ جاسازی‌شده در گواهی دیجیتال آمده است.";
+    TemperatureTerms: "Temperature terms: the change of the output of an axis at rest is T1 (T − T₀) + T2 (T − T₀)² + T3 (T − T₀)³; the term without a number is its mean slope over the temperatures of the item.",
+        "Termini di temperatura: la variazione dell'uscita di un asse a riposo è T1 (T − T₀) + T2 (T − T₀)² + T3 (T − T₀)³; il termine senza numero è la sua pendenza media sulle temperature dell'oggetto.",
+        "جمله‌های دمایی: تغییر خروجی یک محور در حال سکون برابر است با T1 (T − T₀) + T2 (T − T₀)² + T3 (T − T₀)³؛ جملهٔ بدون شماره شیب میانگین آن در بازهٔ دماهای دستگاه است.";
+    ParametersOfModel: "Parameters: the output is K a + b, with the acceleration a along the axes x, y, z of the item; the scale factors are the diagonal of K, a misalignment ij is the element of K in row i and column j over the scale factor i, an angle in radians, and b is the output at zero acceleration.",
+        "Parametri: l'uscita è K a + b, con l'accelerazione a lungo gli assi x, y, z dell'oggetto; i fattori di scala sono la diagonale di K, un disallineamento ij è l'elemento di K nella riga i e colonna j diviso per il fattore di scala i, un angolo in radianti, e b è l'uscita ad accelerazione nulla.",
+        "پارامترها: خروجی برابر است با K a + b که در آن a شتاب در راستای محورهای x، y، z دستگاه است؛ ضریب‌های مقیاس قطر K هستند، ناهم‌راستایی ij درایهٔ سطر i و ستون j از K بخش بر ضریب مقیاس i است (زاویه بر حسب رادیان) و b خروجی در شتاب صفر است.";
     Conformity: "Statement of conformity", "Dichiarazione di conformità", "بیان انطباق";
     Rule: "Decision rule", "Regola decisionale", "قاعدهٔ تصمیم";
     SimpleRule: "simple acceptance: the measured value lies within the limits (JCGM 106, 8.2). The probability of a wrong decision may be up to 50 % at a limit.",
