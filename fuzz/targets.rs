@@ -3,7 +3,7 @@
 //! The fuzzer (`fuzz_targets/`) and the mutation tests of the workspace (`crates/jobs/tests/mutations.rs`) call the same
 //! functions.
 
-use proofmass_core::{SensorModel, Watch};
+use proofmass_core::Watch;
 use proofmass_io::formats::Container;
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
@@ -107,10 +107,9 @@ pub fn documents(data: &[u8]) {
     if let Ok(file) = CalibrationFile::from_json(data) {
         let bytes = file.to_json().expect("finite");
         assert_eq!(CalibrationFile::from_json(&bytes).expect("our own"), file);
-        let sensor = SensorModel::new(proofmass_core::Matrix3(file.k), file.b);
-        if let Ok(sensor) = sensor {
-            let _ = sensor.apply([1.0, 2.0, 3.0]);
-        }
+        let outputs: [&[f64]; 3] = [&[1.0], &[2.0], &[3.0]];
+        let model = file.compensation().expect("what was checked");
+        let _ = model.apply_columns(&outputs[..file.axes()], None);
     }
     if let Ok(result) = ResultDocument::from_json(data)
         && let Ok(bytes) = result.to_json()

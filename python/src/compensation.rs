@@ -3,7 +3,7 @@
 use crate::buffer::Numbers;
 use crate::stored_result::refused;
 use proofmass::core;
-use proofmass::io::{AnyCalibration, Source};
+use proofmass::io::{AnyCalibration, AnyCompensation, Source};
 use proofmass::jobs::Trouble;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -20,13 +20,18 @@ pub(crate) struct Compensation {
 
 impl Compensation {
     fn of(calibration: &AnyCalibration) -> PyResult<Self> {
-        let AnyCalibration::Triaxial(file) = calibration else {
+        let AnyCalibration::Constant(file) = calibration else {
             return Err(refused(
                 Trouble::request("a calibration over frequency has no single matrix")
                     .with_hint("compensate a recording with proofmass.apply(…, band=(low, high)) or filter=True"),
             ));
         };
-        let inner = file.compensation().map_err(refused)?;
+        let AnyCompensation::ThreeAxes(inner) = file.compensation().map_err(refused)? else {
+            return Err(refused(
+                Trouble::request("a calibration of one axis compensates no rows of three")
+                    .with_hint("compensate a recording with proofmass.apply"),
+            ));
+        };
         let temperatures = inner.thermal().map(|t| (t.range[0], t.range[1]));
         Ok(Self {
             inner,

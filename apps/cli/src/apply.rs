@@ -22,7 +22,7 @@ use std::path::PathBuf;
 /// of a laboratory) is used through the constant matrix of a band, or through a filter; both state their error.
 #[derive(clap::Args)]
 pub(crate) struct Apply {
-    /// calibration.json of `proofmass calibrate`, or a laboratory's table (.csv) over frequency
+    /// calibration.json (of three axes or one), a result.json that holds it, or a laboratory's table (.csv) over frequency
     calibration: PathBuf,
     /// Recording with uncompensated outputs; `-` is standard input
     recording: PathBuf,

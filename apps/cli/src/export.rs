@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 /// them. Each of Rust, C and Python checks itself: it holds outputs with the accelerations that were computed here.
 #[derive(clap::Args)]
 pub(crate) struct Export {
-    /// calibration.json written by `proofmass calibrate`, or result.json of `bias`, `velocity tune` or `velocity map`
+    /// calibration.json, or result.json of a test of one axis, of `bias`, `velocity tune` or `velocity map`
     calibration: PathBuf,
     #[command(flatten)]
     form: Form,
@@ -131,7 +131,8 @@ impl Export {
         console::doubt(&input);
         options.source = Some(input);
         options.number = self.number.into();
-        let text = if proofmass::io::is_result(&bytes) {
+        let calibration = AnyCalibration::from_json(&bytes);
+        let text = if calibration.is_err() && proofmass::io::is_result(&bytes) {
             let found = firmware(&bytes, self.method.unwrap_or_default());
             let found = found.map_err(|e| e.detail(name))?;
             options.notes = found.notes;
@@ -141,9 +142,9 @@ impl Export {
                 return Err(Failure::new("a calibration has no gains to choose from")
                     .hint("--method belongs to a result of `proofmass velocity tune`"));
             }
-            let source = Source::from_bytes(&self.calibration, bytes)?;
-            match (AnyCalibration::from_source(source)?.0, self.band) {
-                (AnyCalibration::Triaxial(file), None) => export(&file, form, &options)?,
+            let calibration = calibration.map_err(|e| e.at(&self.calibration))?;
+            match (calibration, self.band) {
+                (AnyCalibration::Constant(file), None) => export(&file, form, &options)?,
                 (AnyCalibration::FrequencyResponse(_), None) => {
                     return Err(Failure::new(
                         "the calibration is one over frequency: no single matrix stands for all of it",

@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 /// Check a calibration on a recording it was not made from.
 ///
 /// In each static interval of the recording ‖a‖ must be g: within 0.1 % each, and all together within what the
-/// covariance of the calibration allows (χ²).
+/// covariance of the calibration allows (χ²). A sensor of one axis rests with its axis up or down.
 #[derive(clap::Args)]
 pub(crate) struct Validate {
-    /// calibration.json written by `proofmass calibrate`
+    /// calibration.json, or a result.json that holds it
     calibration: PathBuf,
-    /// Recording with static intervals in any positions
+    /// Recording with static intervals in any positions (up and down of one axis)
     recording: PathBuf,
     /// Local gravity in m/s² where the recording was made [default: that of the calibration]
     #[arg(long, value_name = "M_PER_S2", requires = "gravity_uncertainty")]

@@ -17,21 +17,30 @@ pub const LARGEST_NONLINEARITY: f64 = 0.05;
 /// cubic of a narrow range runs away beyond it.
 ///
 /// **Units** temperatures in °C (differences in K), β_ik in output units per Kᵏ, γ_ik in 1/Kᵏ.
+///
+/// **Shapes** N axes: three, or one.
 #[doc(alias("TCB", "TCS", "temperature coefficient"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct ThermalTerms<F> {
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "F: serde::Serialize, [[F; THERMAL_ORDER]; N]: serde::Serialize",
+        deserialize = "F: serde::Deserialize<'de>, [[F; THERMAL_ORDER]; N]: serde::Deserialize<'de>"
+    ))
+)]
+pub struct ThermalTerms<F, const N: usize = 3> {
     /// T₀, °C: the temperature at which K and b of the linear model hold.
     pub reference: F,
     /// Lowest and highest temperature at which the coefficients were measured, °C.
     pub range: [F; 2],
     /// β: per axis the coefficients of d, d², d³.
-    pub bias: [[F; THERMAL_ORDER]; 3],
+    pub bias: [[F; THERMAL_ORDER]; N],
     /// γ: per axis the coefficients of d, d², d³.
-    pub scale: [[F; THERMAL_ORDER]; 3],
+    pub scale: [[F; THERMAL_ORDER]; N],
 }
 
-impl<F: Float> ThermalTerms<F> {
+impl<F: Float, const N: usize> ThermalTerms<F, N> {
     /// Whether the coefficients were measured at this temperature, °C.
     pub fn covers(&self, temperature: F) -> bool {
         self.range[0] <= temperature && temperature <= self.range[1]
@@ -50,6 +59,61 @@ impl<F: Float> ThermalTerms<F> {
         };
         held - self.reference
     }
+
+    /// (v_i − Σ β_ik dᵏ) / (1 + Σ γ_ik dᵏ): what the sensor would have given at T₀.
+    #[inline]
+    fn at_reference(&self, mut v: [F; N], temperature: F) -> [F; N] {
+        let d = self.difference(temperature);
+        for axis in 0..N {
+            v[axis] = (v[axis] - power_sum(&self.bias[axis], d))
+                / (F::ONE + power_sum(&self.scale[axis], d));
+        }
+        v
+    }
+
+    /// What undoes [`at_reference`](Self::at_reference).
+    #[inline]
+    fn at_temperature(&self, mut v: [F; N], temperature: F) -> [F; N] {
+        let d = self.difference(temperature);
+        for axis in 0..N {
+            v[axis] = v[axis] * (F::ONE + power_sum(&self.scale[axis], d))
+                + power_sum(&self.bias[axis], d);
+        }
+        v
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        let all = self.bias.iter().chain(&self.scale).flatten();
+        if let Some(index) = core::iter::once(&self.reference)
+            .chain(all)
+            .position(|v| !v.is_finite())
+        {
+            return Err(Error::NotFinite {
+                name: "temperature coefficient",
+                index,
+            });
+        }
+        let [low, high] = self.range;
+        if !(low <= high) {
+            return Err(Error::OutOfRange {
+                name: "lowest temperature of the coefficients",
+                value: low.to_f64(),
+                min: f64::MIN,
+                max: high.to_f64(),
+            });
+        }
+        Ok(())
+    }
+
+    fn cast<G: Float>(&self) -> ThermalTerms<G, N> {
+        let to = |v: F| G::from_f64(v.to_f64());
+        ThermalTerms {
+            reference: to(self.reference),
+            range: self.range.map(to),
+            bias: self.bias.map(|row| row.map(to)),
+            scale: self.scale.map(|row| row.map(to)),
+        }
+    }
 }
 
 /// Curvature of each channel along its own sensitive axis.
@@ -57,21 +121,30 @@ impl<F: Float> ThermalTerms<F> {
 /// With x_i = (K a)_i / K_ii, the channel gives b_i + K_ii (x_i + k₂ x_i² + k₃ x_i³).
 ///
 /// **Units** k₂ in 1/(m/s²), k₃ in 1/(m/s²)².
+///
+/// **Shapes** N axes: three, or one.
 #[doc(alias("second-order nonlinearity", "K2", "vibration rectification"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Curvature<F> {
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(bound(
+        serialize = "[F; N]: serde::Serialize",
+        deserialize = "[F; N]: serde::Deserialize<'de>"
+    ))
+)]
+pub struct Curvature<F, const N: usize = 3> {
     /// k₂ per axis.
-    pub quadratic: [F; 3],
+    pub quadratic: [F; N],
     /// k₃ per axis.
-    pub cubic: [F; 3],
+    pub cubic: [F; N],
 }
 
-impl<F: Float> Curvature<F> {
+impl<F: Float, const N: usize> Curvature<F, N> {
     /// |k₂ x| + |k₃ x²| of the worst axis at a reach of x, m/s²: what curvature does to a reading, relative.
     pub fn share(&self, reach: F) -> F {
         let mut largest = F::ZERO;
-        for axis in 0..3 {
+        for axis in 0..N {
             let share =
                 (self.quadratic[axis] * reach).abs() + (self.cubic[axis] * reach * reach).abs();
             if !(share <= largest) {
@@ -79,6 +152,46 @@ impl<F: Float> Curvature<F> {
             }
         }
         largest
+    }
+
+    fn check(&self, reach: F) -> Result<(), Error> {
+        let mut all = self.quadratic.iter().chain(&self.cubic);
+        if let Some(index) = all.position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite {
+                name: "non-linear coefficient",
+                index,
+            });
+        }
+        let share = self.share(reach).to_f64();
+        if !(share <= LARGEST_NONLINEARITY) {
+            return Err(Error::OutOfRange {
+                name: "share of curvature in a reading",
+                value: share,
+                min: 0.0,
+                max: LARGEST_NONLINEARITY,
+            });
+        }
+        Ok(())
+    }
+
+    /// x_i with x_i (1 + k₂ x_i + k₃ x_i²) = y_i, axis by axis.
+    #[inline]
+    fn straightened(&self, axis: usize, y: F) -> F {
+        straighten(y, self.quadratic[axis], self.cubic[axis])
+    }
+
+    /// 1 + k₂ x + k₃ x².
+    #[inline]
+    fn factor(&self, axis: usize, x: F) -> F {
+        F::ONE + x * (self.quadratic[axis] + x * self.cubic[axis])
+    }
+
+    fn cast<G: Float>(&self) -> Curvature<G, N> {
+        let to = |v: F| G::from_f64(v.to_f64());
+        Curvature {
+            quadratic: self.quadratic.map(to),
+            cubic: self.cubic.map(to),
+        }
     }
 }
 
@@ -126,43 +239,10 @@ impl<F: Float> Compensation<F> {
         reach: F,
     ) -> Result<Self, Error> {
         if let Some(terms) = &thermal {
-            let all = terms.bias.iter().chain(&terms.scale).flatten();
-            if let Some(index) = core::iter::once(&terms.reference)
-                .chain(all)
-                .position(|v| !v.is_finite())
-            {
-                return Err(Error::NotFinite {
-                    name: "temperature coefficient",
-                    index,
-                });
-            }
-            let [low, high] = terms.range;
-            if !(low <= high) {
-                return Err(Error::OutOfRange {
-                    name: "lowest temperature of the coefficients",
-                    value: low.to_f64(),
-                    min: f64::MIN,
-                    max: high.to_f64(),
-                });
-            }
+            terms.check()?;
         }
         if let Some(curvature) = &curvature {
-            let all = curvature.quadratic.iter().chain(&curvature.cubic);
-            if let Some(index) = all.clone().position(|v| !v.is_finite()) {
-                return Err(Error::NotFinite {
-                    name: "non-linear coefficient",
-                    index,
-                });
-            }
-            let share = curvature.share(reach).to_f64();
-            if !(share <= LARGEST_NONLINEARITY) {
-                return Err(Error::OutOfRange {
-                    name: "share of curvature in a reading",
-                    value: share,
-                    min: 0.0,
-                    max: LARGEST_NONLINEARITY,
-                });
-            }
+            curvature.check(reach)?;
         }
         Ok(Self {
             sensor,
@@ -215,22 +295,13 @@ impl<F: Float> Compensation<F> {
             output[2] - bias[2],
         ];
         if let Some(terms) = &self.thermal {
-            let d = terms.difference(temperature);
-            for axis in 0..3 {
-                v[axis] = (v[axis] - power_sum(&terms.bias[axis], d))
-                    / (F::ONE + power_sum(&terms.scale[axis], d));
-            }
+            v = terms.at_reference(v, temperature);
         }
         if let Some(curvature) = &self.curvature {
             let k = self.sensor.k();
             for axis in 0..3 {
                 let size = k.0[axis][axis];
-                v[axis] = size
-                    * straighten(
-                        v[axis] / size,
-                        curvature.quadratic[axis],
-                        curvature.cubic[axis],
-                    );
+                v[axis] = size * curvature.straightened(axis, v[axis] / size);
             }
         }
         self.sensor.k_inverse().times(v)
@@ -268,15 +339,11 @@ impl<F: Float> Compensation<F> {
         if let Some(curvature) = &self.curvature {
             for axis in 0..3 {
                 let x = v[axis] / k.0[axis][axis];
-                v[axis] *= F::ONE + x * (curvature.quadratic[axis] + x * curvature.cubic[axis]);
+                v[axis] *= curvature.factor(axis, x);
             }
         }
         if let Some(terms) = &self.thermal {
-            let d = terms.difference(temperature);
-            for axis in 0..3 {
-                v[axis] = v[axis] * (F::ONE + power_sum(&terms.scale[axis], d))
-                    + power_sum(&terms.bias[axis], d);
-            }
+            v = terms.at_temperature(v, temperature);
         }
         [v[0] + bias[0], v[1] + bias[1], v[2] + bias[2]]
     }
@@ -304,19 +371,10 @@ impl<F: Float> Compensation<F> {
 
     /// The same in the other precision.
     pub fn cast<G: Float>(&self) -> Compensation<G> {
-        let to = |v: F| G::from_f64(v.to_f64());
         Compensation {
             sensor: self.sensor.cast(),
-            thermal: self.thermal.map(|t| ThermalTerms {
-                reference: to(t.reference),
-                range: t.range.map(to),
-                bias: t.bias.map(|row| row.map(to)),
-                scale: t.scale.map(|row| row.map(to)),
-            }),
-            curvature: self.curvature.map(|c| Curvature {
-                quadratic: c.quadratic.map(to),
-                cubic: c.cubic.map(to),
-            }),
+            thermal: self.thermal.as_ref().map(ThermalTerms::cast),
+            curvature: self.curvature.as_ref().map(Curvature::cast),
         }
     }
 }
@@ -324,6 +382,142 @@ impl<F: Float> Compensation<F> {
 impl<F: Float> From<SensorModel<F>> for Compensation<F> {
     fn from(sensor: SensorModel<F>) -> Self {
         Self::constant(sensor, None, None)
+    }
+}
+
+/// Scale, bias, temperature and curvature of an accelerometer with one sensitive axis.
+///
+/// ```text
+/// v = (ã − b(T)) / (1 + Σ γ_k dᵏ)                temperature, d = T − T₀
+/// a (1 + k₂ a + k₃ a²) = v / k                    curvature
+/// ```
+///
+/// What [`Compensation`] is for three axes, without the matrix: the terms are the same functions.
+///
+/// ```
+/// use proofmass_core::*;
+///
+/// // A servo accelerometer: 0.13 V/(m/s²), 2 mV, K2 of 1e-5 1/(m/s²).
+/// let curvature = Curvature { quadratic: [1e-5], cubic: [0.0] };
+/// let model = AxisCompensation::<f64>::new(0.13, 2e-3, None, Some(curvature), 50.0)?;
+/// let output = model.invert(40.0, 25.0);
+/// assert!((output - (2e-3 + 0.13 * 40.0 * 1.0004)).abs() < 1e-15);
+/// assert!((model.apply(output, 25.0) - 40.0).abs() < 1e-13);
+/// # Ok::<(), Error>(())
+/// ```
+#[doc(alias("single-axis accelerometer", "K0", "K1"))]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisCompensation<F> {
+    scale: F,
+    bias: F,
+    thermal: Option<ThermalTerms<F, 1>>,
+    curvature: Option<Curvature<F, 1>>,
+}
+
+impl<F: Float> AxisCompensation<F> {
+    /// From the scale factor k (output per m/s²) and the bias b (output); `reach` is the largest acceleration it is used at, m/s².
+    ///
+    /// # Errors
+    /// As [`Compensation::new`]; [`Error::Singular`] for a scale factor of zero.
+    pub fn new(
+        scale: F,
+        bias: F,
+        thermal: Option<ThermalTerms<F, 1>>,
+        curvature: Option<Curvature<F, 1>>,
+        reach: F,
+    ) -> Result<Self, Error> {
+        if let Some(index) = [scale, bias].iter().position(|v| !v.is_finite()) {
+            return Err(Error::NotFinite {
+                name: "scale factor or bias",
+                index,
+            });
+        }
+        if !(scale.abs() > F::ZERO) {
+            return Err(Error::Singular {
+                name: "scale factor",
+                condition: f64::INFINITY,
+            });
+        }
+        if let Some(terms) = &thermal {
+            terms.check()?;
+        }
+        if let Some(curvature) = &curvature {
+            curvature.check(reach)?;
+        }
+        Ok(Self::constant(scale, bias, thermal, curvature))
+    }
+
+    /// As a constant of firmware: nothing is computed and nothing is checked.
+    pub const fn constant(
+        scale: F,
+        bias: F,
+        thermal: Option<ThermalTerms<F, 1>>,
+        curvature: Option<Curvature<F, 1>>,
+    ) -> Self {
+        Self {
+            scale,
+            bias,
+            thermal,
+            curvature,
+        }
+    }
+
+    /// Scale factor k, output unit per m/s².
+    pub fn scale(&self) -> F {
+        self.scale
+    }
+
+    /// Bias b in output units.
+    pub fn bias(&self) -> F {
+        self.bias
+    }
+
+    /// What depends on temperature.
+    pub fn thermal(&self) -> Option<&ThermalTerms<F, 1>> {
+        self.thermal.as_ref()
+    }
+
+    /// What is not linear.
+    pub fn curvature(&self) -> Option<&Curvature<F, 1>> {
+        self.curvature.as_ref()
+    }
+
+    /// Acceleration, m/s², from the sensor's output and its temperature in °C, as [`Compensation::apply`].
+    #[inline]
+    pub fn apply(&self, output: F, temperature: F) -> F {
+        let mut v = output - self.bias;
+        if let Some(terms) = &self.thermal {
+            [v] = terms.at_reference([v], temperature);
+        }
+        let a = v / self.scale;
+        match &self.curvature {
+            Some(curvature) => curvature.straightened(0, a),
+            None => a,
+        }
+    }
+
+    /// The sensor itself: output from acceleration and temperature.
+    #[inline]
+    pub fn invert(&self, acceleration: F, temperature: F) -> F {
+        let mut v = self.scale * acceleration;
+        if let Some(curvature) = &self.curvature {
+            v *= curvature.factor(0, acceleration);
+        }
+        if let Some(terms) = &self.thermal {
+            [v] = terms.at_temperature([v], temperature);
+        }
+        v + self.bias
+    }
+
+    /// The same in the other precision.
+    pub fn cast<G: Float>(&self) -> AxisCompensation<G> {
+        let to = |v: F| G::from_f64(v.to_f64());
+        AxisCompensation {
+            scale: to(self.scale),
+            bias: to(self.bias),
+            thermal: self.thermal.as_ref().map(ThermalTerms::cast),
+            curvature: self.curvature.as_ref().map(Curvature::cast),
+        }
     }
 }
 
@@ -443,6 +637,52 @@ mod tests {
             largest < bound && largest > 1e-3 * bound,
             "{largest} {bound}"
         );
+    }
+
+    /// An axis alone is an axis of three whose matrix is diagonal.
+    #[test]
+    fn law_one_axis_is_an_axis_of_three() {
+        let three = model();
+        let (thermal, curvature) = (three.thermal().unwrap(), three.curvature().unwrap());
+        for i in 0..3 {
+            let k = three.sensor().k().0[i][i];
+            let b = three.sensor().bias()[i];
+            let diagonal = Compensation::new(
+                SensorModel::new(Matrix3::diagonal([k; 3]), [b; 3]).unwrap(),
+                Some(*thermal),
+                Some(*curvature),
+                40.0,
+            )
+            .unwrap();
+            let axis = AxisCompensation::new(
+                k,
+                b,
+                Some(ThermalTerms {
+                    reference: thermal.reference,
+                    range: thermal.range,
+                    bias: [thermal.bias[i]],
+                    scale: [thermal.scale[i]],
+                }),
+                Some(Curvature {
+                    quadratic: [curvature.quadratic[i]],
+                    cubic: [curvature.cubic[i]],
+                }),
+                40.0,
+            )
+            .unwrap();
+            for step in -40..=40 {
+                let (a, t) = (f64::from(step), 1.7 * f64::from(step));
+                let output = axis.invert(a, t);
+                // Outputs near 5e4 counts round to 7e-12.
+                assert!((output - diagonal.invert([a; 3], t)[i]).abs() < 2e-11);
+                let (one, of_three) = (axis.apply(output, t), diagonal.apply([output; 3], t)[i]);
+                assert!((one - of_three).abs() < 2e-13 && (one - a).abs() < 2e-13);
+            }
+        }
+        assert!(matches!(
+            AxisCompensation::new(0.0, 1.0, None, None, 10.0),
+            Err(Error::Singular { .. })
+        ));
     }
 
     #[test]

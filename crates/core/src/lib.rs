@@ -41,7 +41,7 @@ mod watch;
 
 pub use bias_filter::{BiasFilter, BiasState};
 pub use compensation::{
-    Compensation, Curvature, LARGEST_NONLINEARITY, THERMAL_ORDER, ThermalTerms,
+    AxisCompensation, Compensation, Curvature, LARGEST_NONLINEARITY, THERMAL_ORDER, ThermalTerms,
 };
 pub use error::Error;
 pub use fixed_point::{FixedPoint, FixedRange, FixedThermal, TEMPERATURE_BITS};

@@ -5,10 +5,11 @@ use crate::software::Schema;
 use crate::source::LARGEST_DOCUMENT;
 use crate::{
     CalibrationFile, Device, Error, ErrorKind, FREQUENCY_RESPONSE, FrequencyResponseFile, Input,
-    Result, Source, TRIAXIAL, Unit,
+    RESULT_SCHEMA, Result, SINGLE_AXIS, Source, TRIAXIAL, Unit,
 };
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 use std::path::Path;
 
 /// Name of the form.
@@ -22,20 +23,20 @@ pub const CALIBRATION_VERSION: u32 = 2;
 /// use proofmass_io::AnyCalibration;
 ///
 /// let refused = AnyCalibration::from_json(b"{\"schema\": {\"name\": \"proofmass.result\", \"version\": 1}}");
-/// assert!(refused.unwrap_err().to_string().contains("not a proofmass.calibration file"));
+/// assert!(refused.unwrap_err().to_string().contains("a result without a calibration"));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum AnyCalibration {
-    /// One real matrix and a bias, from static positions.
-    Triaxial(Box<CalibrationFile>),
+    /// One real matrix and a bias, of three axes or one, from static positions or a static test.
+    Constant(Box<CalibrationFile>),
     /// A complex matrix over frequency, from a shaker, a shock or a certificate.
     FrequencyResponse(Box<FrequencyResponseFile>),
 }
 
 impl From<CalibrationFile> for AnyCalibration {
     fn from(file: CalibrationFile) -> Self {
-        Self::Triaxial(Box::new(file))
+        Self::Constant(Box::new(file))
     }
 }
 
@@ -67,16 +68,17 @@ impl AnyCalibration {
     /// # Errors
     /// As [`AnyCalibration::read`].
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let kind = kind_of(bytes)?;
+        let (kind, bytes) = opened(bytes)?;
+        let bytes = bytes.as_ref();
         match kind.as_str() {
-            TRIAXIAL => CalibrationFile::from_json(bytes).map(Self::from),
+            TRIAXIAL | SINGLE_AXIS => CalibrationFile::from_json(bytes).map(Self::from),
             FREQUENCY_RESPONSE => FrequencyResponseFile::from_json(bytes).map(Self::from),
             _ => Err(Error::new(
                 ErrorKind::Format,
                 format!("is a calibration of kind \"{kind}\", which this version does not know"),
             )
             .with_hint(format!(
-                "kinds it knows: {TRIAXIAL}, {FREQUENCY_RESPONSE}; use the version of proofmass that wrote it"
+                "kinds it knows: {TRIAXIAL}, {SINGLE_AXIS}, {FREQUENCY_RESPONSE}; use the version of proofmass that wrote it"
             ))),
         }
     }
@@ -87,7 +89,7 @@ impl AnyCalibration {
     /// A number that is not finite, or a singular matrix.
     pub fn to_json(&self) -> Result<Vec<u8>> {
         match self {
-            Self::Triaxial(file) => file.to_json(),
+            Self::Constant(file) => file.to_json(),
             Self::FrequencyResponse(file) => file.to_json(),
         }
     }
@@ -95,7 +97,7 @@ impl AnyCalibration {
     /// Kind as in the file.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Triaxial(_) => TRIAXIAL,
+            Self::Constant(file) => file.kind(),
             Self::FrequencyResponse(_) => FREQUENCY_RESPONSE,
         }
     }
@@ -103,7 +105,7 @@ impl AnyCalibration {
     /// The calibrated device.
     pub fn device(&self) -> &Device {
         match self {
-            Self::Triaxial(file) => &file.device,
+            Self::Constant(file) => &file.device,
             Self::FrequencyResponse(file) => &file.device,
         }
     }
@@ -111,7 +113,7 @@ impl AnyCalibration {
     /// Columns of its outputs in the recording that it came from, where it names them.
     pub fn columns(&self) -> Option<Vec<ColumnRef>> {
         match self {
-            Self::Triaxial(file) => file.columns.as_ref().map(|c| c.to_vec()),
+            Self::Constant(file) => file.columns.clone(),
             Self::FrequencyResponse(file) => file.columns.clone(),
         }
     }
@@ -119,7 +121,7 @@ impl AnyCalibration {
     /// Unit of the recordings it applies to.
     pub fn input_unit(&self) -> Unit {
         match self {
-            Self::Triaxial(file) => file.input_unit,
+            Self::Constant(file) => file.input_unit,
             Self::FrequencyResponse(file) => file.input_unit,
         }
     }
@@ -133,22 +135,45 @@ pub(crate) fn calibration_schema() -> Schema {
     }
 }
 
-/// The kind of a calibration file, after its form and version have been checked.
-fn kind_of(bytes: &[u8]) -> Result<String> {
+/// The kind of a calibration and its bytes, after its form and version have been checked: a file of its own, or the part of a
+/// result.json.
+fn opened(bytes: &[u8]) -> Result<(String, Cow<'_, [u8]>)> {
     #[derive(Deserialize)]
     struct Head {
         schema: Option<Schema>,
         kind: Option<String>,
+        #[serde(default)]
+        extra: Sections,
+    }
+    #[derive(Default, Deserialize)]
+    struct Sections {
+        calibration: Option<serde_json::Value>,
     }
     let not_ours = |what: String| {
-        Error::new(ErrorKind::Format, what)
-            .with_hint("name the calibration.json that `proofmass calibrate` wrote")
+        Error::new(ErrorKind::Format, what).with_hint(
+            "name the calibration.json or result.json of a calibration or a test of one axis",
+        )
     };
     let head: Head = serde_json::from_slice(bytes).map_err(|e| {
         not_ours("is not a calibration file, or is damaged or cut off".into())
             .line(e.line() as u64)
             .because(e)
     })?;
+    if head
+        .schema
+        .as_ref()
+        .is_some_and(|s| s.name == RESULT_SCHEMA)
+    {
+        let kind = head.kind.unwrap_or_default();
+        let part = head.extra.calibration.ok_or_else(|| {
+            not_ours(format!(
+                "is a result without a calibration, of kind \"{kind}\""
+            ))
+        })?;
+        let part = part.to_string().into_bytes();
+        let (kind, part) = opened(&part)?;
+        return Ok((kind, Cow::Owned(part.into_owned())));
+    }
     let schema = head
         .schema
         .ok_or_else(|| not_ours("is not a calibration file: it names no schema".into()))?;
@@ -168,7 +193,7 @@ fn kind_of(bytes: &[u8]) -> Result<String> {
         )
         .with_hint("use the version of proofmass that wrote it (it stands under `software`), or calibrate again"));
     }
-    Ok(head.kind.unwrap_or_default())
+    Ok((head.kind.unwrap_or_default(), Cow::Borrowed(bytes)))
 }
 
 /// A document of a form of its own, with name and digest of its source; what is wrong names the source.
@@ -185,18 +210,19 @@ pub(crate) fn read_document<T>(
 /// A calibration of one kind; of another kind, `advice` says what to do.
 pub(crate) fn parse_kind<T: DeserializeOwned>(
     bytes: &[u8],
-    wanted: &str,
+    wanted: &[&str],
     advice: &str,
 ) -> Result<T> {
-    let kind = kind_of(bytes)?;
-    if kind != wanted {
+    let (kind, bytes) = opened(bytes)?;
+    if !wanted.contains(&kind.as_str()) {
+        let wanted = wanted.join("\" or \"");
         return Err(Error::new(
             ErrorKind::Format,
             format!("is a calibration of kind \"{kind}\"; one of kind \"{wanted}\" is needed here"),
         )
         .with_hint(advice));
     }
-    serde_json::from_slice(bytes).map_err(|e| {
+    serde_json::from_slice(&bytes).map_err(|e| {
         Error::new(
             ErrorKind::Format,
             format!("the calibration is damaged: {e}"),

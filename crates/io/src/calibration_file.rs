@@ -1,7 +1,9 @@
 //! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
 
+mod any_compensation;
 mod blocks;
 
+pub use any_compensation::AnyCompensation;
 pub use blocks::{CurvatureBlock, ThermalBlock};
 
 use crate::Device;
@@ -10,15 +12,29 @@ use crate::layout::ColumnRef;
 use crate::output::AtomicFile;
 use crate::software::{Schema, Software};
 use crate::{Error, ErrorKind, Input, Result, Source, Unit};
-use proofmass_core::{Compensation, Matrix3, SensorModel};
-use proofmass_uncertainty::{Estimate, Quantity};
+use proofmass_core::{
+    AxisCompensation, Compensation, Curvature, Matrix3, SensorModel, ThermalTerms,
+};
+use proofmass_uncertainty::{Component, Estimate, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Kind of a calibration by one real matrix and a bias.
 pub const TRIAXIAL: &str = "triaxial";
+/// Kind of a calibration of one axis, by a scale factor and a bias.
+pub const SINGLE_AXIS: &str = "single-axis";
 
-/// A stored calibration of a triaxial accelerometer: ã = K a + b, so a = K⁻¹(ã − b).
+/// What an axis adds to the name of a parameter: three have letters, one has none.
+pub(crate) fn axis_names(axes: usize) -> &'static [&'static str] {
+    match axes {
+        1 => &[""],
+        _ => &[".x", ".y", ".z"],
+    }
+}
+
+/// A stored calibration of an accelerometer of three axes or of one: ã = K a + b, so a = K⁻¹(ã − b).
+///
+/// **Shapes** three axes, or one: K is 3 × 3 or 1 × 1, and whatever there is per axis as long as b.
 ///
 /// **Units** K in input unit per output unit, b in the input unit. "Input" is what enters the compensation (the
 /// output of the sensor), "output" what leaves it.
@@ -27,7 +43,7 @@ pub const TRIAXIAL: &str = "triaxial";
 pub struct CalibrationFile {
     /// Form and version.
     pub schema: Schema,
-    /// Kind of calibration, [`TRIAXIAL`].
+    /// Kind of calibration, [`TRIAXIAL`] or [`SINGLE_AXIS`].
     pub(crate) kind: String,
     /// Program that wrote it.
     pub software: Software,
@@ -37,16 +53,16 @@ pub struct CalibrationFile {
     pub input_unit: Unit,
     /// Unit of the compensated signal.
     pub output_unit: Unit,
-    /// Columns of x, y, z in the recording it came from, as the campaign named them.
+    /// Columns of the axes in the recording it came from, as the campaign named them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub columns: Option<[ColumnRef; 3]>,
+    pub columns: Option<Vec<ColumnRef>>,
     /// Name of the fitted model.
     pub model: String,
     /// Scale, misalignment and cross-axis matrix, by rows.
     #[serde(rename = "K")]
-    pub k: [[f64; 3]; 3],
+    pub k: Vec<Vec<f64>>,
     /// Bias.
-    pub b: [f64; 3],
+    pub b: Vec<f64>,
     /// All parameters with their joint covariance and its causes.
     pub estimate: Estimate,
     /// Local gravity of the calibration.
@@ -77,25 +93,25 @@ pub struct CalibrationFile {
 }
 
 impl CalibrationFile {
-    /// A calibration with what cannot be left out; the rest is set through the public fields.
-    pub fn new(
+    /// A calibration with what cannot be left out; the rest is set through the public fields. N is three, or one.
+    pub fn new<const N: usize>(
         model: impl Into<String>,
         input_unit: Unit,
-        k: [[f64; 3]; 3],
-        b: [f64; 3],
+        k: [[f64; N]; N],
+        b: [f64; N],
         estimate: Estimate,
     ) -> Self {
         Self {
             schema: calibration_schema(),
-            kind: TRIAXIAL.into(),
+            kind: if N == 1 { SINGLE_AXIS } else { TRIAXIAL }.into(),
             software: Software::default(),
             device: Device::default(),
             input_unit,
             output_unit: Unit::MetrePerSecondSquared,
             columns: None,
             model: model.into(),
-            k,
-            b,
+            k: k.map(|row| row.to_vec()).to_vec(),
+            b: b.to_vec(),
             estimate,
             gravity: None,
             repeatability: None,
@@ -128,8 +144,8 @@ impl CalibrationFile {
     /// # Errors
     /// As [`CalibrationFile::read`].
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
-        let advice = "use a calibration of a triaxial accelerometer from static positions";
-        let file: Self = parse_kind(bytes, TRIAXIAL, advice)?;
+        let advice = "use a calibration from static positions or from a static test; of one over frequency `--band` makes such a one, where the command has it";
+        let file: Self = parse_kind(bytes, &[TRIAXIAL, SINGLE_AXIS], advice)?;
         file.check()?;
         Ok(file)
     }
@@ -159,16 +175,119 @@ impl CalibrationFile {
         calibration_schema()
     }
 
+    /// Number of axes: three, or one.
+    pub fn axes(&self) -> usize {
+        self.b.len()
+    }
+
+    /// Kind as in the file: [`TRIAXIAL`] or [`SINGLE_AXIS`].
+    pub fn kind(&self) -> &'static str {
+        match self.axes() {
+            1 => SINGLE_AXIS,
+            _ => TRIAXIAL,
+        }
+    }
+
     /// What runs on the desk and on the chip: the linear model with what the blocks say.
     ///
     /// # Errors
     /// A K that cannot be inverted, a coefficient that is not finite, curvature that is no small correction.
-    pub fn compensation(&self) -> Result<Compensation<f64>> {
-        let sensor = SensorModel::new(Matrix3(self.k), self.b).map_err(unusable)?;
-        let thermal = self.temperature.as_ref().map(ThermalBlock::terms);
-        let curvature = self.curvature.as_ref().map(CurvatureBlock::terms);
+    pub fn compensation(&self) -> Result<AnyCompensation> {
         let reach = self.curvature.as_ref().map_or(0.0, |c| c.reach);
-        Compensation::new(sensor, thermal, curvature, reach).map_err(unusable)
+        Ok(match (self.k.as_slice(), self.b.as_slice()) {
+            ([row], &[bias]) if row.len() == 1 => {
+                let (thermal, curvature) = (self.thermal()?, self.curvature()?);
+                let model = AxisCompensation::new(row[0], bias, thermal, curvature, reach);
+                AnyCompensation::OneAxis(model.map_err(unusable)?)
+            }
+            _ => {
+                let (sensor, thermal) = (self.sensor()?, self.thermal()?);
+                let model = Compensation::new(sensor, thermal, self.curvature()?, reach);
+                AnyCompensation::ThreeAxes(model.map_err(unusable)?)
+            }
+        })
+    }
+
+    /// The linear part of a calibration of three axes.
+    ///
+    /// # Errors
+    /// One of a single axis; a K that cannot be inverted.
+    pub fn sensor(&self) -> Result<SensorModel<f64>> {
+        let row = |row: &Vec<f64>| <[f64; 3]>::try_from(row.as_slice()).ok();
+        let rows: Option<Vec<[f64; 3]>> = self.k.iter().map(row).collect();
+        let k = rows.and_then(|rows| <[[f64; 3]; 3]>::try_from(rows).ok());
+        let (Some(k), Ok(b)) = (k, <[f64; 3]>::try_from(self.b.as_slice())) else {
+            return Err(Error::new(
+                ErrorKind::Format,
+                "is a calibration of one axis; one of three axes is needed here",
+            )
+            .with_hint(
+                "use a calibration of a triaxial accelerometer, such as one from static positions",
+            ));
+        };
+        SensorModel::new(Matrix3(k), b).map_err(unusable)
+    }
+
+    /// An acceleration that this calibration of one axis gives, with what the calibration leaves open of it; `None` of three axes,
+    /// and where the calibration states no uncertainty.
+    ///
+    /// With o = b(T) + k(T)(a + k₂ a² + k₃ a³) it is ∂a/∂p = −(∂o/∂p)/(∂o/∂a) for every parameter p, with the joint covariance.
+    ///
+    /// **Units** acceleration in m/s², temperature in °C.
+    pub fn acceleration(&self, a: f64, temperature: Option<f64>) -> Option<Quantity> {
+        if self.axes() != 1 || self.estimate.influences().is_empty() {
+            return None;
+        }
+        let (k, curvature) = (self.k[0][0], self.curvature::<1>().ok()?);
+        let (k2, k3) = curvature.map_or((0.0, 0.0), |c| (c.quadratic[0], c.cubic[0]));
+        let shape = a * (1.0 + a * (k2 + a * k3));
+        let block = self.temperature.as_ref();
+        let d = match (block, temperature) {
+            (Some(block), Some(t)) => t.clamp(block.range[0], block.range[1]) - block.reference,
+            _ => 0.0,
+        };
+        let powers = [d, d * d, d * d * d];
+        let warm = block.map_or(1.0, |block| {
+            1.0 + block.scale[0]
+                .iter()
+                .zip(powers)
+                .map(|(c, p)| c * p)
+                .sum::<f64>()
+        });
+        let slope = k * warm * (1.0 + a * (2.0 * k2 + 3.0 * k3 * a));
+        let effect = |name: &str| match name {
+            "bias" => 1.0,
+            "scale" => warm * shape,
+            "curvature.2" => k * warm * a * a,
+            "curvature.3" => k * warm * a * a * a,
+            _ => match name
+                .split_once(".T")
+                .map(|(kind, power)| (kind, power.parse::<usize>()))
+            {
+                Some(("bias", Ok(power @ 1..=3))) => powers[power - 1],
+                Some(("scale", Ok(power @ 1..=3))) => k * shape * powers[power - 1],
+                _ => 0.0,
+            },
+        };
+        let parameters = self.estimate.components().iter();
+        let jacobian: Vec<f64> = parameters.map(|c| -effect(&c.name) / slope).collect();
+        let component = Component::new("acceleration", "m/s²", a);
+        let estimate = self.estimate.propagate(vec![component], &jacobian).ok()?;
+        estimate.get("acceleration")
+    }
+
+    fn thermal<const N: usize>(&self) -> Result<Option<ThermalTerms<f64, N>>> {
+        let terms = self.temperature.as_ref().map(ThermalBlock::terms);
+        terms
+            .map(|t| t.ok_or_else(|| misshapen("temperature")))
+            .transpose()
+    }
+
+    fn curvature<const N: usize>(&self) -> Result<Option<Curvature<f64, N>>> {
+        let terms = self.curvature.as_ref().map(CurvatureBlock::terms);
+        terms
+            .map(|t| t.ok_or_else(|| misshapen("curvature")))
+            .transpose()
     }
 
     /// K and b stand twice in the file, as they are applied and as the quantities of the estimate: they must agree.
@@ -195,43 +314,38 @@ impl CalibrationFile {
                 ),
             );
         }
-        const AXES: [char; 3] = ['x', 'y', 'z'];
         let stated = |name: String, fallback: f64| {
             let index = self.estimate.index_of(&name);
             index.map_or(fallback, |i| self.estimate.components()[i].value)
         };
-        for (i, a) in AXES.into_iter().enumerate() {
+        let axes = axis_names(self.axes());
+        for (i, a) in axes.iter().enumerate() {
             let (bias, scale) = (self.b[i], self.k[i][i]);
             // A part in 10⁹ is far beyond the rounding of written doubles and far below any uncertainty.
             let agree = |x: f64, y: f64, size: f64| (x - y).abs() <= 1e-9 * size.abs();
             let size = bias.abs().max(9.8 * scale.abs());
-            if !agree(stated(format!("bias.{a}"), bias), bias, size) {
-                return refuse(
-                    "b",
-                    format!("b of {a} disagrees with bias.{a} of the estimate"),
-                );
+            if !agree(stated(format!("bias{a}"), bias), bias, size) {
+                return refuse("b", format!("b disagrees with bias{a} of the estimate"));
             }
-            if !agree(stated(format!("scale.{a}"), scale), scale, scale) {
-                return refuse(
-                    "K",
-                    format!("K of {a} disagrees with scale.{a} of the estimate"),
-                );
+            if !agree(stated(format!("scale{a}"), scale), scale, scale) {
+                return refuse("K", format!("K disagrees with scale{a} of the estimate"));
             }
-            for (j, b) in AXES.into_iter().enumerate().filter(|(j, _)| *j != i) {
+            for (j, b) in axes.iter().enumerate().filter(|(j, _)| *j != i) {
+                let b = b.trim_start_matches('.');
                 let angle = self.k[i][j] / scale;
                 // A model without an angle has none; coefficients of others come without any estimate.
                 let none = self.estimate.components().is_empty();
                 let missing = if none { angle } else { 0.0 };
-                if !agree(stated(format!("misalignment.{a}{b}"), missing), angle, 1.0) {
+                if !agree(stated(format!("misalignment{a}{b}"), missing), angle, 1.0) {
                     return refuse(
                         "K",
-                        format!("K of {a}{b} disagrees with misalignment.{a}{b} of the estimate"),
+                        format!("K disagrees with misalignment{a}{b} of the estimate"),
                     );
                 }
             }
             let blocks = [
-                self.temperature.as_ref().map(|t| t.named(i, a)),
-                self.curvature.as_ref().map(|c| c.named(i, a)),
+                self.temperature.as_ref().map(|t| t.named(i)),
+                self.curvature.as_ref().map(|c| c.named(i)),
             ];
             for (name, value) in blocks.into_iter().flatten().flatten() {
                 if !agree(stated(name.clone(), value), value, value) {
@@ -259,7 +373,30 @@ impl CalibrationFile {
             .with_hint("calibrate again")),
             None => Ok(()),
         };
-        finite("K", self.k.as_flattened())?;
+        let n = self.axes();
+        let shapes = [
+            (
+                "K",
+                self.k.len() == n && self.k.iter().all(|row| row.len() == n),
+            ),
+            ("b", n == if self.kind == SINGLE_AXIS { 1 } else { 3 }),
+            (
+                "columns",
+                self.columns.as_ref().is_none_or(|c| c.len() == n),
+            ),
+            (
+                "temperature",
+                self.temperature.as_ref().is_none_or(|t| t.is_of(n)),
+            ),
+            (
+                "curvature",
+                self.curvature.as_ref().is_none_or(|c| c.is_of(n)),
+            ),
+        ];
+        if let Some((name, _)) = shapes.into_iter().rfind(|(_, fits)| !fits) {
+            return Err(misshapen(name));
+        }
+        finite("K", &self.k.concat())?;
         finite("b", &self.b)?;
         for (name, range) in [
             ("temperature_range_degC", self.temperature_range),
@@ -274,21 +411,13 @@ impl CalibrationFile {
                 }
             }
         }
-        // Columns scaled to length one, the determinant is the volume of the axes: 1 when orthogonal. A sensor with
-        // axes a thousandth of a degree from one plane has 2e-5; below 1e-9 nothing is left to invert.
-        let k = &self.k;
-        let length = |j: usize| (0..3).map(|i| k[i][j] * k[i][j]).sum::<f64>().sqrt();
-        let product = length(0) * length(1) * length(2);
-        let determinant = k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1])
-            - k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0])
-            + k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
-        if determinant.abs() <= 1e-9 * product {
+        if self.is_flat() {
             return Err(Error::new(
                 ErrorKind::Format,
                 "the matrix K is singular, so it cannot be inverted",
             )
             .column("K")
-            .with_hint("calibrate again with attitudes that reach all three axes"));
+            .with_hint("calibrate again with attitudes that reach all axes"));
         }
         if let Some(block) = &self.temperature {
             finite("temperature", &block.numbers())?;
@@ -303,6 +432,32 @@ impl CalibrationFile {
         self.compensation()?;
         self.check_consistency()
     }
+
+    /// Whether nothing is left to invert.
+    ///
+    /// Columns scaled to length one, the determinant is the volume of the axes: 1 when orthogonal. A sensor with axes a thousandth of
+    /// a degree from one plane has 2e-5; below 1e-9 nothing is left.
+    fn is_flat(&self) -> bool {
+        let k = &self.k;
+        if self.axes() == 1 {
+            return k[0][0] == 0.0;
+        }
+        let length = |j: usize| (0..3).map(|i| k[i][j] * k[i][j]).sum::<f64>().sqrt();
+        let product = length(0) * length(1) * length(2);
+        let determinant = k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1])
+            - k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0])
+            + k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
+        determinant.abs() <= 1e-9 * product
+    }
+}
+
+fn misshapen(name: &str) -> Error {
+    Error::new(
+        ErrorKind::Format,
+        format!("{name} is of another number of axes than the calibration"),
+    )
+    .column(name)
+    .with_hint("do not edit the file by hand; calibrate again")
 }
 
 fn unusable(error: proofmass_core::Error) -> Error {

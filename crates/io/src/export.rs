@@ -12,9 +12,9 @@ mod python;
 mod rust;
 mod vectors;
 
-use crate::{CalibrationFile, Error, ErrorKind, Input, Result, Unit};
+use crate::{AnyCompensation, CalibrationFile, Error, ErrorKind, Input, Result, Unit};
 pub use firmware::{FirmwareBlock, LONGEST_AVERAGE, export_block};
-use proofmass_core::{Compensation, FixedRange};
+use proofmass_core::FixedRange;
 pub use vectors::SelfCheck;
 
 /// A language or form.
@@ -105,7 +105,7 @@ pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions)
 /// What every form is written from.
 struct Plan<'a> {
     file: &'a CalibrationFile,
-    model: Compensation<f64>,
+    model: AnyCompensation,
     check: SelfCheck,
     name: String,
     source: Option<&'a Input>,
@@ -151,7 +151,7 @@ impl Plan<'_> {
     }
 
     fn needs_temperature(&self) -> bool {
-        self.model.thermal().is_some()
+        self.file.temperature.is_some()
     }
 }
 

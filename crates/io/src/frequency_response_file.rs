@@ -95,7 +95,7 @@ impl FrequencyResponseFile {
     /// As [`FrequencyResponseFile::read`].
     pub fn from_json(bytes: &[u8]) -> Result<Self> {
         let advice = "use a calibration over frequency, such as one from a shaker";
-        let file: Self = parse_kind(bytes, FREQUENCY_RESPONSE, advice)?;
+        let file: Self = parse_kind(bytes, &[FREQUENCY_RESPONSE], advice)?;
         file.check()?;
         Ok(file)
     }

@@ -85,7 +85,9 @@ pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
 pub use append_log::AppendLog;
 pub use base64::base64;
-pub use calibration_file::{CalibrationFile, CurvatureBlock, TRIAXIAL, ThermalBlock};
+pub use calibration_file::{
+    AnyCompensation, CalibrationFile, CurvatureBlock, SINGLE_AXIS, TRIAXIAL, ThermalBlock,
+};
 pub use clock::{Clock, Gap};
 pub use conversion::{
     Conversion, ConversionPlan, Filling, RowClock, Survey, Surveyed, TargetForm, TimedLayout,
@@ -151,6 +153,6 @@ pub use verification::{
     Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, unlisted,
 };
 pub use vtu::{VtuField, vtu};
-pub use waiting_rows::{ReadyRows, WaitingRows, compensate, rows_outside};
+pub use waiting_rows::{ReadyRows, WaitingRows, rows_outside};
 pub use waveform::{SampleTimes, Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};
 pub use written::Written;

@@ -1,31 +1,9 @@
 //! The samples of a recording that is compensated while it goes by.
 
 use crate::RowBlock;
-use proofmass_core::Compensation;
 use std::collections::VecDeque;
 use std::ops::Range;
 use std::rc::Rc;
-
-/// Every sample by a model; at its reference temperature where none is given.
-///
-/// **Shapes** three columns of outputs and one of temperatures in °C, of one length; three columns of accelerations.
-pub fn compensate(
-    model: &Compensation<f64>,
-    outputs: &[&[f64]],
-    temperature: Option<&[f64]>,
-) -> Vec<Vec<f64>> {
-    let reference = model.thermal().map_or(0.0, |t| t.reference);
-    let rows = outputs[0].len();
-    let mut columns: Vec<Vec<f64>> = (0..3).map(|_| Vec::with_capacity(rows)).collect();
-    for row in 0..rows {
-        let at = temperature.map_or(reference, |t| t[row]);
-        let a = model.apply(std::array::from_fn(|i| outputs[i][row]), at);
-        for (column, value) in columns.iter_mut().zip(a) {
-            column.push(value);
-        }
-    }
-    columns
-}
 
 /// The first row that has a value outside a range, and how many have one.
 pub fn rows_outside(columns: &[&[f64]], [low, high]: [f64; 2]) -> (Option<usize>, u64) {

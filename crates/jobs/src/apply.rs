@@ -111,7 +111,7 @@ impl Job for ApplyJob {
         let exchanged = self.reading.exchanged(calibration, &layout);
         let unit = match calibration {
             AnyCalibration::FrequencyResponse(file) => file.output_unit,
-            AnyCalibration::Triaxial(file) => file.output_unit,
+            AnyCalibration::Constant(file) => file.output_unit,
             _ => return Err(Trouble::request("a calibration of an unknown kind")),
         };
         for signal in self.reading.signals(calibration)? {
@@ -211,7 +211,7 @@ impl Job for ApplyJob {
         ));
         Ok(ApplyOutcome::new(
             self,
-            compensation.as_ref(),
+            (compensation.as_ref(), calibration),
             figures,
             headings,
             (recording, sha256),
@@ -228,7 +228,7 @@ impl ApplyJob {
         layout: &Layout,
     ) -> Result<Option<(usize, Thermometer)>> {
         let follows = match calibration {
-            AnyCalibration::Triaxial(file) => file.temperature.as_ref(),
+            AnyCalibration::Constant(file) => file.temperature.as_ref(),
             _ => None,
         };
         match (follows, &self.temperature) {
@@ -340,7 +340,7 @@ impl Work<'_> {
         let outputs = self.factors.len();
         let celsius = |t: Thermometer| block.scaled(outputs, rows.clone(), t.zero, t.factor);
         let temperature: Option<Vec<f64>> = self.temperature.map(celsius);
-        if let (Some(temperature), AnyCalibration::Triaxial(file)) =
+        if let (Some(temperature), AnyCalibration::Constant(file)) =
             (&temperature, self.calibration)
         {
             let beyond = self.figures.temperatures(file, temperature);

@@ -3,12 +3,9 @@
 use crate::findings;
 use crate::laboratory_table::{LaboratoryTable, is_table};
 use crate::record::Record;
-use crate::stored_result::{RESULT, StoredResult};
 use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::FrequencyResponse;
-use proofmass_io::{
-    AnyCalibration, Device, FrequencyResponseFile, Input, LARGEST_DOCUMENT, Source, Unit,
-};
+use proofmass_io::{AnyCalibration, Device, FrequencyResponseFile, Input, Source, Unit};
 use proofmass_uncertainty::Finding;
 
 /// Finding on a table without phases.
@@ -34,23 +31,8 @@ pub struct ResponseDocument {
 /// # Errors
 /// As [`read_calibration`]; a result without a calibration, a calibration of another kind.
 pub fn read_document(source: Source, coverage: Option<f64>) -> Result<ResponseDocument> {
-    let name = source.name().to_path_buf();
-    let place = name.display().to_string();
-    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-    let result = name.file_name().is_some_and(|n| n == RESULT);
-    let (calibration, findings) = if result {
-        let stored = StoredResult::from_json(&bytes).map_err(|e| e.detail(place.clone()))?;
-        let Some(calibration) = stored.calibration() else {
-            return Err(Trouble::data(format!("{place} gives no calibration")).with_hint(
-                "an input in m/s² and an output in a known unit make a frequency response a calibration",
-            ));
-        };
-        (calibration.clone(), Vec::new())
-    } else {
-        let (calibration, _, findings) =
-            read_calibration(Source::from_bytes(name, bytes)?, coverage)?;
-        (calibration, findings)
-    };
+    let place = source.name().display().to_string();
+    let (calibration, input, findings) = read_calibration(source, coverage)?;
     let AnyCalibration::FrequencyResponse(file) = calibration else {
         return Err(Trouble::data(format!("{place} is no frequency response")).with_hint(
             "give a calibration.json of kind frequency-response, its result.json, or a certificate (.csv, .xml)",

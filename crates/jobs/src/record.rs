@@ -2,6 +2,7 @@
 
 use proofmass_core::Gravity;
 use proofmass_io::{Ambient, Device, Input, ReadGravity, Reading, Software};
+use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// Everything about a result that is no result: who, what, when, from which files.
@@ -23,6 +24,17 @@ pub struct Record {
     pub inputs: Vec<Input>,
     /// Program that computed it.
     pub software: Software,
+}
+
+/// Gravity as a quantity of a calibration.
+pub(crate) fn gravity_quantity(gravity: Gravity) -> Quantity {
+    Quantity {
+        name: "gravity".to_owned(),
+        unit: "m/s²".to_owned(),
+        value: gravity.value(),
+        standard_uncertainty: gravity.standard_uncertainty(),
+        dof: DegreesOfFreedom::INFINITE,
+    }
 }
 
 /// Local gravity and where it comes from, for the line that tells how a recording was read.

@@ -74,7 +74,8 @@ impl RecordingReading {
     pub fn signals(&self, calibration: &AnyCalibration) -> Result<Vec<ColumnRef>> {
         let outputs = match calibration {
             AnyCalibration::FrequencyResponse(file) => file.outputs.clone(),
-            AnyCalibration::Triaxial(_) => ["x", "y", "z"].map(str::to_owned).to_vec(),
+            AnyCalibration::Constant(file) if file.axes() == 1 => vec!["output".to_owned()],
+            AnyCalibration::Constant(_) => ["x", "y", "z"].map(str::to_owned).to_vec(),
             _ => return Err(Trouble::request("a calibration of an unknown kind")),
         };
         let known = calibration.columns();
@@ -82,9 +83,15 @@ impl RecordingReading {
         match self.columns.clone().or(known) {
             Some(columns) if columns.len() == outputs.len() => Ok(columns),
             Some(columns) => Err(Trouble::request(format!(
-                "the calibration has {} outputs, {} columns are named",
-                outputs.len(),
-                columns.len()
+                "the calibration is of {}, and {} named",
+                match outputs.len() {
+                    1 => "one axis".to_owned(),
+                    n => format!("{n} axes"),
+                },
+                match columns.len() {
+                    1 => "one column is".to_owned(),
+                    n => format!("{n} columns are"),
+                }
             ))
             .with_hint(format!("add --columns {names}"))),
             None => Err(Trouble::request(format!(
@@ -161,9 +168,30 @@ impl RecordingReading {
     pub fn options_alone(&self) -> Result<RecordingOptions> {
         match &self.columns {
             Some(columns) if columns.len() == 3 => self.reading_of(columns.clone()),
+            Some(columns) if columns.len() == 1 => Err(Trouble::request(
+                "one column is named, and the directions of three axes are needed here",
+            )
+            .with_hint(
+                "name the columns of x, y and z; one axis is measured by `proofmass test tilt`, `sensitivity` or `linearity`",
+            )),
             _ => Err(
                 Trouble::request("which columns are x, y and z is not known")
                     .with_hint("add --columns X,Y,Z"),
+            ),
+        }
+    }
+
+    /// The same for a sensor of three axes or of one.
+    ///
+    /// # Errors
+    /// Neither one column is named nor three.
+    pub(crate) fn options_of_axes(&self) -> Result<RecordingOptions> {
+        match &self.columns {
+            Some(columns) if matches!(columns.len(), 1 | 3) => self.reading_of(columns.clone()),
+            _ => Err(
+                Trouble::request("which columns are the outputs is not known").with_hint(
+                    "add --columns X,Y,Z, or the one column of a sensor with a single axis",
+                ),
             ),
         }
     }
@@ -185,12 +213,12 @@ impl RecordingReading {
         })
     }
 
-    /// The one unit of three columns: that of their headings, else the one that is given.
+    /// The one unit of three columns, or of one: that of their headings, else the one that is given.
     ///
     /// # Errors
     /// Units that differ, or that nobody states.
     pub fn common_unit(&self, recording: &Recording) -> Result<Unit> {
-        recording.need_units(&["--unit"; 3])?;
+        recording.need_units(&vec!["--unit"; recording.columns.len().min(3)])?;
         let mut common = self.unit;
         for column in recording.columns.iter().take(3) {
             match (column.unit, common) {

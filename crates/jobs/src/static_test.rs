@@ -1,5 +1,6 @@
 //! Static tests: inclination, sensitivity, zero-g, orthogonality, linearity, centrifuge, stability over calibrations.
 
+mod calibration;
 mod files;
 mod page;
 mod single_axis;
@@ -7,11 +8,14 @@ mod single_axis;
 pub use files::{ReadingColumns, StaticTestFiles};
 pub use single_axis::SingleAxisReadings;
 
+use crate::findings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::{Record, read_gravity};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
-use proofmass_io::{CalibrationFile, ReadGravity, ResultDocument, StatedQuantity, Unit};
+use proofmass_io::{
+    AnyCalibration, CalibrationFile, ReadGravity, ResultDocument, StatedQuantity, Unit,
+};
 use proofmass_report::Report;
 use proofmass_static::static_test::{
     Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
@@ -176,9 +180,20 @@ impl Job for StaticTestJob {
                 fit.drifts.iter().map(|d| d.drift.clone()).collect()
             }
         };
+        let calibration = match &found {
+            StaticTestFit::Test(fit) => {
+                calibration::calibration(&self.test, fit, &data.input, self.probability)
+                    .unwrap_or_else(|trouble| {
+                        findings.push(findings::calibration_not_made(&trouble.to_string()));
+                        None
+                    })
+            }
+            StaticTestFit::History(_) => None,
+        };
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("fit", 1, 1)?;
         Ok(StaticTestOutcome {
+            calibration,
             test: self.test.clone(),
             probability: self.probability,
             quantities: StatedQuantity::list(&quantities, self.probability),
@@ -193,7 +208,12 @@ impl StaticTestJob {
         use StaticTestInput::{Calibration, History, Readings, Recording};
         let fit = match (&self.test, data.input) {
             (StaticTest::ZeroG(t), Recording(outputs)) => t.fit(outputs),
-            (StaticTest::Orthogonality(t), Calibration(file)) => t.fit(&file.k, &file.estimate),
+            (StaticTest::Orthogonality(t), Calibration(file)) => {
+                let sensor = file
+                    .sensor()
+                    .map_err(|e| Trouble::from(e).detail(data.name))?;
+                t.fit(&sensor.k().0, &file.estimate)
+            }
             (StaticTest::Stability(t), History(history)) => {
                 known_tolerances(t, history)?;
                 let fit = t
@@ -302,6 +322,8 @@ pub struct StaticTestOutcome {
     quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
     found: StaticTestFit,
+    /// Of tests of one axis.
+    calibration: Option<CalibrationFile>,
 }
 
 impl StaticTestOutcome {
@@ -361,6 +383,15 @@ impl Outcome for StaticTestOutcome {
 
     fn model(&self) -> Option<String> {
         Some(self.test.name().to_owned())
+    }
+
+    fn calibration(&self, record: &Record) -> Result<Option<AnyCalibration>> {
+        Ok(self.calibration.clone().map(|mut file| {
+            file.software = record.software.clone();
+            file.device = record.device.clone();
+            file.inputs = record.inputs.clone();
+            file.into()
+        }))
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {

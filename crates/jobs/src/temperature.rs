@@ -7,10 +7,9 @@ pub use recording::TemperatureRecording;
 
 use crate::measured_within::MeasuredWithin;
 use crate::outcome::{Job, Outcome, section};
-use crate::page::AXES;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::{Error, Matrix3, SensorModel, THERMAL_ORDER, Watch};
+use proofmass_core::{Error, THERMAL_ORDER, Watch};
 use proofmass_io::{AnyCalibration, CalibrationFile, StatedQuantity, ThermalBlock, Unit};
 use proofmass_report::Report;
 use proofmass_static::{SweepData, TemperatureFit, TemperatureSweep};
@@ -32,7 +31,7 @@ use serde::{Deserialize, Serialize};
 /// };
 /// let (x, y, z) = (column(0, 0.01, 5e-4), column(1, 0.0, 0.0), column(2, 1.0, 0.0));
 /// let data = TemperatureData {
-///     outputs: [&x, &y, &z],
+///     outputs: vec![&x, &y, &z],
 ///     unit: Unit::StandardGravity,
 ///     temperature: &temperature,
 ///     rate: 10.0,
@@ -56,8 +55,8 @@ pub struct TemperatureJob {
 /// A recording of a sensor that stands still while its temperature changes, and the calibration it is to complete.
 #[derive(Clone, Debug)]
 pub struct TemperatureData<'a> {
-    /// Outputs x, y, z in `unit`.
-    pub outputs: [&'a [f64]; 3],
+    /// Outputs x, y, z in `unit`, or that of a single axis.
+    pub outputs: Vec<&'a [f64]>,
     /// Unit of the outputs: an acceleration, or what the calibration takes.
     pub unit: Unit,
     /// Temperature of every sample, °C.
@@ -105,13 +104,12 @@ impl Job for TemperatureJob {
                     .detail(data.name)
                     .with_hint("name the calibration that turns them into accelerations"));
                 }
-                data.outputs
-                    .map(|column| column.iter().map(|v| v * factor).collect::<Vec<f64>>())
+                let in_si = |column: &&[f64]| column.iter().map(|v| v * factor).collect();
+                data.outputs.iter().map(in_si).collect::<Vec<Vec<f64>>>()
             }
         };
-        let [x, y, z] = &accelerations;
         let swept = SweepData {
-            outputs: [x, y, z],
+            outputs: accelerations.iter().map(Vec::as_slice).collect(),
             temperature: data.temperature,
             rate: data.rate,
         };
@@ -146,7 +144,7 @@ impl TemperatureJob {
     }
 }
 
-fn compensated(file: &CalibrationFile, data: &TemperatureData<'_>) -> Result<[Vec<f64>; 3]> {
+fn compensated(file: &CalibrationFile, data: &TemperatureData<'_>) -> Result<Vec<Vec<f64>>> {
     let (si, factor) = data.unit.si();
     if si != file.input_unit {
         return Err(Trouble::data(format!(
@@ -155,19 +153,24 @@ fn compensated(file: &CalibrationFile, data: &TemperatureData<'_>) -> Result<[Ve
         ))
         .detail(data.name));
     }
-    let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
-    let [x, y, z] = data.outputs;
-    if y.len() != x.len() || z.len() != x.len() {
+    let outputs = &data.outputs;
+    if outputs.len() != file.axes() {
+        return Err(Trouble::data(format!(
+            "the recording has {} columns of outputs, the calibration has {}",
+            outputs.len(),
+            file.axes()
+        ))
+        .detail(data.name));
+    }
+    if outputs.iter().any(|c| c.len() != outputs[0].len()) {
         return Err(Trouble::data("the columns x, y and z are not equally long").detail(data.name));
     }
-    let mut columns: [Vec<f64>; 3] = std::array::from_fn(|_| Vec::with_capacity(x.len()));
-    for i in 0..x.len() {
-        let a = sensor.apply([x[i] * factor, y[i] * factor, z[i] * factor]);
-        for (column, v) in columns.iter_mut().zip(a) {
-            column.push(v);
-        }
-    }
-    Ok(columns)
+    let scaled: Vec<Vec<f64>> = outputs
+        .iter()
+        .map(|column| column.iter().map(|v| v * factor).collect())
+        .collect();
+    let columns: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
+    Ok(file.compensation()?.apply_columns(&columns, None))
 }
 
 fn refusal(error: Error, data: &TemperatureData<'_>) -> Trouble {
@@ -203,17 +206,18 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
     let mut rows: Vec<Vec<f64>> = vec![vec![0.0; width]; base];
     let mut block = ThermalBlock {
         reference: fit.reference,
-        bias: [[0.0; THERMAL_ORDER]; 3],
-        scale: [[0.0; THERMAL_ORDER]; 3],
+        bias: vec![[0.0; THERMAL_ORDER]; file.axes()],
+        scale: vec![[0.0; THERMAL_ORDER]; file.axes()],
         range: fit.range,
         hysteresis: None,
     };
     let unit = file.input_unit;
-    for (i, axis) in AXES.iter().enumerate() {
+    let named = |kind: &str, axis: usize| fit.blocks.parameter(kind, axis);
+    for i in 0..file.axes() {
         for power in 1..=top {
             let mut row = vec![0.0; width];
-            for (j, other) in AXES.iter().enumerate() {
-                row[index(&format!("{kind}.{other}.T{power}"))?] = file.k[i][j];
+            for j in 0..file.axes() {
+                row[index(&format!("{}.T{power}", named(kind, j)))?] = file.k[i][j];
             }
             let value = row
                 .iter()
@@ -223,7 +227,7 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
             block.bias[i][power - 1] = value;
             let exponent = ["", "²", "³"][power - 1];
             components.push(Component::new(
-                format!("bias.{axis}.T{power}"),
+                format!("{}.T{power}", named("bias", i)),
                 format!("{unit}/K{exponent}"),
                 value,
             ));
@@ -231,7 +235,7 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
         }
         if fit.scale {
             for power in 1..=top {
-                let name = format!("scale.{axis}.T{power}");
+                let name = format!("{}.T{power}", named("scale", i));
                 let at = index(&name)?;
                 let mut row = vec![0.0; width];
                 row[at] = 1.0;
@@ -256,14 +260,11 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
         influence
     }));
     file.estimate = Estimate::new(components, influences)?;
-    let hysteresis = fit.axes.each_ref().map(|a| {
-        let h = a.hysteresis.as_ref();
-        h.map(|h| h.of_a_reading())
+    let hysteresis = fit.axes.iter().enumerate().map(|(i, axis)| {
+        let h = axis.hysteresis.as_ref()?;
+        Some(h.of_a_reading() * file.k[i][i].abs())
     });
-    if let [Some(x), Some(y), Some(z)] = hysteresis {
-        let of = |i: usize, u: f64| u * file.k[i][i].abs();
-        block.hysteresis = Some([of(0, x), of(1, y), of(2, z)]);
-    }
+    block.hysteresis = hysteresis.collect();
     file.temperature = Some(block);
     file.temperature_range = Some(fit.range);
     Ok(file)

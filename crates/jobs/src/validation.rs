@@ -15,7 +15,7 @@ use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
 use proofmass_io::{CalibrationFile, ReadGravity, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_static::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
 /// How new standstills are looked for, and where they were recorded.
@@ -77,7 +77,7 @@ impl Default for ValidationJob {
 pub struct ValidationData<'a> {
     /// The calibration.
     pub calibration: &'a CalibrationFile,
-    /// Outputs x, y, z in the input unit of the calibration.
+    /// Outputs x, y, z in the input unit of the calibration; that of a single axis three times.
     pub outputs: [&'a [f64]; 3],
     /// Samples per second.
     pub rate: f64,
@@ -133,7 +133,7 @@ impl Job for ValidationJob {
     fn evaluate(&self, data: &ValidationData<'_>, watch: &dyn Watch) -> Result<ValidationOutcome> {
         watch.step("comparison", 0, 2)?;
         let file = data.calibration;
-        let sensor = SensorModel::new(Matrix3(file.k), file.b)?;
+        let (sensor, estimate) = as_three(file)?;
         let [x, y, z] = data.outputs;
         let samples = Samples::new(x, y, z)?;
         let segments = self.standstills(data, &samples)?;
@@ -149,18 +149,22 @@ impl Job for ValidationJob {
         let (gravity, here) = self.gravities(file)?;
         let calibrated = Calibrated {
             sensor: &sensor,
-            estimate: &file.estimate,
+            estimate: &estimate,
             gravity,
             repeatability: file.repeatability.unwrap_or(0.0),
             nominal_sensitivity: file.input_unit.is_acceleration().then_some(1.0),
         };
         let mut poses = noise.poses(&samples, &segments);
-        if file.curvature.is_some() {
+        if file.curvature.is_some() || file.axes() == 1 {
             let compensation = file.compensation()?;
-            let reference = file.temperature.as_ref().map_or(0.0, |t| t.reference);
-            // As a sensor without curvature would have read it.
+            // As a sensor without curvature would have read it, and without what it does not see.
             for pose in &mut poses {
-                pose.mean = sensor.invert(compensation.apply(pose.mean, reference));
+                let outputs = pose.mean.each_ref().map(std::slice::from_ref);
+                let a = compensation
+                    .apply_columns(&outputs[..file.axes()], None)
+                    .concat();
+                let a = std::array::from_fn(|i| a.get(i).copied().unwrap_or(0.0));
+                pose.mean = sensor.invert(a);
             }
         }
         let validation = Validation::run(&calibrated, here, &poses)?;
@@ -187,6 +191,24 @@ impl Job for ValidationJob {
             validation,
         })
     }
+}
+
+/// Linear model and estimate of three axes. One axis at rest up or down reads all of gravity, as the first of three of which the others
+/// read nothing.
+fn as_three(file: &CalibrationFile) -> Result<(SensorModel<f64>, Estimate)> {
+    if file.axes() != 1 {
+        return Ok((file.sensor()?, file.estimate.clone()));
+    }
+    let (k, b) = (file.k[0][0], file.b[0]);
+    let sensor = SensorModel::new(Matrix3::diagonal([k; 3]), [b, 0.0, 0.0])?;
+    let mut components = file.estimate.components().to_vec();
+    for component in &mut components {
+        if matches!(component.name.as_str(), "bias" | "scale") {
+            component.name.push_str(".x");
+        }
+    }
+    let influences = file.estimate.influences().to_vec();
+    Ok((sensor, Estimate::new(components, influences)?))
 }
 
 /// How a calibration did on new standstills.

@@ -375,7 +375,7 @@ fn refuses_ways_and_ranges_that_a_calibration_does_not_have() {
         trouble.place()[0].starts_with("recording.csv:"),
         "{trouble:?}"
     );
-    let AnyCalibration::Triaxial(mut file) = matrix else {
+    let AnyCalibration::Constant(mut file) = matrix else {
         panic!("it is one matrix");
     };
     let codes = |columns: [&str; 3], file: &CalibrationFile| -> Vec<String> {
@@ -392,7 +392,7 @@ fn refuses_ways_and_ranges_that_a_calibration_does_not_have() {
             .collect()
     };
     file.acceleration_range = None;
-    file.columns = Some(["x", "y", "z"].map(Into::into));
+    file.columns = Some(["x", "y", "z"].map(Into::into).to_vec());
     assert!(codes(["x", "y", "z"], &file).is_empty());
     assert_eq!(codes(["y", "x", "z"], &file), ["columns-exchanged"]);
     let mut design = FilterDesign::default();

@@ -164,8 +164,8 @@ fn known_validations_that_prove_little() {
     let mut thermal = good.clone();
     thermal.temperature = Some(ThermalBlock {
         reference: 23.5,
-        bias: [[0.0; 3]; 3],
-        scale: [[0.0; 3]; 3],
+        bias: vec![[0.0; 3]; 3],
+        scale: vec![[0.0; 3]; 3],
         range: [-20.0, 60.0],
         hysteresis: None,
     });

@@ -34,7 +34,7 @@ fn sweep() -> Sweep {
 fn data(sweep: &Sweep) -> TemperatureData<'_> {
     let [x, y, z] = &sweep.outputs;
     TemperatureData {
-        outputs: [x, y, z],
+        outputs: vec![x, y, z],
         unit: Unit::StandardGravity,
         temperature: &sweep.temperature,
         rate: 10.0,

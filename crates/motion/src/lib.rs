@@ -97,7 +97,7 @@ pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolve
 pub use rest::moves_while_still;
 pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
-pub use samples::{OnLines, Samples, along_axis, even_step, mean_of};
+pub use samples::{OnLines, Samples, even_step, mean_of};
 pub use slip::{SlipReport, SlipSearch};
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
 pub use threshold::{leave_out_threshold, speed_increment};

@@ -1,7 +1,7 @@
 //! Samples of one sensor before they share a clock with another.
 
 use crate::{MotionRecord, ReadingSource, interval, leave_out_threshold, speed_increment, thin};
-use proofmass_core::{Error, SensorModel};
+use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
 use std::ops::Range;
 
@@ -151,20 +151,4 @@ pub fn even_step(clock: &[f64]) -> Option<Result<f64, usize>> {
     let off = |(k, t): (usize, &f64)| (t - first - step * k as f64).abs() > 0.2 * step;
     let uneven = clock.iter().enumerate().find(|x| off(*x));
     Some(uneven.map_or(Ok(step), |(k, _)| Err(k)))
-}
-
-/// One axis of a compensated sensor, times a factor; `factors` bring its outputs to the unit of the model.
-pub fn along_axis(
-    sensor: &SensorModel<f64>,
-    outputs: [&[f64]; 3],
-    factors: [f64; 3],
-    axis: usize,
-    factor: f64,
-) -> Vec<f64> {
-    (0..outputs[0].len())
-        .map(|k| {
-            let output = std::array::from_fn(|i| factors[i] * outputs[i][k]);
-            factor * sensor.apply(output)[axis]
-        })
-        .collect()
 }

@@ -72,7 +72,7 @@ impl Place {
         settings.reference = Some(20.0);
         settings.blocks = 100;
         let data = SweepData {
-            outputs: [x, y, z],
+            outputs: vec![x, y, z],
             temperature: &temperature,
             rate: 1.0,
         };

@@ -78,19 +78,23 @@ impl Default for TemperatureSweep {
 }
 
 /// A recording of a sensor that stands still while its temperature changes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct SweepData<'a> {
-    /// Outputs x, y, z as accelerations, m/s².
-    pub outputs: [&'a [f64]; 3],
+    /// Outputs x, y, z as accelerations, m/s²; of a sensor with one axis that alone.
+    pub outputs: Vec<&'a [f64]>,
     /// Temperature of every sample, °C.
     pub temperature: &'a [f64],
     /// Samples per second.
     pub rate: f64,
 }
 
-/// Mean of three columns over a range.
-pub(super) fn means(columns: [&[f64]; 3], start: usize, end: usize) -> Triple {
-    columns.map(|c| c[start..end].iter().sum::<f64>() / (end - start) as f64)
+/// Means of the columns over a range; axes that there are none of stay at zero.
+pub(super) fn means(columns: &[&[f64]], start: usize, end: usize) -> Triple {
+    let mut means = [0.0; 3];
+    for (mean, c) in means.iter_mut().zip(columns) {
+        *mean = c[start..end].iter().sum::<f64>() / (end - start) as f64;
+    }
+    means
 }
 
 impl TemperatureSweep {

@@ -177,7 +177,7 @@ fn calibrate(bench: &mut Bench) -> (Compensation<f64>, Vec<bool>) {
     sweep.largest_order = 2;
     sweep.blocks = 100;
     let data = SweepData {
-        outputs: [x, y, z],
+        outputs: vec![x, y, z],
         temperature: &temperature,
         rate: 0.1,
     };
@@ -197,8 +197,8 @@ fn calibrate(bench: &mut Bench) -> (Compensation<f64>, Vec<bool>) {
     let terms = ThermalTerms {
         reference: 25.0,
         range: [-60.0, 125.0],
-        bias: thermal.axes.each_ref().map(|a| a.bias),
-        scale: thermal.axes.each_ref().map(|a| a.scale.unwrap()),
+        bias: std::array::from_fn(|i| thermal.axes[i].bias),
+        scale: std::array::from_fn(|i| thermal.axes[i].scale.unwrap()),
     };
     (
         Compensation::new(sensor, Some(terms), None, 0.0).unwrap(),

@@ -265,7 +265,7 @@ fn sweep(path: impl Fn(f64) -> f64, noise: [f64; 2], step: f64) -> Vec<Finding> 
     let mut settings = TemperatureSweep::default();
     settings.blocks = 100;
     let data = SweepData {
-        outputs: [x, y, z],
+        outputs: vec![x, y, z],
         temperature: &temperature,
         rate: 1.0,
     };

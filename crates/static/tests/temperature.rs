@@ -42,7 +42,7 @@ impl Recording {
     fn data(&self) -> SweepData<'_> {
         let [x, y, z] = &self.outputs;
         SweepData {
-            outputs: [x, y, z],
+            outputs: vec![x, y, z],
             temperature: &self.temperature,
             rate: 1.0,
         }

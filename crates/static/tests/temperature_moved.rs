@@ -44,7 +44,7 @@ impl Recording {
     fn fit(&self, settings: &TemperatureSweep) -> TemperatureFit {
         let [x, y, z] = &self.outputs;
         let data = SweepData {
-            outputs: [x, y, z],
+            outputs: vec![x, y, z],
             temperature: &self.temperature,
             rate: 1.0,
         };
@@ -181,7 +181,7 @@ fn refuses_a_tilt_without_meaning() {
     let recording = plateaus(2.0, 0.0, 1);
     let [x, y, z] = &recording.outputs;
     let data = SweepData {
-        outputs: [x, y, z],
+        outputs: vec![x, y, z],
         temperature: &recording.temperature,
         rate: 1.0,
     };

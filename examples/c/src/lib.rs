@@ -28,20 +28,20 @@ pub fn calibration(
     if thermal {
         file.temperature = Some(ThermalBlock {
             reference: 23.5,
-            bias: [
+            bias: vec![
                 [0.41, -1.1e-3, 2e-6],
                 [-0.22, 3e-4, 0.0],
                 [0.13, 0.0, -1e-6],
             ],
-            scale: [[2e-4, 1e-7, 0.0], [-1e-4, 0.0, 1e-9], [3e-4, -2e-7, 0.0]],
+            scale: vec![[2e-4, 1e-7, 0.0], [-1e-4, 0.0, 1e-9], [3e-4, -2e-7, 0.0]],
             range: [-40.0, 85.0],
             hysteresis: None,
         });
     }
     if curvature {
         file.curvature = Some(CurvatureBlock {
-            quadratic: [5e-5, -3e-5, 2e-5],
-            cubic: [1e-6, 0.0, -2e-7],
+            quadratic: vec![5e-5, -3e-5, 2e-5],
+            cubic: vec![1e-6, 0.0, -2e-7],
             reach: 78.0,
         });
     }

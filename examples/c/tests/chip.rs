@@ -89,6 +89,7 @@ fn compare(curvature: bool) {
     };
 
     let model = file.compensation().unwrap();
+    let model = *model.three_axes().unwrap();
     let range = FixedRange {
         outputs: [[0, 65_535]; 3],
         temperature: [-40.0, 85.0],

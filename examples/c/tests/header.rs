@@ -122,6 +122,7 @@ fn worst(file: &CalibrationFile, number: ExportNumber) -> f64 {
     let lines = run(&program, &samples);
     assert_eq!(lines.len(), SAMPLES);
     let model = file.compensation().unwrap();
+    let model = *model.three_axes().unwrap();
     // Sixteen roundings relative to the largest number in the sum, as in the self-check.
     let epsilon = f64::from(f32::EPSILON).max(f64::EPSILON);
     let epsilon = if single { epsilon } else { f64::EPSILON };
@@ -183,6 +184,7 @@ int main(void)
         let lines = run(&program, &samples);
         assert_eq!(lines.len(), SAMPLES);
         let model = file.compensation().unwrap();
+        let model = *model.three_axes().unwrap();
         let range = FixedRange {
             outputs: [[0, 65_535]; 3],
             temperature: [-40.0, 85.0],
@@ -219,6 +221,7 @@ fn known_the_example_program_runs() {
         &[[33_120, 33_271, 36_436, 23], [33_120, 33_271, 36_436, 99]],
     );
     let model = file.compensation().unwrap();
+    let model = *model.three_axes().unwrap();
     let exact = model.apply([33_120.0, 33_271.0, 36_436.0], 23.0);
     let first: Vec<f64> = lines[0].split(' ').map(|w| w.parse().unwrap()).collect();
     for axis in 0..3 {

@@ -11,10 +11,10 @@ pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
         let cells: Vec<String> = v.iter().map(|v| n(*v)).collect();
         format!("{{{}}}", cells.join(", "))
     };
-    let rows = |m: &[[f64; 3]; 3]| {
-        let rows: Vec<String> = m.iter().map(|r| format!("    {}", row(r))).collect();
-        format!("{{\n{}\n}}", rows.join(",\n"))
-    };
+    let join = |rows: Vec<String>| format!("{{\n{}\n}}", rows.join(",\n"));
+    let rows = |m: &[Vec<f64>]| join(m.iter().map(|r| format!("    {}", row(r))).collect());
+    let powers = |m: &[[f64; 3]]| join(m.iter().map(|r| format!("    {}", row(r))).collect());
+    let axes = plan.model.axes();
     let name = &plan.name;
     let guard = format!("{}_H", name.to_ascii_uppercase());
     let mut c = String::new();
@@ -27,18 +27,17 @@ pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
         " * C99, no library, no allocation. {name}_self_check() returns 0 when this compiler computes what the desk computed."
     );
     let _ = writeln!(c, " */\n#ifndef {guard}\n#define {guard}\n");
-    let sensor = plan.model.sensor();
     let _ = writeln!(
         c,
-        "static const {real} {name}_k_inverse[3][3] = {};",
-        rows(&sensor.k_inverse().0)
+        "static const {real} {name}_k_inverse[{axes}][{axes}] = {};",
+        rows(&plan.model.k_inverse())
     );
     let _ = writeln!(
         c,
-        "static const {real} {name}_bias[3] = {};",
-        row(&sensor.bias())
+        "static const {real} {name}_bias[{axes}] = {};",
+        row(&plan.model.bias())
     );
-    if let Some(terms) = plan.model.thermal() {
+    if let Some(terms) = &plan.file.temperature {
         let _ = writeln!(
             c,
             "/* Powers 1 to 3 of T - T0, per axis. */\nstatic const {real} {name}_t0 = {};",
@@ -46,25 +45,26 @@ pub(super) fn text(plan: &Plan<'_>, number: ExportNumber) -> String {
         );
         let _ = writeln!(
             c,
-            "static const {real} {name}_bias_t[3][3] = {};",
-            rows(&terms.bias)
+            "static const {real} {name}_bias_t[{axes}][3] = {};",
+            powers(&terms.bias)
         );
         let _ = writeln!(
             c,
-            "static const {real} {name}_scale_t[3][3] = {};",
-            rows(&terms.scale)
+            "static const {real} {name}_scale_t[{axes}][3] = {};",
+            powers(&terms.scale)
         );
     }
-    if let Some(terms) = plan.model.curvature() {
-        let k = sensor.k().0;
+    if let Some(terms) = &plan.file.curvature {
+        let k = plan.model.k();
+        let diagonal: Vec<f64> = (0..axes).map(|i| k[i][i]).collect();
         let _ = writeln!(
             c,
-            "static const {real} {name}_k_diagonal[3] = {};",
-            row(&[k[0][0], k[1][1], k[2][2]])
+            "static const {real} {name}_k_diagonal[{axes}] = {};",
+            row(&diagonal)
         );
         let _ = writeln!(
             c,
-            "static const {real} {name}_k2[3] = {};\nstatic const {real} {name}_k3[3] = {};",
+            "static const {real} {name}_k2[{axes}] = {};\nstatic const {real} {name}_k3[{axes}] = {};",
             row(&terms.quadratic),
             row(&terms.cubic)
         );
@@ -90,7 +90,7 @@ pub(super) fn outside(name: &str, low: &str, high: &str) -> String {
 }
 
 fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> String) {
-    let name = &plan.name;
+    let (name, axes) = (&plan.name, plan.model.axes());
     let (result, temperature) = if plan.needs_temperature() {
         ("int", format!("{real} temperature, "))
     } else {
@@ -107,16 +107,16 @@ fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> Stri
     };
     let _ = writeln!(
         c,
-        "\n{comment}\nstatic inline {result} {name}_apply(const {real} output[3], {temperature}{real} acceleration[3])\n{{"
+        "\n{comment}\nstatic inline {result} {name}_apply(const {real} output[{axes}], {temperature}{real} acceleration[{axes}])\n{{"
     );
-    let _ = writeln!(c, "    {real} v[3];\n    int i;");
+    let _ = writeln!(c, "    {real} v[{axes}];\n    int i;");
     if let Some(block) = &plan.file.temperature {
         let (low, high) = (n(block.range[0]), n(block.range[1]));
         let _ = writeln!(c, "    {real} d;");
         c.push_str(&outside(name, &low, &high));
         let _ = writeln!(c, "    d = temperature - {name}_t0;");
     }
-    let _ = writeln!(c, "    for (i = 0; i < 3; i++) {{");
+    let _ = writeln!(c, "    for (i = 0; i < {axes}; i++) {{");
     let _ = writeln!(c, "        v[i] = output[i] - {name}_bias[i];");
     let one = n(1.0);
     if plan.needs_temperature() {
@@ -126,7 +126,7 @@ fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> Stri
              v[i] = (v[i] - d * (b[0] + d * (b[1] + d * b[2]))) / ({one} + d * (s[0] + d * (s[1] + d * s[2])));"
         );
     }
-    if plan.model.curvature().is_some() {
+    if plan.file.curvature.is_some() {
         let _ = writeln!(
             c,
             "        const {real} y = v[i] / {name}_k_diagonal[i], k2 = {name}_k2[i], k3 = {name}_k3[i];\n        \
@@ -138,10 +138,12 @@ fn function(c: &mut String, plan: &Plan<'_>, real: &str, n: &dyn Fn(f64) -> Stri
             n(3.0)
         );
     }
+    let products: Vec<String> = (0..axes).map(|j| format!("r[{j}] * v[{j}]")).collect();
     let _ = writeln!(
         c,
-        "    }}\n    for (i = 0; i < 3; i++) {{\n        const {real} *r = {name}_k_inverse[i];\n        \
-         acceleration[i] = r[0] * v[0] + r[1] * v[1] + r[2] * v[2];\n    }}"
+        "    }}\n    for (i = 0; i < {axes}; i++) {{\n        const {real} *r = {name}_k_inverse[i];\n        \
+         acceleration[i] = {};\n    }}",
+        products.join(" + ")
     );
     if plan.needs_temperature() {
         let _ = writeln!(c, "    return 1;");
@@ -157,7 +159,7 @@ fn self_check(
     row: &dyn Fn(&[f64]) -> String,
     n: &dyn Fn(f64) -> String,
 ) {
-    let (name, check) = (&plan.name, &plan.check);
+    let (name, check, axes) = (&plan.name, &plan.check, plan.model.axes());
     let bound = if single {
         check.single_bound
     } else {
@@ -173,7 +175,7 @@ fn self_check(
     let list = |rows: Vec<String>| format!("{{\n        {}\n    }}", rows.join(",\n        "));
     let _ = writeln!(
         c,
-        "    static const {real} output[{count}][3] = {};",
+        "    static const {real} output[{count}][{axes}] = {};",
         list(check.outputs.iter().map(|o| row(o)).collect())
     );
     if plan.needs_temperature() {
@@ -185,7 +187,7 @@ fn self_check(
     }
     let _ = writeln!(
         c,
-        "    static const {real} expected[{count}][3] = {};",
+        "    static const {real} expected[{count}][{axes}] = {};",
         list(check.accelerations.iter().map(|a| row(a)).collect())
     );
     let argument = if plan.needs_temperature() {
@@ -195,8 +197,8 @@ fn self_check(
     };
     let _ = writeln!(
         c,
-        "    int v, i;\n    for (v = 0; v < {count}; v++) {{\n        {real} a[3];\n        \
-         {name}_apply(output[v], {argument}a);\n        for (i = 0; i < 3; i++) {{\n            \
+        "    int v, i;\n    for (v = 0; v < {count}; v++) {{\n        {real} a[{axes}];\n        \
+         {name}_apply(output[v], {argument}a);\n        for (i = 0; i < {axes}; i++) {{\n            \
          const {real} e = a[i] - expected[v][i];\n            \
          if (!(e <= {bound} && e >= -{bound}))\n                return v + 1;\n        }}\n    }}\n    return 0;\n}}\n",
         bound = n(bound)

@@ -1,12 +1,18 @@
 //! A C99 header in integers.
 
 use super::Plan;
-use crate::{Error, ErrorKind, Result};
+use crate::{AnyCompensation, Error, ErrorKind, Result};
 use proofmass_core::{FixedPoint, FixedRange, TEMPERATURE_BITS};
 use std::fmt::Write;
 
 pub(super) fn text(plan: &Plan<'_>, range: FixedRange) -> Result<String> {
-    let fixed = FixedPoint::new(&plan.model, range).map_err(|e| {
+    let AnyCompensation::ThreeAxes(model) = &plan.model else {
+        return Err(super::unable(
+            "integers are written for three axes, the calibration has one",
+            "choose single precision: one axis takes three multiplications",
+        ));
+    };
+    let fixed = FixedPoint::new(model, range).map_err(|e| {
         Error::new(
             ErrorKind::Configuration,
             format!("the model does not fit into integers: {e}"),
@@ -164,7 +170,7 @@ fn self_check(c: &mut String, plan: &Plan<'_>, fixed: &FixedPoint, row: &dyn Fn(
     let scale = f64::from(1u32 << TEMPERATURE_BITS);
     let mut lines = Vec::new();
     for (output, t) in plan.check.outputs.iter().zip(&plan.check.temperatures) {
-        let output = output.map(|v| v as i32);
+        let output: [i32; 3] = std::array::from_fn(|i| output[i] as i32);
         // The ends of the range lie between two steps of the temperature.
         let mut t = (t * scale).round() as i32;
         if let Some(thermal) = &fixed.thermal {

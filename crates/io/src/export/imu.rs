@@ -17,7 +17,7 @@ pub(super) fn text(plan: &Plan<'_>) -> Result<String> {
             "convert the recording with the nominal sensitivity, calibrate it in m/s², export that",
         ));
     }
-    let sensor = plan.model.sensor();
+    let sensor = plan.file.sensor()?;
     let mut text = String::new();
     for line in plan.heading() {
         let _ = writeln!(text, "# {line}");
@@ -26,10 +26,10 @@ pub(super) fn text(plan: &Plan<'_>) -> Result<String> {
         let _ = writeln!(
             text,
             "# The form has no place for temperature: this is the model at {:?} degC.",
-            plan.model.thermal().map_or(0.0, |t| t.reference)
+            plan.model.reference().unwrap_or(0.0)
         );
     }
-    if plan.model.curvature().is_some() {
+    if plan.file.curvature.is_some() {
         let _ = writeln!(
             text,
             "# The form has no place for curvature: it is left out."

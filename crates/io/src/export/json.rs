@@ -16,10 +16,10 @@ struct Coefficients<'a> {
     output_unit: Unit,
     equation: &'static str,
     #[serde(rename = "K")]
-    k: [[f64; 3]; 3],
+    k: Vec<Vec<f64>>,
     #[serde(rename = "K_inverse")]
-    k_inverse: [[f64; 3]; 3],
-    b: [f64; 3],
+    k_inverse: Vec<Vec<f64>>,
+    b: Vec<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     temperature: Option<&'a ThermalBlock>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -32,15 +32,15 @@ struct Coefficients<'a> {
 
 #[derive(Serialize)]
 struct Check<'a> {
-    outputs: &'a [[f64; 3]],
+    outputs: &'a [Vec<f64>],
     #[serde(rename = "temperatures_degC")]
     temperatures: &'a [f64],
-    accelerations: &'a [[f64; 3]],
+    accelerations: &'a [Vec<f64>],
     bound: f64,
 }
 
 pub(super) fn text(plan: &Plan<'_>) -> Result<String> {
-    let (file, check, sensor) = (plan.file, &plan.check, plan.model.sensor());
+    let (file, check) = (plan.file, &plan.check);
     let bytes = crate::finite::to_json(&Coefficients {
         schema: Schema {
             name: "proofmass.coefficients".into(),
@@ -53,9 +53,9 @@ pub(super) fn text(plan: &Plan<'_>) -> Result<String> {
         output_unit: file.output_unit,
         equation: "d = T - reference; v_i = (output_i - b_i - sum_k bias_ik d^k) / (1 + sum_k scale_ik d^k); \
                    x_i + quadratic_i x_i^2 + cubic_i x_i^3 = v_i / K_ii; a = K_inverse (K_ii x_i)",
-        k: sensor.k().0,
-        k_inverse: sensor.k_inverse().0,
-        b: sensor.bias(),
+        k: plan.model.k(),
+        k_inverse: plan.model.k_inverse(),
+        b: plan.model.bias(),
         temperature: file.temperature.as_ref(),
         curvature: file.curvature.as_ref(),
         covariance: NamedCovariance::of(&file.estimate),

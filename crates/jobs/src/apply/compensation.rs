@@ -6,7 +6,7 @@ use proofmass_core::Watch;
 use proofmass_dynamic::frequency_response::{
     BandMatrix, CompensationError, CompensationFilter, FilterDesign, FilterStream,
 };
-use proofmass_io::{AnyCalibration, compensate};
+use proofmass_io::{AnyCalibration, AnyCompensation};
 use serde::{Deserialize, Serialize};
 
 /// How a calibration is used.
@@ -53,7 +53,7 @@ pub struct CompensationStream {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Model(Box<proofmass_core::Compensation<f64>>),
+    Model(Box<AnyCompensation>),
     Band(BandMatrix),
     Filter(Box<CompensationFilter>, FilterStream),
 }
@@ -70,7 +70,7 @@ impl CompensationStream {
         watch: &dyn Watch,
     ) -> Result<Self> {
         let kind = match (calibration, method) {
-            (AnyCalibration::Triaxial(file), CompensationMethod::Model) => {
+            (AnyCalibration::Constant(file), CompensationMethod::Model) => {
                 Kind::Model(Box::new(file.compensation()?))
             }
             (AnyCalibration::FrequencyResponse(file), CompensationMethod::Band(band)) => {
@@ -115,7 +115,7 @@ impl CompensationStream {
     /// A model that follows the temperature is taken at its reference; [`push_at`](Self::push_at) takes temperatures.
     pub fn push(&mut self, outputs: &[&[f64]]) -> Vec<Vec<f64>> {
         match &mut self.kind {
-            Kind::Model(model) => compensate(model, outputs, None),
+            Kind::Model(model) => model.apply_columns(outputs, None),
             Kind::Band(matrix) => matrix.apply_columns(outputs),
             Kind::Filter(_, stream) => stream.push(outputs),
         }
@@ -124,7 +124,7 @@ impl CompensationStream {
     /// The same with the temperature of every sample in °C, which matters to a model that follows it.
     pub fn push_at(&mut self, outputs: &[&[f64]], temperature: &[f64]) -> Vec<Vec<f64>> {
         match &mut self.kind {
-            Kind::Model(model) => compensate(model, outputs, Some(temperature)),
+            Kind::Model(model) => model.apply_columns(outputs, Some(temperature)),
             _ => self.push(outputs),
         }
     }

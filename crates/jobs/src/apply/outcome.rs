@@ -8,7 +8,7 @@ use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity, rows_outside};
 use proofmass_report::Report;
 use proofmass_uncertainty::findings::gaps_in_record;
-use proofmass_uncertainty::{Finding, Severity};
+use proofmass_uncertainty::{Finding, Quantity, Severity};
 
 /// Counts while the rows go by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +20,8 @@ pub(super) struct Figures {
     /// Temperatures beyond those of the coefficients, with the lowest and the highest of all.
     pub(super) beyond_temperature: u64,
     pub(super) temperatures: Option<[f64; 2]>,
+    /// Smallest and largest of all accelerations, where there is one axis.
+    pub(super) accelerations: Option<[f64; 2]>,
 }
 
 impl Figures {
@@ -33,9 +35,7 @@ impl Figures {
         if temperatures.is_empty() {
             return None;
         }
-        let start = self.temperatures.unwrap_or([temperatures[0]; 2]);
-        let widen = |[low, high]: [f64; 2], t: &f64| [low.min(*t), high.max(*t)];
-        self.temperatures = Some(temperatures.iter().fold(start, widen));
+        self.temperatures = widened(self.temperatures, temperatures);
         let (first, beyond) = rows_outside(&[temperatures], block.range);
         self.beyond_temperature += beyond;
         first
@@ -49,6 +49,9 @@ impl Figures {
         calibration: &AnyCalibration,
         values: &[&[f64]],
     ) -> Option<usize> {
+        if let [one] = values {
+            self.accelerations = widened(self.accelerations, one);
+        }
         let [low, high] = range(calibration)?;
         let margin = 0.1 * (high - low);
         let (first, beyond) = rows_outside(values, [low - margin, high + margin]);
@@ -57,9 +60,38 @@ impl Figures {
     }
 }
 
+fn widened(range: Option<[f64; 2]>, values: &[f64]) -> Option<[f64; 2]> {
+    values.iter().fold(range, |range, v| {
+        let [low, high] = range.unwrap_or([*v; 2]);
+        Some([low.min(*v), high.max(*v)])
+    })
+}
+
+/// The acceleration of the recording that the calibration knows least, of one axis: at an end of its range, or at zero.
+fn least_known(figures: &Figures, calibration: &AnyCalibration) -> Option<Quantity> {
+    let (AnyCalibration::Constant(file), Some([low, high])) = (calibration, figures.accelerations)
+    else {
+        return None;
+    };
+    let temperatures = match figures.temperatures {
+        None => vec![None],
+        Some([low, high]) => vec![Some(low), Some(high)],
+    };
+    let ends = [low, high, 0.0f64.clamp(low, high)];
+    let at = |a: f64| {
+        temperatures
+            .iter()
+            .filter_map(move |t| file.acceleration(a, *t))
+    };
+    let u = |q: &Quantity| q.standard_uncertainty;
+    ends.into_iter()
+        .flat_map(at)
+        .max_by(|a, b| u(a).total_cmp(&u(b)))
+}
+
 fn range(calibration: &AnyCalibration) -> Option<[f64; 2]> {
     match calibration {
-        AnyCalibration::Triaxial(file) => file.acceleration_range,
+        AnyCalibration::Constant(file) => file.acceleration_range,
         _ => None,
     }
 }
@@ -80,7 +112,7 @@ pub(super) fn findings(
             &format!("of {} samples", figures.written),
         ));
     }
-    if let (AnyCalibration::Triaxial(file), Some([low, high])) = (calibration, figures.temperatures)
+    if let (AnyCalibration::Constant(file), Some([low, high])) = (calibration, figures.temperatures)
         && let Some(block) = &file.temperature
         && figures.beyond_temperature > 0
     {
@@ -154,13 +186,15 @@ pub struct ApplyOutcome {
     band: Option<BandMatrix>,
     filter: Option<FilterFigures>,
     error: Option<CompensationError>,
+    /// The least known acceleration of one axis, by the covariance of the calibration.
+    least_known: Option<Quantity>,
     findings: Vec<Finding>,
 }
 
 impl ApplyOutcome {
     pub(super) fn new(
         job: &ApplyJob,
-        compensation: Option<&CompensationStream>,
+        (compensation, calibration): (Option<&CompensationStream>, &AnyCalibration),
         figures: Figures,
         columns: Vec<String>,
         (recording, sha256): (Input, Option<String>),
@@ -185,6 +219,7 @@ impl ApplyOutcome {
                     half: f.half,
                 }),
             error: compensation.and_then(CompensationStream::error),
+            least_known: least_known(&figures, calibration),
             findings,
         }
     }
@@ -229,8 +264,15 @@ impl ApplyOutcome {
         self.error.as_ref()
     }
 
-    /// The stated error in one line, where the compensation is one over frequency.
+    /// The stated error in one line: of a compensation over frequency, or of one axis by the covariance of its calibration.
     pub fn statement(&self) -> Option<String> {
+        if let Some(q) = &self.least_known {
+            return Some(format!(
+                "uncertainty by the calibration: at most {:.3e} m/s² with 95 % probability, at {:.3} m/s²",
+                q.expanded(0.95),
+                q.value
+            ));
+        }
         let error = self.error.as_ref()?;
         let [low, high] = error.band;
         let delay = match &self.filter {
@@ -262,9 +304,6 @@ impl Outcome for ApplyOutcome {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        let Some(error) = &self.error else {
-            return Vec::new();
-        };
         // A relative error that is zero as far as anyone knows, and within the stated one.
         let statement = |name: &str, unit: &str, value: f64, expanded: f64| StatedQuantity {
             name: name.to_owned(),
@@ -278,7 +317,12 @@ impl Outcome for ApplyOutcome {
             interval: None,
             method: None,
         };
-        vec![statement("relative_error", "1", 0.0, error.stated)]
+        let by_frequency = self.error.as_ref();
+        let by_frequency = by_frequency.map(|e| statement("relative_error", "1", 0.0, e.stated));
+        let by_covariance = self.least_known.as_ref();
+        let by_covariance =
+            by_covariance.map(|q| statement("calibration_error", "m/s²", 0.0, q.expanded(0.95)));
+        by_frequency.into_iter().chain(by_covariance).collect()
     }
 
     fn findings(&self) -> &[Finding] {

@@ -170,6 +170,14 @@ findings! {
         evidence "{reference:.1} °C",
         advice "record at that temperature, or validate the recording after `proofmass apply`";
 
+    /// What a test found of an axis does not make a calibration.
+    calibration_not_made(reason: &str) =
+        "calibration-not-made", [Warning],
+        what "the result holds no calibration: what was found of the axis cannot undo its output",
+        evidence "{reason}",
+        advice "look at the readings and their unit; curvature that is mere noise goes with --order 1",
+        false_alarms "none: the sensitivity of a healthy test is told from zero, and its curvature is a correction";
+
     /// A calibration has no covariance.
     calibration_without_uncertainty() =
         "calibration-without-uncertainty", [Warning],

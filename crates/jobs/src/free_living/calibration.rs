@@ -31,7 +31,7 @@ impl FreeLivingOutcome {
         file.software = record.software.clone();
         file.device = record.device.clone();
         file.inputs = record.inputs.clone();
-        file.columns = self.columns.clone();
+        file.columns = self.columns.as_ref().map(|c| c.to_vec());
         file.gravity = Some(Quantity {
             name: "gravity".to_owned(),
             unit: "m/s²".to_owned(),
@@ -47,8 +47,10 @@ impl FreeLivingOutcome {
                 .zip(self.temperature_range)
                 .map(|(reference, range)| ThermalBlock {
                     reference,
-                    bias: std::array::from_fn(|i| linear(-q.temperature[i] * g0 / q.scale[i])),
-                    scale: [[0.0; THERMAL_ORDER]; 3],
+                    bias: (0..3)
+                        .map(|i| linear(-q.temperature[i] * g0 / q.scale[i]))
+                        .collect(),
+                    scale: vec![[0.0; THERMAL_ORDER]; 3],
                     range,
                     hysteresis: None,
                 });

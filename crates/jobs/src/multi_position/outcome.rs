@@ -3,9 +3,8 @@
 use super::{MultiPositionData, MultiPositionJob, page};
 use crate::campaign::MethodModel;
 use crate::outcome::{Outcome, section};
-use crate::record::Record;
+use crate::record::{Record, gravity_quantity};
 use crate::trouble::Result;
-use proofmass_core::Gravity;
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ColumnRef, CurvatureBlock, StatedQuantity, ThermalBlock, Unit,
 };
@@ -15,7 +14,7 @@ use proofmass_static::{
     CompensatedReading, DirectionCoverage, Ferraris, FormWeight, Misfit, Model, ModelEvidence,
     NextAttitude, StandstillCalibration, WindowedVariance,
 };
-use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};
+use proofmass_uncertainty::{Estimate, Finding};
 use serde::Serialize;
 
 /// A multi-position calibration: the model with its joint covariance, the standstills, what there is to doubt.
@@ -84,16 +83,6 @@ impl Figures {
                 false => segments.map(|s| (at(s.start), at(s.end - 1))).collect(),
             },
         }
-    }
-}
-
-fn gravity_quantity(gravity: Gravity) -> Quantity {
-    Quantity {
-        name: "gravity".to_owned(),
-        unit: "m/s²".to_owned(),
-        value: gravity.value(),
-        standard_uncertainty: gravity.standard_uncertainty(),
-        dof: DegreesOfFreedom::INFINITE,
     }
 }
 
@@ -248,7 +237,7 @@ impl Outcome for MultiPositionOutcome {
             fit.estimate().clone(),
         );
         file.software = record.software.clone();
-        file.columns = self.columns.clone();
+        file.columns = self.columns.as_ref().map(|c| c.to_vec());
         file.device = record.device.clone();
         file.gravity = Some(gravity_quantity(fit.gravity()));
         file.repeatability = Some(fit.excess());
@@ -261,16 +250,16 @@ impl Outcome for MultiPositionOutcome {
             if let (Some(thermal), Some(range)) = (beyond.thermal, beyond.range) {
                 file.temperature = Some(ThermalBlock {
                     reference: thermal.reference,
-                    bias: thermal.bias,
-                    scale: thermal.scale,
+                    bias: thermal.bias.to_vec(),
+                    scale: thermal.scale.to_vec(),
                     range,
                     hysteresis: None,
                 });
                 file.temperature_range = Some(range);
             }
             file.curvature = beyond.curvature.map(|c| CurvatureBlock {
-                quadratic: c.quadratic,
-                cubic: c.cubic,
+                quadratic: c.quadratic.to_vec(),
+                cubic: c.cubic.to_vec(),
                 reach: low.abs().max(high.abs()),
             });
         }

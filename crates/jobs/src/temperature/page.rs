@@ -1,8 +1,8 @@
 //! The page of temperature coefficients.
 
 use super::TemperatureOutcome;
+use crate::page::MG;
 use crate::page::answer::plus_minus;
-use crate::page::{AXES, MG};
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_report::number::{minus, two_digits};
 use proofmass_report::{
@@ -16,7 +16,7 @@ pub(super) fn add(page: Report, outcome: &TemperatureOutcome) -> Report {
     let mut section = Section::new("Temperature and output");
     let mut page = page;
     let steepest = steepest(fit).map_or(0, |(index, _)| index);
-    for (index, (axis, name)) in fit.axes.iter().zip(AXES).enumerate() {
+    for (index, (name, axis)) in fit.named_axes().enumerate() {
         let caption = format!(
             "{name}: block means about their attitude, heating and cooling apart, and the fitted curve"
         );
@@ -59,7 +59,7 @@ fn verdict(outcome: &TemperatureOutcome) -> String {
     steepest(fit).map_or(String::new(), |(index, q)| {
         format!(
             "The output of {} changes most, by {} mg/K ({:.0} %); {told} of {} axes have a slope that is told from zero.",
-            AXES[index],
+            fit.blocks.names()[index],
             minus(&plus_minus(MG * q.value, MG * q.expanded(probability))),
             100.0 * probability,
             slopes(fit).count()
@@ -69,8 +69,7 @@ fn verdict(outcome: &TemperatureOutcome) -> String {
 
 /// The mean slopes with the numbers of their axes.
 fn slopes(fit: &TemperatureFit) -> impl Iterator<Item = (usize, Quantity)> + '_ {
-    let axes = AXES.iter().enumerate();
-    axes.filter_map(|(k, axis)| Some((k, fit.estimate.get(&format!("slope.{axis}"))?)))
+    (0..fit.axes.len()).filter_map(|k| Some((k, fit.slope(k)?)))
 }
 
 fn steepest(fit: &TemperatureFit) -> Option<(usize, Quantity)> {
@@ -103,8 +102,8 @@ fn figures(fit: &TemperatureFit, probability: f64) -> Vec<KeyFigure> {
         KeyFigure::new(label, concise(value * MG, u * MG), unit)
     };
     let mut figures = Vec::new();
-    for (axis, name) in fit.axes.iter().zip(AXES) {
-        if let Some(q) = fit.estimate.get(&format!("slope.{name}")) {
+    for (k, (name, axis)) in fit.named_axes().enumerate() {
+        if let Some(q) = fit.slope(k) {
             let label = format!("mean slope of {name}");
             let expanded = two_digits(q.expanded(probability) * MG * 1e3);
             figures.push(
@@ -129,7 +128,7 @@ fn figures(fit: &TemperatureFit, probability: f64) -> Vec<KeyFigure> {
             figure(label, h.difference, h.standard_uncertainty, "mg").note(note)
         }));
     }
-    for (axis, name) in fit.axes.iter().zip(AXES) {
+    for (name, axis) in fit.named_axes() {
         figures.extend(axis.self_heating.filter(|h| h.determined).map(|h| {
             let label = format!("self-heating of {name}");
             figure(label, h.amplitude, h.standard_uncertainty, "mg")
@@ -144,9 +143,9 @@ fn figures(fit: &TemperatureFit, probability: f64) -> Vec<KeyFigure> {
 }
 
 fn hysteresis(fit: &TemperatureFit) -> Option<XyPlot> {
-    let branches = fit.axes.iter().zip(AXES);
-    let mut branches = branches
-        .filter_map(|(axis, name)| Some((name, axis.hysteresis.as_ref()?)))
+    let mut branches = fit
+        .named_axes()
+        .filter_map(|(name, axis)| Some((name, axis.hysteresis.as_ref()?)))
         .peekable();
     branches.peek()?;
     let plot = XyPlot::new(
@@ -186,8 +185,9 @@ fn coefficients(fit: &TemperatureFit, probability: f64) -> Table {
 
 fn orders(fit: &TemperatureFit) -> Table {
     type Row<'a> = (&'static str, &'a OrderFit);
-    let axes = fit.axes.iter().zip(AXES);
-    let rows = axes.flat_map(|(axis, name)| axis.orders.iter().map(move |o| (name, o)));
+    let rows = fit
+        .named_axes()
+        .flat_map(|(name, axis)| axis.orders.iter().map(move |o| (name, o)));
     let fields = [
         Field::shown("axis", "", |r: &Row<'_>| r.0.into()),
         Field::shown("order", "", |r: &Row<'_>| r.1.order.into()),
@@ -210,20 +210,18 @@ fn orders(fit: &TemperatureFit) -> Table {
 }
 
 fn attitudes(fit: &TemperatureFit) -> Table {
-    let columns = [
+    let mut columns = vec![
         ("from", "s", 1),
         ("to", "s", 1),
         ("lowest", "°C", 1),
         ("highest", "°C", 1),
-        ("x", "g", 4),
-        ("y", "g", 4),
-        ("z", "g", 4),
     ];
+    columns.extend(fit.blocks.names().iter().map(|axis| (*axis, "g", 4)));
     let fields = columns
-        .iter()
+        .into_iter()
         .enumerate()
         .map(|(k, (name, unit, decimals))| {
-            Field::shown(*name, *unit, move |row: &[f64; 7]| row[k].into()).decimals(*decimals)
+            Field::shown(name, unit, move |row: &[f64; 7]| row[k].into()).decimals(decimals)
         });
     let rows = fit.attitudes().iter().map(|a| {
         let ([from, to], [low, high]) = (a.time, a.range);
@@ -243,8 +241,9 @@ fn blocks(fit: &TemperatureFit) -> Table {
             (blocks.attitude[*i] as f64 + 1.0).into()
         }),
     ];
-    fields.extend(AXES.iter().enumerate().map(|(k, axis)| {
-        Field::new(format!("acceleration_{axis}_m/s2"), move |i: &usize| {
+    fields.extend((0..fit.axes.len()).map(|k| {
+        let name = blocks.parameter("acceleration", k).replace('.', "_");
+        Field::new(format!("{name}_m/s2"), move |i: &usize| {
             blocks.output[*i][k].into()
         })
     }));

@@ -32,14 +32,11 @@ impl TemperatureRecording {
         let calibration = calibration.map(CalibrationFile::from_source).transpose()?;
         let mut options = match &calibration {
             Some((file, _)) => reading.options(file)?,
-            None => reading.options_alone()?,
+            None => reading.options_of_axes()?,
         };
         options.temperature = Some(temperature);
         let recording = Recording::from_source(source, &options)?;
-        let unit = match recording.columns.len() {
-            3 => reading.common_unit(&recording),
-            _ => Err(Trouble::data("three columns are needed")),
-        };
+        let unit = reading.common_unit(&recording);
         let Some(column) = &recording.temperature else {
             return Err(Trouble::data("the recording has no temperature").detail(name));
         };
@@ -58,9 +55,13 @@ impl TemperatureRecording {
 
     /// For the job.
     pub fn data(&self) -> TemperatureData<'_> {
-        let output = |axis: usize| self.recording.columns[axis].data.as_slice();
         TemperatureData {
-            outputs: [output(0), output(1), output(2)],
+            outputs: self
+                .recording
+                .columns
+                .iter()
+                .map(|c| c.data.as_slice())
+                .collect(),
             unit: self.unit,
             temperature: &self.temperature,
             rate: self.recording.time.rate_hz(),

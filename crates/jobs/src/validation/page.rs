@@ -9,6 +9,7 @@ use proofmass_static::{AttitudeCheck, Validation};
 
 pub(super) fn add(page: Report, validation: &Validation) -> Report {
     let attitudes = &validation.attitudes;
+    let one_axis = is_of_one_axis(attitudes);
     let number: Vec<f64> = (1..=attitudes.len()).map(|i| i as f64).collect();
     let part = |k: f64| -> Vec<f64> {
         let values = attitudes.iter();
@@ -44,12 +45,25 @@ pub(super) fn add(page: Report, validation: &Validation) -> Report {
         false => "what is left agrees with the stated uncertainties",
         true => "what is left is more than the stated uncertainties allow",
     };
-    page.verdict(format!("{rule}; {covariance} (p = {}).", two_digits(validation.p_value)))
-        .section(result.summarised()).section(
-        Section::new("Residuals")
-            .figure("Residual of each standstill; bars are two standard uncertainties (calibration, noise, gravity)", plot)
-            .figure("Directions of the specific force, coloured by the residual", sphere),
-    )
+    let residuals = Section::new("Residuals")
+        .figure("Residual of each standstill; bars are two standard uncertainties (calibration, noise, gravity)", plot);
+    page.verdict(format!(
+        "{rule}; {covariance} (p = {}).",
+        two_digits(validation.p_value)
+    ))
+    .section(result.summarised())
+    .section(match one_axis {
+        true => residuals,
+        false => residuals.figure(
+            "Directions of the specific force, coloured by the residual",
+            sphere,
+        ),
+    })
+}
+
+/// Whether the standstills are those of a single axis, which sees no other.
+fn is_of_one_axis(attitudes: &[AttitudeCheck]) -> bool {
+    attitudes.iter().all(|a| a.acceleration[1..] == [0.0, 0.0])
 }
 
 fn figures(validation: &Validation) -> Vec<KeyFigure> {
@@ -79,15 +93,22 @@ fn table(attitudes: &[AttitudeCheck]) -> Table {
         number("", (heading, unit), Rounding::Decimals(decimals), of)
     };
     let rule = |a: &Row| if a.within_rule { "met" } else { "missed" };
-    let fields = [
-        Field::shown("standstill", "", |a: &Row| a.name.as_str().into()),
-        value("a_x", "m/s²", 4, |a| a.acceleration[0]),
-        value("a_y", "m/s²", 4, |a| a.acceleration[1]),
-        value("a_z", "m/s²", 4, |a| a.acceleration[2]),
+    let mut fields = vec![Field::shown("standstill", "", |a: &Row| {
+        a.name.as_str().into()
+    })];
+    match is_of_one_axis(attitudes) {
+        true => fields.push(value("a", "m/s²", 4, |a| a.acceleration[0])),
+        false => fields.extend([
+            value("a_x", "m/s²", 4, |a| a.acceleration[0]),
+            value("a_y", "m/s²", 4, |a| a.acceleration[1]),
+            value("a_z", "m/s²", 4, |a| a.acceleration[2]),
+        ]),
+    }
+    fields.extend([
         value("‖a‖ − g", "mm/s²", 2, |a| 1e3 * a.residual),
         value("u", "mm/s²", 2, |a| 1e3 * a.standard_uncertainty),
         value("│‖a‖ − g│/g", "%", 4, |a| 1e2 * a.relative),
         Field::shown("0.1 % rule", "", |a: &Row| rule(a).into()),
-    ];
+    ]);
     Table::of("Standstills", fields, attitudes)
 }

@@ -64,8 +64,11 @@ impl ValidationRecording {
         let input = recording.input();
         let findings = recording.findings().to_vec();
         let columns: Vec<Vec<f64>> = recording.columns.into_iter().map(|c| c.data).collect();
-        let outputs = <[Vec<f64>; 3]>::try_from(columns)
-            .map_err(|_| Trouble::data("three columns are needed").detail(name.clone()))?;
+        let outputs = match columns.as_slice() {
+            [one] => [one.clone(), one.clone(), one.clone()],
+            _ => <[Vec<f64>; 3]>::try_from(columns)
+                .map_err(|_| Trouble::data("three columns are needed").detail(name.clone()))?,
+        };
         Ok(Self {
             calibration,
             outputs,
@@ -136,7 +139,7 @@ impl ValidationRecording {
             watch.step("reading", reader.bytes_read(), size)?;
             let mut breaks = Vec::new();
             if time.is_some() {
-                breaks = clock.pauses(block.column(3), shortest_pause).map_err(|(row, what)| {
+                breaks = clock.pauses(block.column(signals), shortest_pause).map_err(|(row, what)| {
                     Trouble::data(what)
                         .detail(format!("{name}:{}", block.line(row)))
                         .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
@@ -147,7 +150,8 @@ impl ValidationRecording {
                 if breaks.next_if_eq(&row).is_some() {
                     averages.pause();
                 }
-                averages.push([0, 1, 2].map(|k| block.column(k)[row] * factors[k]));
+                let of = |k: usize| block.column(k)[row] * factors[k];
+                averages.push([0, 1, 2].map(|k| of(k.min(signals - 1))));
             }
             rows += block.rows();
             let mean = clock

@@ -5,18 +5,21 @@ use super::reading::{Reading, Samples};
 use super::reference::Reference;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
+use crate::apply::calibration_of_band;
+use crate::frequency_response::read_calibration;
 use crate::record::Record;
 use crate::recording::stretch;
 use crate::store::Store;
 use crate::trouble::Trouble;
-use proofmass_core::{Matrix3, SensorModel, Watch};
+use proofmass_core::Watch;
 use proofmass_io::{
-    Absent, CalibrationFile, ColumnRef, Input, Layout, LayoutOptions, RecordedColumn, Recording,
-    RecordingOptions, SaidBy, Source as Bytes, TimeUnit, Unit,
+    Absent, AnyCalibration, AnyCompensation, CalibrationFile, ColumnRef, Input, Layout,
+    LayoutOptions, RecordedColumn, Recording, RecordingOptions, SaidBy, Source as Bytes, TimeUnit,
+    Unit,
 };
 use proofmass_motion::{
-    LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, along_axis, common_start,
-    drop_glitches, edge_places, even_clock, longest_stretch, mean_between, moves_while_still, thin,
+    LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches,
+    edge_places, even_clock, longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -39,7 +42,8 @@ pub struct AxisSensors {
     /// Gyroscope beside two wheels
     #[cfg_attr(feature = "clap", command(flatten))]
     pub turning: Turning,
-    /// Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder alone
+    /// Column of the acceleration, or of the output with a calibration of one axis; with one of three axes the columns x,y,z; none
+    /// for an encoder alone
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "COLUMN", value_delimiter = ',')
@@ -63,10 +67,14 @@ pub struct AxisSensors {
         arg(long, value_name = "HZ", requires = "acceleration_file")
     )]
     pub acceleration_rate: Option<f64>,
-    /// calibration.json that compensates the acceleration first; needs the axis and three columns
-    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath, requires = "axis"))]
+    /// Calibration of the accelerometer (calibration.json, or result.json of a test of one axis): compensates the acceleration first,
+    /// and its uncertainty of the gain is the prior of the gain
+    #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath))]
     pub calibration: Option<String>,
-    /// Axis of the compensated accelerometer that lies along the motion
+    /// Calibration over frequency, as of a shaker: the band in hertz whose constant is used; one frequency twice is that alone
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LOW,HIGH", value_parser = crate::arguments::stretch, requires = "calibration"))]
+    pub calibration_band: Option<[f64; 2]>,
+    /// Axis of the compensated accelerometer that lies along the motion, where the calibration has three
     #[cfg_attr(feature = "clap", arg(long, value_enum, requires = "calibration"))]
     pub axis: Option<SensorAxis>,
     /// Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet (limits of ± 5 % are 2.9);
@@ -121,6 +129,19 @@ pub struct AxisSensors {
     /// Sampling rate in hertz, for recordings without a time column
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
+}
+
+/// A calibration of the accelerometer as this recording uses it.
+struct Calibrated {
+    file: CalibrationFile,
+    model: AnyCompensation,
+    /// Which of its axes lies along the motion.
+    axis: usize,
+    /// Relative standard uncertainty of the scale factor of that axis, where it is stated.
+    gain: Option<f64>,
+    place: String,
+    input: Input,
+    findings: Vec<Finding>,
 }
 
 /// One axis of a triaxial sensor.
@@ -256,7 +277,11 @@ impl AxisSensors {
             false => self.reading.columns()?,
         };
         let of_reading = columns.len();
-        let of_acceleration = self.acceleration_columns()?;
+        let calibrated = match self.acceleration.is_empty() {
+            true => None,
+            false => self.calibration(store)?,
+        };
+        let of_acceleration = self.acceleration_columns(calibrated.as_ref().map(|c| &c.file))?;
         let alone = of_acceleration.is_empty();
         let together = self.acceleration_file.is_none();
         if together {
@@ -350,7 +375,7 @@ impl AxisSensors {
         let mut acceleration = match &self.acceleration_file {
             None if alone && self.reading.is_modulated() => nothing(&reading.time, false),
             None if alone => nothing(&clock, self.reading.edges()),
-            None => self.accelerations(store, &main, &clock, of_reading)?,
+            None => self.accelerations(calibrated.as_ref(), &main, &clock, of_reading)?,
             Some(name) => {
                 let mut source = store.open(name)?;
                 let options = self.options(
@@ -368,7 +393,7 @@ impl AxisSensors {
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
                 let own = super::clock::clock(&other, &main, origin, false);
-                self.accelerations(store, &other, &own, 0)?
+                self.accelerations(calibrated.as_ref(), &other, &own, 0)?
             }
         };
         for t in &mut acceleration.time {
@@ -428,8 +453,15 @@ impl AxisSensors {
         record.accelerometer = !alone;
         record.start = start;
         record.turn = told.resolver_turn();
-        record.gain_uncertainty = self.gain_uncertainty.map(|percent| 0.01 * percent);
         record.low_corner = self.corner(record.sample_time)?;
+        let stated = self.gain_uncertainty.map(|percent| 0.01 * percent);
+        record.gain_uncertainty = stated.or(calibrated.as_ref().and_then(|c| c.gain));
+        if let Some(calibrated) = &calibrated {
+            inputs.push(calibrated.input.clone());
+            findings.extend(calibrated.findings.iter().cloned());
+            let terms = calibrated.file.temperature.as_ref();
+            findings.extend(terms.map(|t| crate::findings::temperature_not_followed(t.reference)));
+        }
         record.increment = told.increment().filter(|_| !self.reading.edges()).or(digit);
         if let (Some(increment), None) = (increment, &self.encoder_map) {
             record = timed(&record, &reading, increment, start)
@@ -502,7 +534,66 @@ impl AxisSensors {
         Ok(Some(corner))
     }
 
-    fn acceleration_columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
+    /// The calibration of the accelerometer, that of a band where it is one over frequency.
+    fn calibration(&self, store: &dyn Store) -> Result<Option<Calibrated>, Trouble> {
+        let Some(name) = &self.calibration else {
+            return Ok(None);
+        };
+        let place = store.describe(name).display().to_string();
+        let (any, input, findings) = read_calibration(store.open(name)?, None)?;
+        let file = match (any, self.calibration_band) {
+            (AnyCalibration::Constant(file), None) => *file,
+            (AnyCalibration::FrequencyResponse(_), None) => {
+                return Err(Trouble::request(
+                    "the calibration is one over frequency: no single constant stands for all of it",
+                )
+                .detail(place)
+                .with_hint("add --calibration-band LOW,HIGH, the frequencies of the motion"));
+            }
+            (any, Some(band)) => {
+                calibration_of_band(&any, band)
+                    .map_err(|e| e.detail(place.clone()))?
+                    .0
+            }
+            _ => return Err(Trouble::request("a calibration of an unknown kind").detail(place)),
+        };
+        let model = file.compensation()?;
+        let axis = match self.axis {
+            Some(SensorAxis::X) | None => 0,
+            Some(SensorAxis::Y) => 1,
+            Some(SensorAxis::Z) => 2,
+        };
+        let scale = match file.axes() {
+            1 => "scale".to_owned(),
+            _ => format!("scale.{}", ["x", "y", "z"][axis]),
+        };
+        let gain = file
+            .estimate
+            .get(&scale)
+            .map(|q| q.standard_uncertainty / q.value.abs());
+        let gain = gain.filter(|u| *u > 0.0 && u.is_finite());
+        if gain.is_some() && self.gain_uncertainty.is_some() {
+            return Err(Trouble::request(
+                "the calibration and --gain-uncertainty both state how well the gain is known",
+            )
+            .detail(place)
+            .with_hint("leave out --gain-uncertainty: the calibration was measured"));
+        }
+        Ok(Some(Calibrated {
+            file,
+            model,
+            axis,
+            gain,
+            place,
+            input,
+            findings,
+        }))
+    }
+
+    fn acceleration_columns(
+        &self,
+        calibration: Option<&CalibrationFile>,
+    ) -> Result<Vec<ColumnRef>, Trouble> {
         if self.acceleration.is_empty() {
             let in_vain = [
                 (self.acceleration_file.is_some(), "--acceleration-file"),
@@ -520,13 +611,45 @@ impl AxisSensors {
             }
             return Ok(Vec::new());
         }
-        let needed = if self.calibration.is_some() { 3 } else { 1 };
+        let needed = calibration.map_or(1, CalibrationFile::axes);
         if self.acceleration.len() != needed {
+            let (of, hint) = match calibration {
+                None => (
+                    String::new(),
+                    "one column along the motion, or three columns x,y,z together with --calibration and --axis",
+                ),
+                Some(file) if file.axes() == 1 => (
+                    ", and the calibration is of one axis".to_owned(),
+                    "name the one column that was calibrated",
+                ),
+                Some(file) => (
+                    format!(", and the calibration is of {} axes", file.axes()),
+                    "name the columns x,y,z, or use a calibration of the one axis",
+                ),
+            };
             return Err(Trouble::data(format!(
-                "--acceleration names {} columns, {needed} are needed",
-                self.acceleration.len()
+                "--acceleration names {}{of}",
+                match self.acceleration.len() {
+                    1 => "one column".to_owned(),
+                    n => format!("{n} columns"),
+                }
             ))
-            .with_hint("one column along the motion, or three columns x,y,z together with --calibration and --axis"));
+            .with_hint(hint));
+        }
+        match (calibration.map_or(1, CalibrationFile::axes), self.axis) {
+            (3, None) => {
+                return Err(Trouble::request(
+                    "which axis of the calibration lies along the motion is not said",
+                )
+                .with_hint("add --axis x, y or z"));
+            }
+            (1, Some(_)) => {
+                return Err(Trouble::request(
+                    "--axis names an axis of three, and the calibration is of one",
+                )
+                .with_hint("leave out --axis"));
+            }
+            _ => {}
         }
         Ok(self
             .acceleration
@@ -569,7 +692,7 @@ impl AxisSensors {
     /// Acceleration along the motion in m/s², where the file holds one.
     fn accelerations(
         &self,
-        store: &dyn Store,
+        calibrated: Option<&Calibrated>,
         recording: &Recording,
         clock: &[f64],
         first: usize,
@@ -586,7 +709,7 @@ impl AxisSensors {
                 Trouble::from(recording.layout.ask_units(&asked).at(&recording.path))
             })
         };
-        let value: Vec<f64> = match &self.calibration {
+        let value: Vec<f64> = match calibrated {
             None => {
                 let unit = unit(0)?;
                 if !unit.is_acceleration() {
@@ -594,34 +717,30 @@ impl AxisSensors {
                         "column {:?} is in {unit}, which is no acceleration",
                         columns[0].name
                     ))
-                    .with_hint("raw outputs need a calibration: --calibration FILE --axis x"));
+                    .with_hint("raw outputs need their gain: --calibration FILE, the result of a test of this axis or a calibration.json (--axis x where it has three)"));
                 }
                 let factor = unit.si().1 / self.reading.lever()?;
                 columns[0].data.iter().map(|v| factor * v).collect()
             }
-            Some(name) => {
-                let (calibration, _) = CalibrationFile::from_source(store.open(name)?)?;
-                let sensor = SensorModel::new(Matrix3(calibration.k), calibration.b)?;
-                let mut factors = [1.0; 3];
-                for (i, factor) in factors.iter_mut().enumerate() {
-                    let (si, to_si) = unit(i)?.si();
-                    if si != calibration.input_unit {
+            Some(calibrated) => {
+                let file = &calibrated.file;
+                let mut outputs = Vec::with_capacity(columns.len());
+                for (i, column) in columns.iter().enumerate() {
+                    let (si, factor) = unit(i)?.si();
+                    if si != file.input_unit {
                         return Err(Trouble::data(format!(
                             "column {:?} is in {si}, the calibration takes {}",
-                            columns[i].name, calibration.input_unit
+                            column.name, file.input_unit
                         ))
-                        .detail(store.describe(name).display().to_string()));
+                        .detail(calibrated.place.clone()));
                     }
-                    *factor = to_si;
+                    outputs.push(column.data.iter().map(|v| factor * v).collect::<Vec<f64>>());
                 }
-                let axis = match self.axis {
-                    Some(SensorAxis::X) | None => 0,
-                    Some(SensorAxis::Y) => 1,
-                    Some(SensorAxis::Z) => 2,
-                };
-                let to_si = calibration.output_unit.si().1 / self.reading.lever()?;
-                let outputs = std::array::from_fn(|i| columns[i].data.as_slice());
-                along_axis(&sensor, outputs, factors, axis, to_si)
+                let outputs: Vec<&[f64]> = outputs.iter().map(Vec::as_slice).collect();
+                let to_si = file.output_unit.si().1 / self.reading.lever()?;
+                let mut compensated = calibrated.model.apply_columns(&outputs, None);
+                let along = compensated.swap_remove(calibrated.axis);
+                along.into_iter().map(|a| to_si * a).collect()
             }
         };
         Ok(Samples::present(clock, &value, &missing))

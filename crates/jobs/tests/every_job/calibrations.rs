@@ -212,7 +212,7 @@ pub fn transverse(kind: &str) -> StoredResult {
 
 pub fn validation(kind: &str) {
     let (_, calibration) = hand_held();
-    let AnyCalibration::Triaxial(file) = calibration else {
+    let AnyCalibration::Constant(file) = calibration else {
         panic!("{}", calibration.kind());
     };
     let recording = HandHeld::default().simulate(9);
@@ -290,7 +290,7 @@ pub fn temperature(kind: &str) -> StoredResult {
     ];
     check(kind, &|watch| {
         let data = TemperatureData {
-            outputs: outputs.each_ref().map(Vec::as_slice),
+            outputs: outputs.iter().map(Vec::as_slice).collect(),
             unit: Unit::StandardGravity,
             temperature: &temperature,
             rate: 10.0,

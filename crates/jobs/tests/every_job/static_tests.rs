@@ -36,7 +36,7 @@ pub fn static_test(kind: &str) {
             .collect()
     };
     let rest = [axis(0.02, 7.1), axis(-0.01, 3.3), axis(g + 0.03, 5.7)];
-    let AnyCalibration::Triaxial(file) = &hand_held().1 else {
+    let AnyCalibration::Constant(file) = &hand_held().1 else {
         panic!("a triaxial calibration");
     };
     let history: Vec<DatedEstimate> = (0..6)

@@ -30,8 +30,10 @@ pub struct Blocks {
     pub time: Vec<f64>,
     /// Mean temperature, °C.
     pub temperature: Vec<f64>,
-    /// Mean outputs, m/s².
+    /// Mean outputs, m/s²; y and z are zero where there is one axis.
     pub output: Vec<Triple>,
+    /// Number of axes: three, or one.
+    pub axes: usize,
     /// Attitude of each block, its number in `attitudes`.
     pub attitude: Vec<usize>,
     /// Number of jumps of the temperature before each block: between them nobody saw whether the sensor lay still.
@@ -63,7 +65,16 @@ pub struct Attitude {
 impl Blocks {
     pub(super) fn of(data: &SweepData<'_>, aim: usize) -> Result<Self, Error> {
         let n = data.temperature.len();
-        for (name, column) in ["x", "y", "z"].into_iter().zip(data.outputs) {
+        let axes = data.outputs.len();
+        if !matches!(axes, 1 | 3) {
+            return Err(Error::OutOfRange {
+                name: "number of axes (one or three)",
+                value: axes as f64,
+                min: 1.0,
+                max: 3.0,
+            });
+        }
+        for (name, column) in names(axes).iter().zip(&data.outputs) {
             check::column(name, column, n)?;
         }
         check::finite("temperature", data.temperature)?;
@@ -80,6 +91,7 @@ impl Blocks {
             time: Vec::with_capacity(count),
             temperature: Vec::with_capacity(count),
             output: Vec::with_capacity(count),
+            axes,
             attitude: Vec::new(),
             stretch: Vec::with_capacity(count),
             attitudes: Vec::new(),
@@ -108,7 +120,7 @@ impl Blocks {
                 .windows(2)
                 .map(|w| (w[1] - w[0]).powi(2))
                 .sum::<f64>();
-            blocks.output.push(means(data.outputs, start, end));
+            blocks.output.push(means(&data.outputs, start, end));
         }
         if samples > 1 {
             let pairs = (blocks.len() * (samples - 1)).max(1) as f64;
@@ -125,6 +137,28 @@ impl Blocks {
         blocks.find_attitudes();
         blocks.check_attitudes()?;
         Ok(blocks)
+    }
+
+    /// Names of the axes for people.
+    pub fn names(&self) -> &'static [&'static str] {
+        names(self.axes)
+    }
+
+    /// Name of a parameter of an axis: `slope.x`, or `slope` where there is one axis.
+    pub fn parameter(&self, kind: &str, axis: usize) -> String {
+        match self.axes {
+            1 => kind.to_owned(),
+            _ => format!("{kind}.{}", self.names()[axis]),
+        }
+    }
+
+    /// Size of the specific force in an attitude, m/s²: of one axis at least that of gravity, most of which it may not see.
+    pub(super) fn force(&self, attitude: &Attitude) -> f64 {
+        let size = norm(attitude.output);
+        match self.axes {
+            1 => size.max(proofmass_core::STANDARD_GRAVITY),
+            _ => size.max(f64::MIN_POSITIVE),
+        }
     }
 
     /// Lowest and highest block temperature, °C.
@@ -263,6 +297,13 @@ impl Blocks {
             });
         }
         Ok(())
+    }
+}
+
+fn names(axes: usize) -> &'static [&'static str] {
+    match axes {
+        1 => &["output"],
+        _ => &["x", "y", "z"],
     }
 }
 

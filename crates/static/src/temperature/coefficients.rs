@@ -4,10 +4,8 @@ use super::steps::OutputStep;
 use super::warm_up::SelfHeating;
 use super::{Attitude, Blocks, Hysteresis};
 use proofmass_core::THERMAL_ORDER;
-use proofmass_uncertainty::{Estimate, Finding};
+use proofmass_uncertainty::{Estimate, Finding, Quantity};
 use serde::Serialize;
-
-pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// One order of the polynomial on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -78,9 +76,10 @@ pub struct TemperatureFit {
     pub largest_order: usize,
     /// Whether scale and bias could be told apart: the sensor was swept in attitudes far enough from each other.
     pub scale: bool,
-    /// The axes.
-    pub axes: [AxisFit; 3],
-    /// `slope.x` … (mean over the range), `bias.x.T1` … (`output.x.T1` … in one attitude), `scale.x.T1` …
+    /// The axes: three, or one.
+    pub axes: Vec<AxisFit>,
+    /// `slope.x` … (mean over the range), `bias.x.T1` … (`output.x.T1` … in one attitude), `scale.x.T1` …; of one axis `slope`,
+    /// `bias.T1` …
     pub estimate: Estimate,
     /// The block means.
     pub blocks: Blocks,
@@ -95,15 +94,25 @@ impl TemperatureFit {
     /// outputs over their mean slopes, all axes together; `None` where the recording does not tell it.
     pub fn thermometer_lag(&self) -> Option<[f64; 2]> {
         let (mut product, mut square) = (0.0, 0.0);
-        for (axis, name) in self.axes.iter().zip(AXES) {
+        for (a, axis) in self.axes.iter().enumerate() {
             let [lag, u] = axis.lag?;
-            let slope = self.estimate.get(&format!("slope.{name}"))?.value;
+            let slope = self.slope(a)?.value;
             if u > 0.0 {
                 product += slope * lag / (u * u);
                 square += slope * slope / (u * u);
             }
         }
         (square > 0.0).then(|| [product / square, 1.0 / square.sqrt()])
+    }
+
+    /// Mean slope of an axis over the range.
+    pub fn slope(&self, axis: usize) -> Option<Quantity> {
+        self.estimate.get(&self.blocks.parameter("slope", axis))
+    }
+
+    /// The axes with their names for people.
+    pub fn named_axes(&self) -> impl Iterator<Item = (&'static str, &AxisFit)> {
+        self.blocks.names().iter().copied().zip(&self.axes)
     }
 
     /// The attitudes the sensor was found in.

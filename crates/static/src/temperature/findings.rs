@@ -1,6 +1,6 @@
 //! What to doubt in temperature coefficients.
 
-use super::coefficients::{AXES, TemperatureFit};
+use super::coefficients::TemperatureFit;
 use crate::findings;
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Severity};
@@ -42,9 +42,8 @@ pub(super) fn of(
 const SELF_HEATING: f64 = 2.94;
 
 fn self_heating(fit: &TemperatureFit, found: &mut Vec<Finding>) {
-    let heating: Vec<(&str, crate::SelfHeating)> = AXES
-        .into_iter()
-        .zip(&fit.axes)
+    let heating: Vec<(&str, crate::SelfHeating)> = fit
+        .named_axes()
         .filter_map(|(name, axis)| Some((name, axis.self_heating?)))
         .collect();
     let part = heating
@@ -134,11 +133,11 @@ const SURE_STEP: f64 = 1e-4;
 fn steps(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) {
     let mut gravest = Severity::Warning;
     let mut seen = Vec::new();
-    for (name, axis) in AXES.into_iter().zip(&fit.axes) {
+    for (a, (name, axis)) in fit.named_axes().enumerate() {
         let Some(step) = axis.step.filter(|s| s.p_value < STEP) else {
             continue;
         };
-        let slope = fit.estimate.get(&format!("slope.{name}"));
+        let slope = fit.slope(a);
         let sure = step.p_value < SURE_STEP;
         if sure && slope.is_some_and(|q| step.slope.abs() > q.expanded(probability)) {
             gravest = Severity::Decision;
@@ -158,7 +157,7 @@ fn steps(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) {
 
 fn hysteresis(fit: &TemperatureFit, probability: f64, found: &mut Vec<Finding>) {
     let k = DegreesOfFreedom::INFINITE.coverage_factor(probability);
-    for (name, axis) in AXES.into_iter().zip(&fit.axes) {
+    for (name, axis) in fit.named_axes() {
         let Some(h) = &axis.hysteresis else { continue };
         if let Some([temperature, raw, model]) = h.disagreement {
             found.push(findings::branches_beyond_model(
@@ -195,12 +194,12 @@ fn thermometer(fit: &TemperatureFit, found: &mut Vec<Finding>) {
         .sum::<f64>()
         / n;
     let share = fit.blocks.temperature_noise / variance;
-    for (axis, name) in AXES.iter().enumerate() {
-        let Some(slope) = fit.estimate.get(&format!("slope.{name}")) else {
+    for (axis, (name, _)) in fit.named_axes().enumerate() {
+        let Some(slope) = fit.slope(axis) else {
             continue;
         };
         let bias = share * slope.value.abs();
-        if axis < 3 && bias > 0.3 * slope.standard_uncertainty {
+        if bias > 0.3 * slope.standard_uncertainty {
             found.push(proofmass_uncertainty::findings::noisy_thermometer(
                 &format!("the slope of {name}"),
                 &format!("by {:.2} %, a part of its uncertainty", 1e2 * share),

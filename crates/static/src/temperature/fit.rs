@@ -1,4 +1,4 @@
-//! The fit of all three axes, order by order, and its average.
+//! The fit of all axes, order by order, and its average.
 
 use super::averaged::{self, Averaged};
 use super::branches::Branches;
@@ -7,7 +7,7 @@ use super::correlated_noise::{Noise, grid, stationary};
 use super::steps;
 use super::warm_up::{LEAST, WarmUp, own_part, unexplained};
 use super::{Attitude, Blocks, Hysteresis, TemperatureSweep, findings};
-use proofmass_core::{Error, norm};
+use proofmass_core::Error;
 use proofmass_uncertainty::f_quantile;
 
 /// Columns of one model: nuisance first, then powers of z for the bias, then those for the scale.
@@ -15,7 +15,7 @@ pub(super) struct Design {
     nuisance: Vec<Vec<f64>>,
     z: Vec<f64>,
     /// Specific force along each axis at every block, m/s², where scale is told from bias.
-    force: Option<[Vec<f64>; 3]>,
+    force: Option<Vec<Vec<f64>>>,
     /// Self-heating: its place among the columns, and what may stand there.
     warm_up: Option<(usize, WarmUp)>,
 }
@@ -150,7 +150,9 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         lag_at,
         fixed,
     };
-    let axes = [context.axis(0)?, context.axis(1)?, context.axis(2)?];
+    let axes: Vec<Axis> = (0..blocks.axes)
+        .map(|axis| context.axis(axis))
+        .collect::<Result<_, _>>()?;
     let estimate = context.estimate(&axes)?;
     let scale = design.force.is_some();
     let mut fit = TemperatureFit {
@@ -158,7 +160,7 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         range,
         largest_order: settings.largest_order,
         scale,
-        axes: axes.map(|a| a.fit),
+        axes: axes.into_iter().map(|a| a.fit).collect(),
         estimate,
         blocks: blocks.clone(),
         findings: Vec::new(),
@@ -169,15 +171,15 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
 }
 
 /// The specific force along each axis, where sweeps in attitudes far from each other tell scale from bias on all axes.
-fn separable(blocks: &Blocks) -> Option<[Vec<f64>; 3]> {
+fn separable(blocks: &Blocks) -> Option<Vec<Vec<f64>>> {
     let [low, high] = blocks.range();
     let swept: Vec<&Attitude> = blocks
         .attitudes
         .iter()
         .filter(|a| a.range[1] - a.range[0] > 0.5 * (high - low))
         .collect();
-    let cosine = |a: &Attitude, axis: usize| a.output[axis] / norm(a.output).max(f64::MIN_POSITIVE);
-    let told = (0..3).all(|axis| {
+    let cosine = |a: &Attitude, axis: usize| a.output[axis] / blocks.force(a);
+    let told = (0..blocks.axes).all(|axis| {
         let c = swept.iter().map(|a| cosine(a, axis));
         let (least, most) = (
             c.clone().fold(f64::INFINITY, f64::min),
@@ -186,10 +188,11 @@ fn separable(blocks: &Blocks) -> Option<[Vec<f64>; 3]> {
         most - least > 0.5
     });
     told.then(|| {
-        std::array::from_fn(|axis| {
+        let along = |axis: usize| {
             let of = |s: &usize| blocks.attitudes[*s].output[axis];
             blocks.attitude.iter().map(of).collect()
-        })
+        };
+        (0..blocks.axes).map(along).collect()
     })
 }
 

@@ -1,7 +1,6 @@
 //! All axes in one joint estimate, with every cause of their uncertainty.
 
 use super::averaged;
-use super::coefficients::AXES;
 use super::fit::{Axis, Context};
 use proofmass_core::{Error, norm};
 use proofmass_uncertainty::{
@@ -23,7 +22,7 @@ impl Context<'_> {
         for (at, _, change) in jumps {
             let attitude = self.blocks.attitude[at];
             let force = self.blocks.attitudes[attitude].output;
-            let size = norm(force).max(f64::MIN_POSITIVE);
+            let size = self.blocks.force(&self.blocks.attitudes[attitude]);
             let along = proofmass_core::dot(force, change) / size;
             let across: [f64; 3] = std::array::from_fn(|i| change[i] - along * force[i] / size);
             let cosine = (force[axis] / size).clamp(-1.0, 1.0);
@@ -34,6 +33,11 @@ impl Context<'_> {
                 let mut step = vec![0.0; n];
                 behind.for_each(|i| step[i] = width);
                 causes.push(step);
+                continue;
+            }
+            if self.blocks.axes == 1 {
+                // Of one axis nobody sees across: all that changed may be tilt, and may have hidden as much again.
+                behind.for_each(|i| causes[0][i] += 2.0 * change[axis]);
                 continue;
             }
             let seen = norm(across);
@@ -62,7 +66,8 @@ impl Context<'_> {
         let top = self.settings.largest_order;
         let kinds = self.kinds();
         let count = kinds * top;
-        let all = 3 * count;
+        let parts = axes.len();
+        let all = parts * count;
         // One covariance in powers of z: within an axis its own, between axes by the correlation of the residuals.
         let correlation = residual_correlation(axes);
         let factors: Vec<Vec<f64>> = axes
@@ -70,8 +75,8 @@ impl Context<'_> {
             .map(|a| square_root(&a.covariance, count))
             .collect();
         let mut noise = vec![0.0; all * all];
-        for a in 0..3 {
-            for b in 0..3 {
+        for a in 0..parts {
+            for b in 0..parts {
                 for i in 0..count {
                     for j in 0..count {
                         let sum: f64 = (0..count)
@@ -101,7 +106,7 @@ impl Context<'_> {
                 .map(|(w, c)| w * c)
                 .sum();
             push(
-                Component::new(format!("slope.{}", AXES[a]), "m/s²/K", value),
+                Component::new(self.blocks.parameter("slope", a), "m/s²/K", value),
                 row.collect(),
             );
         }
@@ -118,7 +123,7 @@ impl Context<'_> {
                 };
                 push(
                     Component::new(
-                        format!("{name}.{}.T{power}", AXES[a]),
+                        format!("{}.T{power}", self.blocks.parameter(name, a)),
                         unit_name,
                         axis.coefficients[k] / unit,
                     ),
@@ -126,7 +131,7 @@ impl Context<'_> {
                 );
             }
         }
-        // The least of the three axes: on the safe side for the others.
+        // The least of the axes: on the safe side for the others.
         let dof = axes.iter().map(|a| a.dof).fold(f64::INFINITY, f64::min);
         let mut influences = vec![Influence {
             key: "noise".to_owned(),
@@ -158,7 +163,7 @@ impl Context<'_> {
             }
         };
         for (a, axis) in axes.iter().enumerate() {
-            let name = AXES[a];
+            let name = self.blocks.names()[a];
             if axis.fit.hysteresis.is_some() {
                 let what = format!("heating and cooling differ ({name})");
                 influences.push(rectangle(
@@ -191,7 +196,7 @@ impl Context<'_> {
     }
 }
 
-fn residual_correlation(axes: &[Axis]) -> [[f64; 3]; 3] {
+fn residual_correlation(axes: &[Axis]) -> Vec<Vec<f64>> {
     let product = |a: usize, b: usize| -> f64 {
         axes[a]
             .fit
@@ -201,19 +206,19 @@ fn residual_correlation(axes: &[Axis]) -> [[f64; 3]; 3] {
             .map(|(x, y)| x * y)
             .sum()
     };
-    std::array::from_fn(|a| {
-        std::array::from_fn(|b| {
-            let size = (product(a, a) * product(b, b)).sqrt();
-            if a == b {
-                1.0
-            } else if size > 0.0 {
-                // Shrunk by a hair, so that three axes with one disturbance stay positive definite.
-                0.999 * product(a, b) / size
-            } else {
-                0.0
-            }
-        })
-    })
+    let of = |a: usize, b: usize| {
+        let size = (product(a, a) * product(b, b)).sqrt();
+        if a == b {
+            1.0
+        } else if size > 0.0 {
+            // Shrunk by a hair, so that three axes with one disturbance stay positive definite.
+            0.999 * product(a, b) / size
+        } else {
+            0.0
+        }
+    };
+    let row = |a: usize| (0..axes.len()).map(|b| of(a, b)).collect();
+    (0..axes.len()).map(row).collect()
 }
 
 /// L with L Lᵀ = C of a covariance that may be singular, by rows.

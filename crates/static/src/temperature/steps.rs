@@ -16,7 +16,7 @@ pub struct OutputStep {
     pub size: f64,
     /// What it would do to the mean slope, m/s² per K.
     pub slope: f64,
-    /// Probability of one that speaks as loudly anywhere on three axes where there is none.
+    /// Probability of one that speaks as loudly on any axis where there is none.
     pub p_value: f64,
 }
 
@@ -97,7 +97,7 @@ pub(super) fn largest(
     }
     let (f, mut step) = best?;
     let one = FisherSnedecor::new(1.0, freedom as f64).map_or(1.0, |d| d.sf(f));
-    step.p_value = (one * 3.0 * tried as f64).min(1.0);
+    step.p_value = (one * (blocks.axes * tried) as f64).min(1.0);
     Some(step)
 }
 
