@@ -596,6 +596,31 @@ fn known_rests_up_and_down_validate_a_calibration() {
 }
 
 #[test]
+fn refuses_to_make_a_calibration_of_what_cannot_be_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    // A square of 12 % at the end of the range is no correction; an output of noise has no gain.
+    let bent = Sensor {
+        k2: 2e-3,
+        ..STRAIGHT
+    };
+    let dead = Sensor {
+        k: 1e-9,
+        ..STRAIGHT
+    };
+    for (sensor, why) in [(bent, "share of curvature"), (dead, "not told from zero")] {
+        let out = linearity(folder.path(), sensor, 3, &["--force"]);
+        let result = json(&out.join("result.json"));
+        let found = codes(&result);
+        assert!(
+            found.iter().any(|c| c == "calibration-not-made"),
+            "{found:?}"
+        );
+        assert!(result["findings"].to_string().contains(why), "{result}");
+        assert!(!out.join("calibration.json").exists());
+    }
+}
+
+#[test]
 fn refuses_calibrations_that_do_not_fit() {
     let folder = tempfile::tempdir().unwrap();
     let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");

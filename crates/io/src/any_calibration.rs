@@ -167,7 +167,7 @@ fn opened(bytes: &[u8]) -> Result<(String, Cow<'_, [u8]>)> {
         let kind = head.kind.unwrap_or_default();
         let part = head.extra.calibration.ok_or_else(|| {
             not_ours(format!(
-                "is a result without a calibration, of kind \"{kind}\""
+                "is a result without a calibration ({RESULT_SCHEMA}, kind \"{kind}\")"
             ))
         })?;
         let part = part.to_string().into_bytes();

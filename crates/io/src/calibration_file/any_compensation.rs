@@ -4,6 +4,10 @@ use proofmass_core::{AxisCompensation, Compensation};
 
 /// The compensation of a calibration, of as many axes as it has.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one for a recording, and it stays Copy as what it holds"
+)]
 pub enum AnyCompensation {
     /// A single axis.
     OneAxis(AxisCompensation<f64>),

@@ -42,8 +42,7 @@ pub struct AxisSensors {
     /// Gyroscope beside two wheels
     #[cfg_attr(feature = "clap", command(flatten))]
     pub turning: Turning,
-    /// Column of the acceleration, or of the output with a calibration of one axis; with one of three axes the columns x,y,z; none
-    /// for an encoder alone
+    /// Column of the acceleration or of a calibrated output; x,y,z with a calibration of three axes; none for an encoder alone
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "COLUMN", value_delimiter = ',')
