@@ -245,7 +245,8 @@ def apply(
     table of a laboratory) is used through the constant matrix of a band, or through a filter; both state their error.
 
     Args:
-        calibration: calibration.json of `proofmass calibrate`, or a laboratory's table (.csv) over frequency.
+        calibration: calibration.json (of three axes or one), a result.json that holds it, or a laboratory's table
+            (.csv) over frequency.
         recording: Recording with uncompensated outputs; `-` is standard input.
         output: File for the new recording, replaced if proofmass wrote it; `-` is standard output.
         force: Replace a file that proofmass did not write or that was changed since.
@@ -311,8 +312,8 @@ def export(
     here.
 
     Args:
-        calibration: calibration.json written by `proofmass calibrate`, or result.json of `bias`, `velocity tune` or
-            `velocity map`.
+        calibration: calibration.json, or result.json of a test of one axis, of `bias`, `velocity tune` or `velocity
+            map`.
         rust: Constant for the crate proofmass-core.
         c: C99 header without dependencies.
         python: Python module without dependencies.
@@ -412,11 +413,11 @@ def validate(
     """Check a calibration on a recording it was not made from.
 
     In each static interval of the recording ‖a‖ must be g: within 0.1 % each, and all together within what the
-    covariance of the calibration allows (χ²).
+    covariance of the calibration allows (χ²). A sensor of one axis rests with its axis up or down.
 
     Args:
-        calibration: calibration.json written by `proofmass calibrate`.
-        recording: Recording with static intervals in any positions.
+        calibration: calibration.json, or a result.json that holds it.
+        recording: Recording with static intervals in any positions (up and down of one axis).
         gravity: Local gravity in m/s² where the recording was made [default: that of the calibration].
         gravity_uncertainty: Its standard uncertainty in m/s².
         segments: Table of static intervals (columns start, end) instead of searching for them.

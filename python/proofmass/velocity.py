@@ -55,6 +55,7 @@ def estimate(
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
+    calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
@@ -107,14 +108,18 @@ def estimate(
             slips.
         yaw_rate_unit: Unit of the yaw rate, where the heading does not say it: rad/s, °/s, ….
         track: Distance of the two wheels, m.
-        acceleration: Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder
-            alone.
+        acceleration: Column of the acceleration or of a calibrated output; x,y,z with a calibration of three axes;
+            none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
-        calibration: calibration.json that compensates the acceleration first; needs the axis and three columns.
-        axis: Axis of the compensated accelerometer that lies along the motion. One of x, y, z.
+        calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
+            compensates the acceleration first, and its uncertainty of the gain is the prior of the gain.
+        calibration_band: Calibration over frequency, as of a shaker: the band in hertz whose constant is used; one
+            frequency twice is that alone.
+        axis: Axis of the compensated accelerometer that lies along the motion, where the calibration has three. One
+            of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
@@ -168,6 +173,7 @@ def compare(
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
+    calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
@@ -227,14 +233,18 @@ def compare(
             slips.
         yaw_rate_unit: Unit of the yaw rate, where the heading does not say it: rad/s, °/s, ….
         track: Distance of the two wheels, m.
-        acceleration: Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder
-            alone.
+        acceleration: Column of the acceleration or of a calibrated output; x,y,z with a calibration of three axes;
+            none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
-        calibration: calibration.json that compensates the acceleration first; needs the axis and three columns.
-        axis: Axis of the compensated accelerometer that lies along the motion. One of x, y, z.
+        calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
+            compensates the acceleration first, and its uncertainty of the gain is the prior of the gain.
+        calibration_band: Calibration over frequency, as of a shaker: the band in hertz whose constant is used; one
+            frequency twice is that alone.
+        axis: Axis of the compensated accelerometer that lies along the motion, where the calibration has three. One
+            of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
@@ -295,6 +305,7 @@ def tune(
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
+    calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
@@ -346,14 +357,18 @@ def tune(
             slips.
         yaw_rate_unit: Unit of the yaw rate, where the heading does not say it: rad/s, °/s, ….
         track: Distance of the two wheels, m.
-        acceleration: Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder
-            alone.
+        acceleration: Column of the acceleration or of a calibrated output; x,y,z with a calibration of three axes;
+            none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
-        calibration: calibration.json that compensates the acceleration first; needs the axis and three columns.
-        axis: Axis of the compensated accelerometer that lies along the motion. One of x, y, z.
+        calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
+            compensates the acceleration first, and its uncertainty of the gain is the prior of the gain.
+        calibration_band: Calibration over frequency, as of a shaker: the band in hertz whose constant is used; one
+            frequency twice is that alone.
+        axis: Axis of the compensated accelerometer that lies along the motion, where the calibration has three. One
+            of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
@@ -408,6 +423,7 @@ def map(
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
+    calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
     latency: float = 0,
@@ -464,14 +480,18 @@ def map(
             slips.
         yaw_rate_unit: Unit of the yaw rate, where the heading does not say it: rad/s, °/s, ….
         track: Distance of the two wheels, m.
-        acceleration: Column of the acceleration; with a calibration the three columns x,y,z; none for an encoder
-            alone.
+        acceleration: Column of the acceleration or of a calibrated output; x,y,z with a calibration of three axes;
+            none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
-        calibration: calibration.json that compensates the acceleration first; needs the axis and three columns.
-        axis: Axis of the compensated accelerometer that lies along the motion. One of x, y, z.
+        calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
+            compensates the acceleration first, and its uncertainty of the gain is the prior of the gain.
+        calibration_band: Calibration over frequency, as of a shaker: the band in hertz whose constant is used; one
+            frequency twice is that alone.
+        axis: Axis of the compensated accelerometer that lies along the motion, where the calibration has three. One
+            of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.

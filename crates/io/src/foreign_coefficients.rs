@@ -47,7 +47,7 @@ impl CoefficientForm {
 /// let text = "12.5 -3.0 40.0\n0.01 0 0\n0 0.01 0\n0 0 0.0102\n";
 /// let source = Source::from_bytes("magneto.txt", text)?;
 /// let file = import_coefficients(source, CoefficientForm::Magneto, Unit::Count, Unit::StandardGravity)?;
-/// let a = file.compensation()?.apply([12.5, -3.0, 140.0], 25.0);
+/// let a = file.sensor()?.apply([12.5, -3.0, 140.0]);
 /// assert!((a[2] - 1.02 * 9.80665).abs() < 1e-12);
 /// assert!(file.estimate.components().is_empty()); // nothing is known of its uncertainty
 /// # Ok::<(), proofmass_io::Error>(())
