@@ -46,6 +46,8 @@ struct Cell {
     disc: f64,
     /// Corner of first order below which the accelerometer shows less, Hz; zero where it measures down to zero.
     corner: f64,
+    /// Rows in which each value of the accelerometer stands.
+    held: usize,
     /// Standard deviation of a stamp over the sample time.
     jitter: f64,
     /// Whether it is the samples that are taken at uneven times, with true stamps, and not the stamps that err.
@@ -86,6 +88,7 @@ impl Cell {
             latency,
             disc: 0.0,
             corner: 0.0,
+            held: 1,
             jitter: 0.0,
             uneven: false,
             drawn: false,
@@ -130,6 +133,7 @@ impl Cell {
         let increment = self.increment();
         let motion = self.motion(seed);
         let n = (self.duration / DT) as usize;
+        let mut shown = 0.0;
         let mut slow = Slow::new(self.corner, motion(-self.latency)[2]);
         let mut file = String::from("time_s,count,acceleration_m/s2\n");
         let (mut reading, mut right, mut truth) = (Vec::new(), Vec::new(), Vec::new());
@@ -145,7 +149,10 @@ impl Cell {
             let late = motion(at - self.latency)[2];
             let count = (seen / increment + phase).floor();
             slow.run(|t| motion(t - self.latency)[2], at);
-            let a = self.gain * (late - slow.taken) + OFFSET + noise;
+            if k % self.held == 0 {
+                shown = self.gain * (late - slow.taken) + OFFSET + noise;
+            }
+            let a = shown;
             file += &format!("{stamp:.7},{count},{a:.6}\n");
             let [x, v, a] = motion(even);
             reading.push(Some(((x / increment + phase).floor() + 0.5) * increment));
@@ -259,6 +266,15 @@ fn cells() -> Vec<Cell> {
                 name: format!("{motion}, {what} jitter by 10 %"),
                 jitter: 0.1,
                 uneven,
+                ..Cell::new(motion, 1.0, 0.0)
+            });
+        }
+    }
+    for motion in ["stop and go", "hand", "S-curve"] {
+        for held in [5, 10] {
+            list.push(Cell {
+                name: format!("{motion}, held for {held} rows"),
+                held,
                 ..Cell::new(motion, 1.0, 0.0)
             });
         }

@@ -132,6 +132,14 @@ findings! {
         advice "map the encoder once by `velocity map` and state the result by --encoder-map",
         false_alarms "at most 1 of 1000 recordings by its test";
 
+    /// The accelerometer is slower than the rows.
+    accelerometer_held(rows: usize, rate: f64) =
+        "accelerometer-held", [Note],
+        what "the accelerometer is slower than the rows: each of its values stands in several; the rows with a new one are used",
+        evidence "every value stands in {rows} rows; {rate:.1} new ones a second",
+        advice "record the accelerometer at its own rate in a file of its own (--acceleration-file), or the rows at that rate",
+        false_alarms "none where values change as they like: 98 % of fifty changes would have to come in step";
+
     /// The accelerometer shows less of slow accelerations.
     low_corner_found(frequency: f64, uncertainty: f64, time: f64) =
         "low-corner-found", [Warning],

@@ -158,6 +158,8 @@ pub struct NewComplex {
 pub struct NewResult {
     /// Name.
     pub name: NewText,
+    /// Kind, such as `basic_beforeAdjustment`.
+    pub ref_type: Option<&'static str>,
     /// Whether the numbers of its quantities belong to each other in turn, as over frequency.
     pub is_list: bool,
     /// Quantities.

@@ -200,7 +200,12 @@ impl NewCertificate {
         }
         w.within("dcc:results", |w| {
             for result in &self.results {
-                w.within("dcc:result", |w| w.result(result));
+                let kind: Vec<(&str, &str)> = result
+                    .ref_type
+                    .map(|t| ("refType", t))
+                    .into_iter()
+                    .collect();
+                w.with("dcc:result", &kind, |w| w.result(result));
             }
         });
     }

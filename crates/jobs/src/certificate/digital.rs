@@ -6,7 +6,7 @@ use super::content::Content;
 use super::laboratory::{CalibrationPlace, Contact};
 use super::results::{StatedColumn, StatedNumber, StatedResults, StatedTable};
 use super::standards;
-use super::texts::Text;
+use super::texts::{Language, Text};
 use crate::trouble::{Result, Trouble};
 use crate::{StoredResult, frequency_response};
 use proofmass_io::{
@@ -171,16 +171,15 @@ pub(super) fn certificate(
     }
     let mut results = Vec::new();
     if let Some(found) = &content.as_found {
-        let about = format!("{}: ", Text::AsFound.of(language));
-        results.extend(all_results(job, &about, found, &[], None)?);
+        results.extend(all_results(job, Adjusted::Before, found, &[], None)?);
     }
     let about = match content.as_found {
-        Some(_) => format!("{}: ", Text::AsLeft.of(language)),
-        None => String::new(),
+        Some(_) => Adjusted::After,
+        None => Adjusted::Never,
     };
     results.extend(all_results(
         job,
-        &about,
+        about,
         &content.results,
         &content.decisions,
         Some(result),
@@ -279,14 +278,35 @@ fn new_number(number: &StatedNumber) -> NewNumber {
     }
 }
 
+/// When a result was measured, beside an adjustment of the item.
+#[derive(Clone, Copy)]
+enum Adjusted {
+    Before,
+    After,
+    Never,
+}
+
+impl Adjusted {
+    /// What its names begin with, and its kind.
+    fn told(self, language: Language) -> (String, Option<&'static str>) {
+        let (text, kind) = match self {
+            Self::Before => (Text::AsFound, "basic_beforeAdjustment"),
+            Self::After => (Text::AsLeft, "basic_afterAdjustment"),
+            Self::Never => return (String::new(), None),
+        };
+        (format!("{}: ", text.of(language)), Some(kind))
+    }
+}
+
 fn all_results(
     job: &CertificateJob,
-    about: &str,
+    adjusted: Adjusted,
     stated: &StatedResults,
     decisions: &[DecidedEntry],
     result: Option<&StoredResult>,
 ) -> Result<Vec<NewResult>> {
     let language = job.language;
+    let (about, ref_type) = adjusted.told(language);
     let decided = |name: &str, n: usize| -> Vec<NewConformity> {
         let entries = decisions.iter();
         let entries = entries.filter(|d| d.entry.quantity == name && d.decisions.len() == n);
@@ -338,6 +358,7 @@ fn all_results(
         };
         results.push(NewResult {
             name: NewText::Said(name),
+            ref_type,
             is_list: true,
             quantities,
             complex: complex.into_iter().collect(),
@@ -360,6 +381,7 @@ fn all_results(
             .collect();
         results.push(NewResult {
             name: NewText::Said(format!("{about}{}", Text::Parameters.of(language))),
+            ref_type,
             is_list: false,
             quantities: quantities?,
             complex: Vec::new(),

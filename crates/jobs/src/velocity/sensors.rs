@@ -19,7 +19,7 @@ use proofmass_io::{
 };
 use proofmass_motion::{
     LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches,
-    edge_places, even_clock, longest_stretch, mean_between, moves_while_still, thin,
+    edge_places, even_clock, held, longest_stretch, mean_between, moves_while_still, thin,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -439,6 +439,18 @@ impl AxisSensors {
             *time = time[gaps.used.clone()].to_vec();
             *value = value[gaps.used.clone()].to_vec();
             findings.push(gaps.finding);
+        }
+
+        if let Some(found) = held(&acceleration.value) {
+            let Samples { time, value } = &mut acceleration;
+            let every = |list: &[f64]| {
+                let new = list.iter().skip(found.first).step_by(found.rows);
+                new.copied().collect()
+            };
+            (*time, *value) = (every(time), every(value));
+            let all = (time.len().max(2) - 1) as f64;
+            let rate = all / (time[time.len() - 1] - time[0]);
+            findings.push(found.finding(rate));
         }
 
         let (mut record, start) = self.common(&reading, &acceleration, resting)?;
