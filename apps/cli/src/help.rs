@@ -394,10 +394,38 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "raw",
         ],
     ),
-    ("velocity estimate", &["gain-uncertainty"]),
-    ("velocity compare", &["gain-uncertainty"]),
-    ("velocity tune", &["gain-uncertainty"]),
-    ("velocity map", &["gain-uncertainty"]),
+    (
+        "velocity estimate",
+        &[
+            "gain-uncertainty",
+            "low-corner-uncertainty",
+            "low-corner-order",
+        ],
+    ),
+    (
+        "velocity compare",
+        &[
+            "gain-uncertainty",
+            "low-corner-uncertainty",
+            "low-corner-order",
+        ],
+    ),
+    (
+        "velocity tune",
+        &[
+            "gain-uncertainty",
+            "low-corner-uncertainty",
+            "low-corner-order",
+        ],
+    ),
+    (
+        "velocity map",
+        &[
+            "gain-uncertainty",
+            "low-corner-uncertainty",
+            "low-corner-order",
+        ],
+    ),
     (
         "velocity",
         &[

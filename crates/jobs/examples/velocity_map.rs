@@ -316,9 +316,9 @@ struct Judged {
     square: f64,
 }
 
-fn judged(v: &[f64], u: Option<&[f64]>, truth: &[f64]) -> Judged {
+fn judged(v: &[f64], u: Option<&[f64]>, truth: &[f64], step: f64) -> Judged {
     let n = v.len().min(truth.len());
-    let from = (1.0 / DT) as usize;
+    let from = (1.0 / step) as usize;
     let mut sum = Judged::default();
     for k in from..n {
         let e = (v[k] - truth[k]).abs();
@@ -365,7 +365,7 @@ fn best_low_pass(record: &MotionRecord, truth: &[f64]) -> f64 {
         y.reverse();
         y = run(&y);
         y.reverse();
-        judged(&y, None, truth).square
+        judged(&y, None, truth, DT).square
     };
     corners.map(of).fold(f64::INFINITY, f64::min)
 }
@@ -395,7 +395,7 @@ fn oracle(record: &MotionRecord, result: &EstimateResult, truth: &[f64]) -> f64 
         }
     };
     let run = method.run(record).expect("one that was told");
-    judged(&run.velocity, None, truth).square
+    judged(&run.velocity, None, truth, DT).square
 }
 
 /// What one record gave.
@@ -438,11 +438,17 @@ fn run(cell: &Cell, seed: u64) -> Option<One> {
             .collect()
     };
     let own = truth_of(&outcome);
-    let of = |v: &[f64], u: &Option<Vec<f64>>| judged(v, u.as_deref(), &own);
+    let of = |v: &[f64], u: &Option<Vec<f64>>| judged(v, u.as_deref(), &own, outcome.clock().1);
     let alone = match std::env::var_os("QUICK") {
         Some(_) => f64::NAN,
         None => estimate(true).map_or(f64::NAN, |o| {
-            judged(&o.result().smoother.velocity, None, &truth_of(&o)).square
+            judged(
+                &o.result().smoother.velocity,
+                None,
+                &truth_of(&o),
+                o.clock().1,
+            )
+            .square
         }),
     };
     let one = One {

@@ -243,7 +243,7 @@ impl ApplyJob {
                 "the calibration follows the temperature, and no column of temperatures is named",
             )
             .detail(format!(
-                "bias and scale were measured from {} to {} °C",
+                "it was measured from {:.1} to {:.1} °C",
                 block.range[0], block.range[1]
             ))
             .with_hint("add --temperature COLUMN")),

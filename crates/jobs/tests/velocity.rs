@@ -221,3 +221,41 @@ fn law_what_was_applied_stands_in_the_result() {
     let [gain, latency, _] = applied(&tuned.sections().unwrap());
     assert!((gain - 1.02).abs() < 2.5e-3 && (latency - 0.0054).abs() < 2e-4);
 }
+
+/// An accelerometer at 100 Hz in rows at 1 kHz: each of its values stands in ten. The rows with a new one are used, and the interval holds.
+#[test]
+fn known_accelerometer_that_holds_its_values() {
+    const DT: f64 = 1e-3;
+    let w = std::f64::consts::TAU;
+    let noise = |k: usize| ((k * 7919 % 10_007) as f64 / 10_007.0 - 0.5) * 0.07;
+    let truth = |t: f64| 0.2 * w * (w * t).cos();
+    let mut file = "time_s,position_mm,acceleration_m/s2\n".to_owned();
+    for k in 0..8000 {
+        let t = DT * k as f64;
+        let x = (200.0 * (w * t).sin() / 0.1).round() * 0.1;
+        let held = k / 10 * 10;
+        let a = -0.2 * w * w * (w * DT * held as f64).sin() + 0.05 + noise(held);
+        file += &format!("{t:.3},{x:.1},{a:.6}\n");
+    }
+    let store = Memory::new().file("axis.csv", file);
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["position_mm".into()]);
+    sensors.acceleration = vec!["acceleration".into()];
+    let loaded = sensors.load(&store, None, &Unwatched).unwrap();
+    let outcome = VelocityEstimateJob::default()
+        .evaluate(&loaded.data(), &Unwatched)
+        .unwrap();
+    let codes: Vec<&str> = outcome.findings().iter().map(|f| f.code()).collect();
+    assert!(codes.contains(&"accelerometer-held"), "{codes:?}");
+    let (start, step) = outcome.clock();
+    assert!((step - 0.01).abs() < 1e-12);
+    let smoother = &outcome.result().smoother;
+    let u = smoother.standard_uncertainty.as_ref().unwrap();
+    let all = 100..smoother.velocity.len();
+    let inside = all
+        .clone()
+        .filter(|&k| (smoother.velocity[k] - truth(start + step * k as f64)).abs() < 1.96 * u[k]);
+    let share = inside.count() as f64 / all.len() as f64;
+    assert!(share > 0.9, "{share}");
+}

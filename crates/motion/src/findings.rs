@@ -143,8 +143,8 @@ findings! {
     /// The accelerometer shows less of slow accelerations.
     low_corner_found(frequency: f64, uncertainty: f64, time: f64) =
         "low-corner-found", [Warning],
-        what "the accelerometer shows less and less of slow accelerations, as a piezoelectric one or an AC coupling does; its corner was found beside the readings and is used",
-        evidence "corner of first order at {frequency:.4} Hz (u = {uncertainty:.2} Hz), a time constant of {time:.3} s",
+        what "the accelerometer shows less and less of slow accelerations, as a piezoelectric one or an AC coupling does; its corner of {frequency:.4} Hz was found beside the readings and is used",
+        evidence "corner of first order at {frequency:.4} Hz (u = {uncertainty:.4} Hz), a time constant of {time:.3} s",
         advice "state the corner of the data sheet or of a calibration (--low-corner HZ), or take an accelerometer that measures down to zero",
         false_alarms "at most 1 of 1000 recordings by its test";
 

@@ -118,7 +118,18 @@ pub fn estimate_turning(
         None => None,
     };
     if let Some(found) = found {
-        (result, ground) = low_corner::beside(record, found, method, circumference, watch)?;
+        let share = |r: &EstimateResult| r.slip.as_ref().map_or(0.0, |s| s.slip_share);
+        let (mut other, mut others) =
+            low_corner::beside(record, found, method, circumference, watch)?;
+        if let Some(ground) = others.as_ref().filter(|_| share(&other) > 0.0)
+            && let Some(refined) = low_corner::refined(record, found, ground, watch)?
+        {
+            (other, others) = low_corner::beside(record, refined, method, circumference, watch)?;
+        }
+        // What makes more of the record slip is no better model of it.
+        if share(&other) <= share(&result) + 0.02 {
+            (result, ground) = (other, others);
+        }
     }
     if method.is_none()
         && result.low_corner.is_none()

@@ -5,7 +5,9 @@ use crate::findings;
 use crate::outcome::Outcome;
 use crate::record::Record;
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
-use proofmass_io::{AnyCalibration, CalibrationFile, Input, StatedQuantity, rows_outside};
+use proofmass_io::{
+    AnyCalibration, CalibrationFile, Input, StatedQuantity, ThermalBlock, rows_outside,
+};
 use proofmass_report::Report;
 use proofmass_uncertainty::findings::gaps_in_record;
 use proofmass_uncertainty::{Finding, Quantity, Severity};
@@ -188,6 +190,8 @@ pub struct ApplyOutcome {
     error: Option<CompensationError>,
     /// The least known acceleration of one axis, by the covariance of the calibration.
     least_known: Option<Quantity>,
+    /// Whether the calibration follows the temperature in its bias alone.
+    scale_at_one_temperature: bool,
     findings: Vec<Finding>,
 }
 
@@ -220,6 +224,13 @@ impl ApplyOutcome {
                 }),
             error: compensation.and_then(CompensationStream::error),
             least_known: least_known(&figures, calibration),
+            scale_at_one_temperature: match calibration {
+                AnyCalibration::Constant(file) => {
+                    let zero = |b: &ThermalBlock| b.scale.iter().flatten().all(|s| *s == 0.0);
+                    file.temperature.as_ref().is_some_and(zero)
+                }
+                _ => false,
+            },
             findings,
         }
     }
@@ -267,8 +278,14 @@ impl ApplyOutcome {
     /// The stated error in one line: of a compensation over frequency, or of one axis by the covariance of its calibration.
     pub fn statement(&self) -> Option<String> {
         if let Some(q) = &self.least_known {
+            let told = match self.scale_at_one_temperature {
+                true => {
+                    "; how the scale follows the temperature was not measured, and is not in it"
+                }
+                false => "",
+            };
             return Some(format!(
-                "uncertainty by the calibration: at most {:.3e} m/s² with 95 % probability, at {:.3} m/s²",
+                "uncertainty by the calibration: at most {:.3e} m/s² with 95 % probability, at {:.3} m/s²{told}",
                 q.expanded(0.95),
                 q.value
             ));

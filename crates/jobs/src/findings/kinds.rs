@@ -166,7 +166,7 @@ findings! {
     /// A calibration with temperature coefficients is validated without them.
     temperature_not_followed(reference: f64) =
         "temperature-not-followed", [Warning],
-        what "the comparison takes the calibration at its reference temperature",
+        what "the calibration is taken at its reference temperature",
         evidence "{reference:.1} °C",
         advice "record at that temperature, or validate the recording after `proofmass apply`";
 

@@ -397,6 +397,9 @@ pub(crate) struct TunedGains {
     /// Latency that was stated, s: what was found is beside it.
     #[serde(default)]
     stated_latency: f64,
+    /// Corner of which the slow accelerations were given back before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    low_corner: Option<LowCorner>,
 }
 
 impl TunedGains {
@@ -414,6 +417,7 @@ impl TunedGains {
             gain: result.tuned.gain,
             latency: result.tuned.latency,
             stated_latency: head.stated_latency,
+            low_corner: result.low_corner,
         }
     }
 
@@ -426,6 +430,13 @@ impl TunedGains {
         };
         let tuned = self;
         let mut notes = Vec::new();
+        if let Some(corner) = tuned.low_corner {
+            let times = if corner.order == 1 { "" } else { ", twice" };
+            notes.push(format!(
+                "The gains are for an acceleration whose slow part was given back: a = y + {:e} 1/s times the integral of y{times}; do that before.",
+                std::f64::consts::TAU * corner.frequency
+            ));
+        }
         if let Some(offset) = tuned.offset {
             notes.push(format!(
                 "Offset of the accelerometer at the start: {:e}(+-{:e}); subtract it before, unless the filter has it as a state.",

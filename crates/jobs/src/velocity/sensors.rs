@@ -464,7 +464,7 @@ impl AxisSensors {
         record.accelerometer = !alone;
         record.start = start;
         record.turn = told.resolver_turn();
-        record.low_corner = self.corner(record.sample_time)?;
+        record.low_corner = self.corner(record.sample_time, resting)?;
         let stated = self.gain_uncertainty.map(|percent| 0.01 * percent);
         record.gain_uncertainty = stated.or(calibrated.as_ref().and_then(|c| c.gain));
         if let Some(calibrated) = &calibrated {
@@ -525,10 +525,17 @@ impl AxisSensors {
     }
 
     /// The corner that is stated.
-    fn corner(&self, sample_time: f64) -> Result<Option<LowCorner>, Trouble> {
+    fn corner(&self, sample_time: f64, resting: bool) -> Result<Option<LowCorner>, Trouble> {
         let Some(frequency) = self.low_corner else {
             return Ok(None);
         };
+        // An offset behind the corner that is off by b makes a velocity that is off by π f b t²: nothing tells how large b is.
+        if resting {
+            return Err(Trouble::request(
+                "--low-corner needs readings of position or speed beside the accelerometer: alone, how far its velocity drifts is not known",
+            )
+            .with_hint("add --position COLUMN or --speed COLUMN, or leave --low-corner out for motions much faster than it"));
+        }
         let u = self.low_corner_uncertainty.unwrap_or(0.0);
         let corner = LowCorner::new(frequency, u, self.low_corner_order.unwrap_or(1));
         let corner = corner.map_err(|e| {

@@ -67,8 +67,13 @@ pub fn hand_held() -> &'static (Campaign, AnyCalibration) {
 }
 
 pub fn multi_position(kind: &str) -> StoredResult {
+    multi_position_of(kind, "2026-01-01")
+}
+
+/// The same of a day.
+pub fn multi_position_of(kind: &str, day: &str) -> StoredResult {
     check(kind, &|watch| {
-        hand_held().0.evaluate(Some("2026-01-01".into()), watch)
+        hand_held().0.evaluate(Some(day.into()), watch)
     })
 }
 

@@ -6,7 +6,8 @@ use crate::diffuse::{Noise, Prepared, Unknowns};
 use crate::findings;
 use crate::search::line;
 use crate::tuning::Constants;
-use crate::{LowCorner, Method, MotionRecord, Pairing, Tuned, Tuning};
+use crate::{LowCorner, Method, MotionRecord, Pairing, ReadingSource, Tuned, Tuning};
+use proofmass_core::numeric::upper_median;
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
 use std::f64::consts::{LN_10, TAU};
@@ -17,6 +18,8 @@ const DECADES: (f64, f64) = (-2.5, 1.0);
 const DOUBT: f64 = 0.05;
 /// By how much ln L of the readings has to be higher at least, at noise that was not tuned.
 const BETTER: f64 = 6.0;
+/// Samples of speed that are looked through for a corner.
+const SHORT: usize = 6000;
 /// Point of χ²(1) that one of a thousand passes.
 const CHANCE: f64 = 10.83;
 
@@ -56,18 +59,25 @@ pub(super) fn seen(
             }
         }
     };
-    let at = |decade: f64| MotionRecord {
-        low_corner: Some(LowCorner {
-            frequency: 10f64.powf(decade),
-            uncertainty: 0.0,
-            order: 1,
-        }),
-        ..part.clone()
+    let before = part.reading.len();
+    // A speed is tuned with a part that is correlated in time, which takes its time.
+    let part = match record.source {
+        ReadingSource::Speed => part
+            .within(0..part.reading.len().min(SHORT))
+            .unwrap_or(part),
+        ReadingSource::Position => part,
+    };
+    let plain = match part.reading.len() < before {
+        true => match tuned(&part, watch)? {
+            Some(plain) => plain,
+            None => return Ok(None),
+        },
+        false => plain,
     };
     // At the noise that was found, and at that of the accelerometer alone.
     let floor = plain.noise_floor.unwrap_or(own.q).min(own.q);
     let quick = |decade: Option<f64>| -> f64 {
-        let moved = decade.map_or_else(|| part.clone(), |d| at(d).given_back());
+        let moved = decade.map_or_else(|| part.clone(), |d| at(&part, d));
         let prepared = Prepared::new(&moved, &plain.model);
         let unknowns = Unknowns {
             offset: true,
@@ -117,47 +127,110 @@ pub(super) fn seen(
     let near = line(best.1 - 0.25, best.1 + 0.25, 0.1, 0.01, |decade| {
         Ok(quick(Some(decade)))
     })?;
-    let found = line(near.at - 0.04, near.at + 0.04, 0.04, 0.004, |decade| {
-        let found = tuned(&at(decade).given_back(), watch)?;
-        Ok(found.map_or(-1e300, |t| t.log_likelihood))
-    })?;
-    let (decade, value) = (found.at, found.value);
-    let Some(right) = tuned(&at(decade).given_back(), watch)? else {
+    let Some(right) = Local::around(&part, near.at, 0.04, watch)? else {
         return Ok(None);
     };
-    // Rounding that repeats is that of the innovations of the model that holds.
-    let readings = part.reading.iter().flatten().count() as f64;
-    let repeats = (readings / right.effective_readings).max(1.0);
-    let price = 0.5 * right.effective_readings.ln().max(CHANCE) * repeats;
+    let price = 0.5 * right.tuned.effective_readings.ln().max(CHANCE) * right.repeats;
     // What a model without a corner needs beside it is paid for like the corner: gain, latency, an offset that walks.
     let constants = |t: &Tuned| {
-        [t.gain.is_some(), t.latency.is_some()]
-            .map(f64::from)
-            .iter()
-            .sum::<f64>()
+        let both = [t.gain.is_some(), t.latency.is_some()];
+        both.map(f64::from).iter().sum::<f64>()
     };
     let walks = f64::from(plain.noise().walk.is_some());
-    let more = 1.0 + constants(&right) - constants(&plain) - walks;
-    if value < plain.log_likelihood + more * price || value < plain.log_likelihood {
+    let more = 1.0 + constants(&right.tuned) - constants(&plain) - walks;
+    // Tuning takes no reading for nearer than its rounding, of one model and not of the other: at one noise for both they are alike.
+    let gained = (right.value - plain.log_likelihood).max(near.value - nothing);
+    if gained < (more * price).max(BETTER) {
         return Ok(None);
     }
-    let beside = |by: f64| -> Result<f64, Error> {
-        let found = tuned(&at(decade + by).given_back(), watch)?;
-        Ok(value - found.map_or(-1e300, |t| t.log_likelihood))
+    right.corner(&part, watch)
+}
+
+/// The corner that is found once more without what slips beside it, where something does.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(super) fn refined(
+    record: &MotionRecord,
+    corner: LowCorner,
+    ground: &Ground,
+    watch: &dyn Watch,
+) -> Result<Option<LowCorner>, Error> {
+    if ground.samples.len() == record.reading.len() || record.source == ReadingSource::Speed {
+        return Ok(None);
+    }
+    let Some(part) = record.within(ground.samples.clone()) else {
+        return Ok(None);
     };
-    // Half the distance at which ln L has fallen by two is a standard uncertainty.
-    let mut step = 0.02;
-    let mut fall = 0.5 * (beside(step)? + beside(-step)?);
-    while fall < 1.0 && step < 0.3 {
-        step *= 2.0;
-        fall = 0.5 * (beside(step)? + beside(-step)?);
+    match Local::around(&part, corner.frequency.log10(), 0.1, watch)? {
+        Some(found) => found.corner(&part, watch),
+        None => Ok(None),
     }
-    if fall <= 0.0 {
-        return Ok(None);
+}
+
+/// A part with the slow accelerations given back that a corner of this decade took.
+fn at(part: &MotionRecord, decade: f64) -> MotionRecord {
+    let corner = LowCorner {
+        frequency: 10f64.powf(decade),
+        uncertainty: 0.0,
+        order: 1,
+    };
+    let with = MotionRecord {
+        low_corner: Some(corner),
+        ..part.clone()
+    };
+    with.given_back_less(offset_behind(part, corner))
+}
+
+/// The most probable corner in a neighbourhood, the noise tuned anew at each.
+struct Local {
+    decade: f64,
+    /// ln L there.
+    value: f64,
+    tuned: Tuned,
+    /// How often the same rounding comes: that of the innovations of the model that holds.
+    repeats: f64,
+}
+
+impl Local {
+    fn around(
+        part: &MotionRecord,
+        decade: f64,
+        half: f64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Self>, Error> {
+        let found = line(decade - half, decade + half, half, 0.001, |decade| {
+            let found = tuned(&at(part, decade), watch)?;
+            Ok(found.map_or(-1e300, |t| t.log_likelihood))
+        })?;
+        let readings = part.reading.iter().flatten().count() as f64;
+        Ok(tuned(&at(part, found.at), watch)?.map(|tuned| Self {
+            decade: found.at,
+            value: found.value,
+            repeats: (readings / tuned.effective_readings).max(1.0),
+            tuned,
+        }))
     }
-    let relative = LN_10 * step / (2.0 * fall / repeats).sqrt();
-    let frequency = 10f64.powf(decade);
-    LowCorner::new(frequency, (relative * frequency).min(0.5 * frequency), 1).map(Some)
+
+    /// The corner with its standard uncertainty, by the fall of ln L on both sides; nothing where it does not fall.
+    fn corner(&self, part: &MotionRecord, watch: &dyn Watch) -> Result<Option<LowCorner>, Error> {
+        let beside = |by: f64| -> Result<f64, Error> {
+            let found = tuned(&at(part, self.decade + by), watch)?;
+            Ok(self.value - found.map_or(-1e300, |t| t.log_likelihood))
+        };
+        let mut step = 0.02;
+        let mut fall = 0.5 * (beside(step)? + beside(-step)?);
+        while fall < 1.0 && step < 0.3 {
+            step *= 2.0;
+            fall = 0.5 * (beside(step)? + beside(-step)?);
+        }
+        if fall <= 0.0 {
+            return Ok(None);
+        }
+        let relative = LN_10 * step / (2.0 * fall / self.repeats).sqrt();
+        let frequency = 10f64.powf(self.decade);
+        LowCorner::new(frequency, (relative * frequency).min(0.5 * frequency), 1).map(Some)
+    }
 }
 
 /// The walk that the integrated noise of the accelerometer makes of the offset.
@@ -222,10 +295,11 @@ pub(super) fn settled(
         low_corner: Some(corner),
         ..record.clone()
     };
-    let right = with.given_back();
+    let offset = offset_behind(record, corner);
+    let right = with.given_back_less(offset);
     let tuned = ground(&right)?.map(|g| g.tuned);
     let right = match tuned.as_ref().and_then(|t| behind(t, corner)) {
-        Some(offset) => with.given_back_less(offset),
+        Some(rest) => with.given_back_less(offset + rest),
         None => right,
     };
     Ok(Settled {
@@ -233,6 +307,60 @@ pub(super) fn settled(
         corner: Some(corner),
         finding: found.map(|corner| told(&corner)),
     })
+}
+
+/// Blocks of which the slope of the offset is the median over their pairs.
+const BLOCKS: usize = 120;
+/// Seconds over which a velocity is that of the readings, for the offset behind a corner.
+const SPAN: f64 = 0.05;
+
+/// Offset behind the corner before anything is tuned: the slope of what the integral of the accelerometer is above the velocity of the
+/// readings behind the same corner. The median over pairs of blocks passes slip by, which comes and goes.
+fn offset_behind(record: &MotionRecord, corner: LowCorner) -> f64 {
+    let (n, dt) = (record.reading.len(), record.sample_time);
+    let path = record.positions();
+    let span = ((SPAN / dt) as usize)
+        .max(record.reading_stride())
+        .clamp(1, n);
+    let decay = (-TAU * corner.frequency * dt).exp();
+    let (mut sum, mut velocity) = (0.0, 0.0);
+    let mut stages = [[0.0; 2]; 2];
+    let mut above = Vec::with_capacity(n);
+    for k in 0..n {
+        if k > 0 {
+            sum += 0.5 * dt * (record.acceleration[k - 1] + record.acceleration[k]);
+        }
+        if let (Some(Some(before)), Some(now)) = (k.checked_sub(span).map(|j| path[j]), path[k]) {
+            velocity = (now - before) / (span as f64 * dt);
+        }
+        let mut passed = velocity;
+        for [input, output] in stages.iter_mut().take(usize::from(corner.order)) {
+            *output = decay * (*output + passed - *input);
+            *input = passed;
+            passed = *output;
+        }
+        above.push(sum - passed);
+    }
+    let length = n / BLOCKS;
+    if length == 0 {
+        return 0.0;
+    }
+    let mut centres: Vec<(f64, f64)> = Vec::with_capacity(BLOCKS);
+    for (i, block) in above.chunks_exact(length).enumerate() {
+        let mut block = block.to_vec();
+        if let Some(middle) = upper_median(&mut block) {
+            centres.push(((i as f64 + 0.5) * length as f64 * dt, middle));
+        }
+    }
+    let pairs = centres.iter().enumerate();
+    let mut slopes: Vec<f64> = pairs
+        .flat_map(|(i, a)| {
+            centres[i + 1..]
+                .iter()
+                .map(move |b| (b.1 - a.1) / (b.0 - a.0))
+        })
+        .collect();
+    upper_median(&mut slopes).unwrap_or(0.0)
 }
 
 /// Offset behind the corner, where the readings tell one: it is a ramp of what was given back, which no filter on line knows.
@@ -268,15 +396,15 @@ pub(super) fn beside(
         }
         .given_back_less(offset)
     };
-    let mut offset = 0.0;
+    let mut offset = offset_behind(record, corner);
     let (mut result, mut ground) = once(
         &with(corner.frequency, offset),
         method,
         circumference,
         watch,
     )?;
-    if let Some(found) = result.tuned.as_ref().and_then(|t| behind(t, corner)) {
-        offset = found;
+    if let Some(rest) = result.tuned.as_ref().and_then(|t| behind(t, corner)) {
+        offset += rest;
         (result, ground) = once(
             &with(corner.frequency, offset),
             method,
