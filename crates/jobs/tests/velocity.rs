@@ -227,7 +227,10 @@ fn law_what_was_applied_stands_in_the_result() {
 fn known_accelerometer_that_holds_its_values() {
     const DT: f64 = 1e-3;
     let w = std::f64::consts::TAU;
-    let noise = |k: usize| ((k * 7919 % 10_007) as f64 / 10_007.0 - 0.5) * 0.07;
+    let noise = |k: usize| {
+        let hash = ((k as f64 * 12.9898).sin() * 43_758.545_3).rem_euclid(1.0);
+        (hash - 0.5) * 0.07
+    };
     let truth = |t: f64| 0.2 * w * (w * t).cos();
     let mut file = "time_s,position_mm,acceleration_m/s2\n".to_owned();
     for k in 0..8000 {

@@ -81,7 +81,7 @@ pub struct AxisSensors {
     #[cfg_attr(feature = "clap", arg(long, value_name = "PERCENT"))]
     pub gain_uncertainty: Option<f64>,
     /// Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC coupling, Hz; slow accelerations are
-    /// given back. Without it a corner is looked for
+    /// given back. Without it a corner is looked for beside positions
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub low_corner: Option<f64>,
     /// Its standard uncertainty, Hz

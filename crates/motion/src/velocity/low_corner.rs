@@ -18,8 +18,6 @@ const DECADES: (f64, f64) = (-2.5, 1.0);
 const DOUBT: f64 = 0.05;
 /// By how much ln L of the readings has to be higher at least, at noise that was not tuned.
 const BETTER: f64 = 6.0;
-/// Samples of speed that are looked through for a corner.
-const SHORT: usize = 6000;
 /// Point of χ²(1) that one of a thousand passes.
 const CHANCE: f64 = 10.83;
 
@@ -34,7 +32,10 @@ pub(super) fn seen(
     ground: &Ground,
     watch: &dyn Watch,
 ) -> Result<Option<LowCorner>, Error> {
-    if !record.accelerometer || record.rests_only() || record.low_corner.is_some() {
+    // A wheel that slips a little, slopes and suspensions are no white noise of a speed either: there a corner is stated.
+    let of_positions = record.source == ReadingSource::Position;
+    if !record.accelerometer || !of_positions || record.rests_only() || record.low_corner.is_some()
+    {
         return Ok(None);
     }
     let slips = ground.slip.as_ref().is_some_and(|s| !s.slip.is_empty());
@@ -58,21 +59,6 @@ pub(super) fn seen(
                 None => return Ok(None),
             }
         }
-    };
-    let before = part.reading.len();
-    // A speed is tuned with a part that is correlated in time, which takes its time.
-    let part = match record.source {
-        ReadingSource::Speed => part
-            .within(0..part.reading.len().min(SHORT))
-            .unwrap_or(part),
-        ReadingSource::Position => part,
-    };
-    let plain = match part.reading.len() < before {
-        true => match tuned(&part, watch)? {
-            Some(plain) => plain,
-            None => return Ok(None),
-        },
-        false => plain,
     };
     // At the noise that was found, and at that of the accelerometer alone.
     let floor = plain.noise_floor.unwrap_or(own.q).min(own.q);
@@ -156,7 +142,7 @@ pub(super) fn refined(
     ground: &Ground,
     watch: &dyn Watch,
 ) -> Result<Option<LowCorner>, Error> {
-    if ground.samples.len() == record.reading.len() || record.source == ReadingSource::Speed {
+    if ground.samples.len() == record.reading.len() {
         return Ok(None);
     }
     let Some(part) = record.within(ground.samples.clone()) else {
