@@ -573,6 +573,7 @@ def certificate_release(
     as_found: Data | None = None,
     issued: str | None = None,
     pdf: bool = False,
+    first: bool = False,
     replaces: str | None = None,
     reason: str | None = None,
     other_item: bool = False,
@@ -594,6 +595,7 @@ def certificate_release(
         as_found: The result before the item was adjusted: result.json, or the folder that holds it.
         issued: Day of issue, YYYY-MM-DD [default: today].
         pdf: Write certificate.pdf as well, by the program proofmass-certificate.
+        first: Begin the register: this is the first certificate of all.
         replaces: Number of the certificate that this one replaces.
         reason: Why it is replaced.
         other_item: The replaced certificate named another item, and that was what was wrong.

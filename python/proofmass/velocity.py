@@ -58,6 +58,9 @@ def estimate(
     calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
+    low_corner: float | None = None,
+    low_corner_uncertainty: float | None = None,
+    low_corner_order: int | None = None,
     latency: float = 0,
     still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
@@ -122,6 +125,10 @@ def estimate(
             of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
+        low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
+            coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
+        low_corner_uncertainty: Its standard uncertainty, Hz.
+        low_corner_order: Stages of first order with that corner: 1 or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
@@ -176,6 +183,9 @@ def compare(
     calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
+    low_corner: float | None = None,
+    low_corner_uncertainty: float | None = None,
+    low_corner_order: int | None = None,
     latency: float = 0,
     still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
@@ -247,6 +257,10 @@ def compare(
             of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
+        low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
+            coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
+        low_corner_uncertainty: Its standard uncertainty, Hz.
+        low_corner_order: Stages of first order with that corner: 1 or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
@@ -308,6 +322,9 @@ def tune(
     calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
+    low_corner: float | None = None,
+    low_corner_uncertainty: float | None = None,
+    low_corner_order: int | None = None,
     latency: float = 0,
     still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
@@ -371,6 +388,10 @@ def tune(
             of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
+        low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
+            coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
+        low_corner_uncertainty: Its standard uncertainty, Hz.
+        low_corner_order: Stages of first order with that corner: 1 or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
@@ -426,6 +447,9 @@ def map(
     calibration_band: str | None = None,
     axis: str | None = None,
     gain_uncertainty: float | None = None,
+    low_corner: float | None = None,
+    low_corner_uncertainty: float | None = None,
+    low_corner_order: int | None = None,
     latency: float = 0,
     still: str | Sequence[float] | None = None,
     between: Sequence[float] | None = None,
@@ -494,6 +518,10 @@ def map(
             of x, y, z.
         gain_uncertainty: Standard uncertainty of the accelerometer's gain, per cent, from a calibration or data sheet
             (limits of ± 5 % are 2.9); the gain is then estimated, with this as its prior.
+        low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
+            coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
+        low_corner_uncertainty: Its standard uncertainty, Hz.
+        low_corner_order: Stages of first order with that corner: 1 or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
