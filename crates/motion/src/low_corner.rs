@@ -53,21 +53,18 @@ impl LowCorner {
     }
 
     /// 2πf.
-    fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         TAU * self.frequency
     }
 }
 
 impl MotionRecord {
-    /// The record with the slow accelerations that the corner took given back: a = y + ω ∫ y dt for each stage.
+    /// The record with the slow accelerations that a corner took given back: a = y + ω ∫ y dt for each stage.
     ///
     /// Less an offset that is added behind the corner, and would become a ramp. The acceleration before the first sample is not known and
     /// becomes an offset; the noise of the accelerometer is integrated with the rest, and its offset walks by that.
     #[must_use]
-    pub(crate) fn given_back_less(&self, offset: f64) -> Self {
-        let Some(corner) = self.low_corner else {
-            return self.clone();
-        };
+    pub(crate) fn given_back(&self, corner: &LowCorner, offset: f64) -> Self {
         let half = 0.5 * self.sample_time * corner.rate();
         let mut acceleration: Vec<f64> = self.acceleration.iter().map(|a| a - offset).collect();
         for _ in 0..corner.order {
@@ -112,15 +109,15 @@ mod tests {
                     (1.0 - w * t) * stage
                 }
             };
-            let mut record = MotionRecord::new(
+            let record = MotionRecord::new(
                 dt,
                 ReadingSource::Position,
                 vec![Some(0.0); 4000],
                 (0..4000).map(y).collect(),
             )
             .unwrap();
-            record.low_corner = Some(LowCorner::new(f, 0.0, order).unwrap());
-            let back = record.given_back_less(0.0);
+            let corner = LowCorner::new(f, 0.0, order).unwrap();
+            let back = record.given_back(&corner, 0.0);
             // The trapezoid errs by ω² dt²/12 of the second derivative, which is up to 3 · 2 of two stages, and a second stage sums that.
             for (k, a) in back.acceleration.iter().enumerate() {
                 let most = 6.0 * (w * dt).powi(2) / 12.0 * (1.0 + w * dt * k as f64);

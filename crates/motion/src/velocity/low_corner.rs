@@ -1,6 +1,6 @@
 //! The low-frequency corner of the accelerometer beside an estimate: the one that is stated, or the one that the readings tell.
 
-use super::ground::{Ground, paired_tuning, sensors, tuning_part};
+use super::ground::{Ground, paired_tuning, sensors, tuning_part, with_blows};
 use super::{EstimateResult, once};
 use crate::diffuse::{Noise, Prepared, Unknowns};
 use crate::findings;
@@ -10,7 +10,7 @@ use crate::{LowCorner, Method, MotionRecord, Pairing, ReadingSource, Tuned, Tuni
 use proofmass_core::numeric::upper_median;
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
-use std::f64::consts::{LN_10, TAU};
+use std::f64::consts::LN_10;
 
 /// Corners that are looked for, Hz, as decades.
 const DECADES: (f64, f64) = (-2.5, 1.0);
@@ -32,10 +32,7 @@ pub(super) fn seen(
     ground: &Ground,
     watch: &dyn Watch,
 ) -> Result<Option<LowCorner>, Error> {
-    // A wheel that slips a little, slopes and suspensions are no white noise of a speed either: there a corner is stated.
-    let of_positions = record.source == ReadingSource::Position;
-    if !record.accelerometer || !of_positions || record.rests_only() || record.low_corner.is_some()
-    {
+    if !of_positions(record) || record.low_corner.is_some() {
         return Ok(None);
     }
     let slips = ground.slip.as_ref().is_some_and(|s| !s.slip.is_empty());
@@ -132,6 +129,12 @@ pub(super) fn seen(
     right.corner(&part, watch)
 }
 
+/// Whether a corner is looked for: a wheel that slips a little, slopes and suspensions are no white noise of a speed either.
+fn of_positions(record: &MotionRecord) -> bool {
+    let positions = record.source == ReadingSource::Position;
+    record.accelerometer && positions && !record.rests_only()
+}
+
 /// The corner that is found once more without what slips beside it, where something does.
 ///
 /// # Errors
@@ -161,11 +164,7 @@ fn at(part: &MotionRecord, decade: f64) -> MotionRecord {
         uncertainty: 0.0,
         order: 1,
     };
-    let with = MotionRecord {
-        low_corner: Some(corner),
-        ..part.clone()
-    };
-    with.given_back_less(offset_behind(part, corner))
+    part.given_back(&corner, offset_behind(part, corner))
 }
 
 /// The most probable corner in a neighbourhood, the noise tuned anew at each.
@@ -185,17 +184,24 @@ impl Local {
         half: f64,
         watch: &dyn Watch,
     ) -> Result<Option<Self>, Error> {
-        let found = line(decade - half, decade + half, half, 0.001, |decade| {
-            let found = tuned(&at(part, decade), watch)?;
-            Ok(found.map_or(-1e300, |t| t.log_likelihood))
-        })?;
         let readings = part.reading.iter().flatten().count() as f64;
-        Ok(tuned(&at(part, found.at), watch)?.map(|tuned| Self {
-            decade: found.at,
-            value: found.value,
-            repeats: (readings / tuned.effective_readings).max(1.0),
-            tuned,
-        }))
+        let mut best: Option<Self> = None;
+        line(decade - half, decade + half, half, 0.001, |decade| {
+            let Some(tuned) = tuned(&at(part, decade), watch)? else {
+                return Ok(-1e300);
+            };
+            let value = tuned.log_likelihood;
+            if best.as_ref().is_none_or(|b| value > b.value) {
+                best = Some(Self {
+                    decade,
+                    value,
+                    repeats: (readings / tuned.effective_readings).max(1.0),
+                    tuned,
+                });
+            }
+            Ok(value)
+        })?;
+        Ok(best)
     }
 
     /// The corner with its standard uncertainty, by the fall of ln L on both sides; nothing where it does not fall.
@@ -245,6 +251,8 @@ pub(super) struct Settled {
     pub(super) corner: Option<LowCorner>,
     /// What is told of it, where nobody stated it.
     pub(super) finding: Option<Finding>,
+    /// What a corner was looked for on, where there is none.
+    pub(super) ground: Option<Ground>,
 }
 
 /// The record with the slow accelerations given back, of the corner that is stated or that the readings tell, which is told then.
@@ -256,42 +264,49 @@ pub(super) fn settled(
     tuning: &Tuning,
     watch: &dyn Watch,
 ) -> Result<Settled, Error> {
-    let as_it_is = || Settled {
+    let as_it_is = |ground: Option<Ground>| Settled {
         record: record.clone(),
         corner: None,
         finding: None,
+        ground,
     };
-    if !record.accelerometer || record.rests_only() {
-        return Ok(as_it_is());
+    // One that was given back already is looked through no more.
+    if !record.accelerometer || record.rests_only() || record.noise_walk > 0.0 {
+        return Ok(as_it_is(None));
     }
-    let ground = |record: &MotionRecord| match Ground::of(record, sensors(record), tuning, watch) {
-        Ok(ground) => Ok(Some(ground)),
-        Err(error) if error.is_cancelled() => Err(error),
-        Err(_) => Ok(None),
+    let ground = |record: &MotionRecord| {
+        let told = sensors(record);
+        let record = with_blows(record, told.0.as_ref());
+        match Ground::of(&record, told, tuning, watch) {
+            Ok(ground) => Ok(Some(ground)),
+            Err(error) if error.is_cancelled() => Err(error),
+            Err(_) => Ok(None),
+        }
     };
     let stated = record.low_corner;
-    let found = match (stated, ground(record)?) {
-        (None, Some(ground)) => seen(record, &ground, watch)?,
+    let plain = match (stated, of_positions(record)) {
+        (None, true) => ground(record)?,
         _ => None,
     };
-    let Some(corner) = stated.or(found) else {
-        return Ok(as_it_is());
+    let found = match &plain {
+        Some(plain) => seen(record, plain, watch)?,
+        None => None,
     };
-    let with = MotionRecord {
-        low_corner: Some(corner),
-        ..record.clone()
+    let Some(corner) = stated.or(found) else {
+        return Ok(as_it_is(plain));
     };
     let offset = offset_behind(record, corner);
-    let right = with.given_back_less(offset);
+    let right = record.given_back(&corner, offset);
     let tuned = ground(&right)?.map(|g| g.tuned);
     let right = match tuned.as_ref().and_then(|t| behind(t, corner)) {
-        Some(rest) => with.given_back_less(offset + rest),
+        Some(rest) => record.given_back(&corner, offset + rest),
         None => right,
     };
     Ok(Settled {
         record: right,
         corner: Some(corner),
         finding: found.map(|corner| told(&corner)),
+        ground: None,
     })
 }
 
@@ -308,7 +323,7 @@ fn offset_behind(record: &MotionRecord, corner: LowCorner) -> f64 {
     let span = ((SPAN / dt) as usize)
         .max(record.reading_stride())
         .clamp(1, n);
-    let decay = (-TAU * corner.frequency * dt).exp();
+    let decay = (-corner.rate() * dt).exp();
     let (mut sum, mut velocity) = (0.0, 0.0);
     let mut stages = [[0.0; 2]; 2];
     let mut above = Vec::with_capacity(n);
@@ -352,16 +367,11 @@ fn offset_behind(record: &MotionRecord, corner: LowCorner) -> f64 {
 /// Offset behind the corner, where the readings tell one: it is a ramp of what was given back, which no filter on line knows.
 fn behind(tuned: &Tuned, corner: LowCorner) -> Option<f64> {
     let ramp = tuned.ramp.filter(|r| r.value.abs() > 2.0 * r.uncertainty)?;
-    Some(ramp.value / (TAU * corner.frequency))
+    Some(ramp.value / corner.rate())
 }
 
 fn told(corner: &LowCorner) -> Finding {
-    let LowCorner {
-        frequency,
-        uncertainty,
-        ..
-    } = *corner;
-    findings::low_corner_found(frequency, uncertainty, 1.0 / (TAU * frequency))
+    findings::low_corner_found(corner.frequency, corner.uncertainty, 1.0 / corner.rate())
 }
 
 /// The estimate with the slow accelerations given back; how uncertain the corner is adds to the velocity. One that nobody stated is told.
@@ -372,34 +382,22 @@ pub(super) fn beside(
     circumference: Option<f64>,
     watch: &dyn Watch,
 ) -> Result<(EstimateResult, Option<Ground>), Error> {
-    let with = |frequency: f64, offset: f64| {
-        MotionRecord {
-            low_corner: Some(LowCorner {
-                frequency,
-                ..corner
-            }),
-            ..record.clone()
-        }
-        .given_back_less(offset)
+    let estimate = |offset: f64| {
+        let right = record.given_back(&corner, offset);
+        once(&right, method, circumference, watch)
     };
     let mut offset = offset_behind(record, corner);
-    let (mut result, mut ground) = once(
-        &with(corner.frequency, offset),
-        method,
-        circumference,
-        watch,
-    )?;
+    let (mut result, mut ground) = estimate(offset)?;
     if let Some(rest) = result.tuned.as_ref().and_then(|t| behind(t, corner)) {
         offset += rest;
-        (result, ground) = once(
-            &with(corner.frequency, offset),
-            method,
-            circumference,
-            watch,
-        )?;
+        (result, ground) = estimate(offset)?;
     }
     if corner.uncertainty > 0.0 {
-        let moved = with(corner.frequency + corner.uncertainty, offset);
+        let off = LowCorner {
+            frequency: corner.frequency + corner.uncertainty,
+            ..corner
+        };
+        let moved = record.given_back(&off, offset);
         let by = |trace: &[f64], other: &[f64], u: &mut [f64]| {
             for ((u, a), b) in u.iter_mut().zip(trace).zip(other) {
                 *u = u.hypot(a - b);

@@ -68,17 +68,21 @@ pub fn tune(
     let low_corner::Settled {
         record,
         corner: low_corner,
-        finding: corner,
-    } = &low_corner::settled(record, tuning, watch)?;
-    let (slip, pairing) = sensors(record);
-    let record = &with_blows(record, slip.as_ref());
+        finding,
+        ground,
+    } = low_corner::settled(record, tuning, watch)?;
+    let (slip, pairing) = sensors(&record);
+    let record = &with_blows(&record, slip.as_ref());
     let Ground {
         pairing,
         part,
         samples,
         tuned,
         ..
-    } = Ground::of(record, (slip, pairing), tuning, watch)?;
+    } = match ground {
+        Some(ground) => ground,
+        None => Ground::of(record, (slip, pairing), tuning, watch)?,
+    };
     let readings = part.reading.iter().flatten().count();
     let skip = settle(&part);
     let kalman = on_line_kalman(&tuned, &part)?;
@@ -90,7 +94,7 @@ pub fn tune(
     watch.step("gains", 3, 3)?;
     // Wrong units and senses first: the gains are worth nothing with them.
     let mut findings = doubts(pairing.as_ref(), Some(&tuned), readings);
-    findings.extend(corner.clone());
+    findings.extend(finding);
     findings.extend(conditions(record));
     findings.extend(part_finding(record, &samples));
     findings.extend(tuned.findings.iter().cloned());
@@ -99,7 +103,7 @@ pub fn tune(
         kalman,
         two_channel,
         observer,
-        low_corner: *low_corner,
+        low_corner,
         samples,
         findings,
     })
