@@ -61,6 +61,7 @@ pub mod transverse;
 mod trouble;
 pub mod uncertainty;
 pub mod validation;
+mod value_range;
 pub mod velocity;
 pub mod verification;
 

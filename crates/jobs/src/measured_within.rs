@@ -2,6 +2,7 @@
 
 use crate::outcome::section;
 use crate::trouble::Result;
+use crate::value_range::widened;
 use num_complex::Complex64;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use serde::{Deserialize, Serialize};
@@ -31,14 +32,8 @@ pub(crate) struct MeasuredWithin {
 impl MeasuredWithin {
     /// Amplitudes of the acceleration of some runs, m/s².
     pub(crate) fn amplitudes(all: impl IntoIterator<Item = f64>) -> Self {
-        let lowest_and_highest =
-            all.into_iter()
-                .fold(None, |range: Option<[f64; 2]>, a| match range {
-                    None => Some([a, a]),
-                    Some([low, high]) => Some([f64::min(low, a), f64::max(high, a)]),
-                });
         Self {
-            acceleration: lowest_and_highest,
+            acceleration: widened(None, all),
             ..Self::default()
         }
     }

@@ -4,6 +4,7 @@ use super::{ApplyJob, CompensationMethod, CompensationStream, page};
 use crate::findings;
 use crate::outcome::Outcome;
 use crate::record::Record;
+use crate::value_range::widened;
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, Input, StatedQuantity, ThermalBlock, rows_outside,
@@ -37,7 +38,7 @@ impl Figures {
         if temperatures.is_empty() {
             return None;
         }
-        self.temperatures = widened(self.temperatures, temperatures);
+        self.temperatures = widened(self.temperatures, temperatures.iter().copied());
         let (first, beyond) = rows_outside(&[temperatures], block.range);
         self.beyond_temperature += beyond;
         first
@@ -52,7 +53,7 @@ impl Figures {
         values: &[&[f64]],
     ) -> Option<usize> {
         if let [one] = values {
-            self.accelerations = widened(self.accelerations, one);
+            self.accelerations = widened(self.accelerations, one.iter().copied());
         }
         let [low, high] = range(calibration)?;
         let margin = 0.1 * (high - low);
@@ -60,13 +61,6 @@ impl Figures {
         self.beyond += beyond;
         first
     }
-}
-
-fn widened(range: Option<[f64; 2]>, values: &[f64]) -> Option<[f64; 2]> {
-    values.iter().fold(range, |range, v| {
-        let [low, high] = range.unwrap_or([*v; 2]);
-        Some([low.min(*v), high.max(*v)])
-    })
 }
 
 /// The acceleration of the recording that the calibration knows least, of one axis: at an end of its range, or at zero.

@@ -3,6 +3,7 @@
 use super::{StaticTest, StaticTestInput};
 use crate::record::gravity_quantity;
 use crate::trouble::{Result, Trouble};
+use crate::value_range::widened;
 use proofmass_core::THERMAL_ORDER;
 use proofmass_io::{CalibrationFile, CurvatureBlock, ThermalBlock, Unit};
 use proofmass_static::static_test::StaticFit;
@@ -53,7 +54,9 @@ pub(super) fn calibration(
         StaticTest::Tilt(tilt) => tilt.gravity.value() * (input + phase).cos(),
         _ => input,
     };
-    let [low, high] = range(fit.readings.iter().map(|r| acceleration(r.input)));
+    let nothing = || Trouble::data("the test has no reading");
+    let inputs = fit.readings.iter().map(|r| acceleration(r.input));
+    let [low, high] = widened(None, inputs).ok_or_else(nothing)?;
     let mut file = CalibrationFile::new(
         test.name(),
         unit,
@@ -75,7 +78,7 @@ pub(super) fn calibration(
         });
     }
     if let (Some(slope), Some(temperature)) = (warming, temperature) {
-        let range = range(temperature.iter().copied());
+        let range = widened(None, temperature.iter().copied()).ok_or_else(nothing)?;
         file.temperature_range = Some(range);
         file.temperature = Some(ThermalBlock {
             // Where the linearity test sets it: the mean of its readings.
@@ -89,10 +92,4 @@ pub(super) fn calibration(
     // What cannot be written cannot be applied either.
     file.to_json()?;
     Ok(Some(file))
-}
-
-fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-        [low.min(v), high.max(v)]
-    })
 }
