@@ -56,14 +56,20 @@ fn verdict(outcome: &TemperatureOutcome) -> String {
     let told = slopes(fit)
         .filter(|(_, q)| q.value.abs() > q.expanded(probability))
         .count();
+    let all = slopes(fit).count();
     steepest(fit).map_or(String::new(), |(index, q)| {
-        format!(
-            "The output of {} changes most, by {} mg/K ({:.0} %); {told} of {} axes have a slope that is told from zero.",
-            fit.blocks.names()[index],
-            minus(&plus_minus(MG * q.value, MG * q.expanded(probability))),
-            100.0 * probability,
-            slopes(fit).count()
-        )
+        let change = minus(&plus_minus(MG * q.value, MG * q.expanded(probability)));
+        let percent = 100.0 * probability;
+        match all {
+            1 => {
+                let not = if told == 1 { "" } else { "not " };
+                format!("The output changes by {change} mg/K ({percent:.0} %), which is {not}told from zero.")
+            }
+            _ => format!(
+                "The output of {} changes most, by {change} mg/K ({percent:.0} %); {told} of {all} axes have a slope that is told from zero.",
+                fit.blocks.names()[index]
+            ),
+        }
     })
 }
 
