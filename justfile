@@ -30,6 +30,7 @@ book:
 pages:
     cargo run -p proofmass-jobs --example findings_page
     cargo run -p proofmass-cli --example commands_page
+    cargo run -p proofmass-jobs --features schema --example schemas
 
 # The example of the README.
 example:
@@ -76,6 +77,18 @@ maps only="":
 instructions:
     cargo build --release -p proofmass-core --example step_cost
     python3 bench/instructions.py
+
+# The JSON schemas against the program, on files that ship and what comes of them when a place is changed.
+schemas:
+    .ci/schemas
+
+# What is published beside the crates: archive, Debian package, container image, list of what is linked; in target/packages.
+packages:
+    packaging/build
+
+# Everything that a publication would do, but for the publication.
+publish-dry-run:
+    cargo publish --workspace --dry-run --locked
 
 # The Python package: its tests, then wheel and source archive as they are published.
 wheel:

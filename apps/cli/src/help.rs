@@ -39,7 +39,8 @@ const COMMANDS: &[Group] = &[
     (
         "Files and results",
         &[
-            "inspect", "formats", "convert", "render", "explain", "verify", "keygen", "simulate",
+            "inspect", "formats", "convert", "render", "explain", "verify", "keygen", "schema",
+            "simulate",
         ],
     ),
     ("Shell", &["completions", "manual"]),

@@ -31,6 +31,7 @@ mod plan;
 mod records;
 mod reference;
 mod render;
+mod schema;
 mod shell;
 mod simulate;
 mod test;
@@ -90,6 +91,7 @@ enum Command {
     Uncertainty(uncertainty::Uncertainty),
     Verify(verify::Verify),
     Keygen(keygen::Keygen),
+    Schema(schema::Schema),
     Completions(shell::Completions),
     Manual(shell::Manual),
     #[cfg(feature = "records")]
@@ -160,6 +162,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Uncertainty(command) => command.run(),
         Command::Verify(command) => command.run(),
         Command::Keygen(command) => command.run(),
+        Command::Schema(command) => command.run(),
         Command::Completions(command) => command.run(),
         Command::Manual(command) => command.run(),
         #[cfg(feature = "records")]

@@ -13,6 +13,7 @@ pub const STANDARD_GRAVITY: f64 = 9.806_65;
     derive(serde::Serialize, serde::Deserialize),
     serde(try_from = "Form")
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Gravity {
     value: f64,
     standard_uncertainty: f64,
@@ -21,6 +22,7 @@ pub struct Gravity {
 /// The form in a file, before it is checked.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Form {
     value: f64,
     standard_uncertainty: f64,

@@ -65,6 +65,7 @@ pub struct FrequencyResponse {
 }
 
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Parts {
     outputs: Vec<String>,
     axes: Vec<String>,

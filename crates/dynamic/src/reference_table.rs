@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 /// One line of the certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferencePoint {
     /// Frequency in Hz.
     pub frequency: f64,
@@ -62,6 +63,7 @@ impl ReferencePoint {
 /// What its points have in common is an error of every frequency at once, which no number of frequencies averages away. A
 /// document that says nothing of it is taken as wholly common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferenceTable {
     points: Vec<ReferencePoint>,
     /// Standard uncertainty that each point has for itself alone, of modulus (relative) and phase (rad).

@@ -39,6 +39,7 @@ pub(crate) fn axis_names(axes: usize) -> &'static [&'static str] {
 /// **Units** K in input unit per output unit, b in the input unit. "Input" is what enters the compensation (the
 /// output of the sensor), "output" what leaves it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CalibrationFile {
     /// Form and version.

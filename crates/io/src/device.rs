@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Who made a device and which one it is.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Device {
     /// Maker.
@@ -31,6 +32,7 @@ impl Device {
 
 /// Conditions of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ambient {
     /// Temperature, °C.

@@ -158,6 +158,7 @@ type Coefficients = ([[f64; 3]; 3], [f64; 3]);
 
 fn imucal(text: &str, form: CoefficientForm) -> Result<Coefficients> {
     #[derive(serde::Deserialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
     #[allow(non_snake_case)]
     struct Ferraris {
         K_a: [[f64; 3]; 3],

@@ -19,6 +19,7 @@ pub const FREQUENCY_RESPONSE: &str = "frequency-response";
 ///
 /// **Shapes** every point of the series has real and imaginary part of each element of K, row by row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FrequencyResponseFile {
     /// Form and version.

@@ -12,6 +12,7 @@ use std::path::Path;
 
 /// What stands between two fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Separator {
     /// `,`
     #[serde(rename = "comma", alias = ",")]
@@ -496,6 +497,7 @@ pub(crate) fn regular(path: &Path) -> Result<()> {
 
 /// A column by its name or by its number counted from one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum ColumnRef {
     /// Number, the first column being 1.

@@ -9,6 +9,7 @@ use std::fmt;
 ///
 /// `columns 2 acc_x, 3 acc_y, 4 acc_z in g by the headings; 100 Hz by column 1 timestamp in ms as stated`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Reading {
     /// The signals, in the order in which they were asked for.
@@ -31,6 +32,7 @@ pub struct Reading {
 
 /// A column of signals.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ReadColumn {
     /// Number from one.
@@ -46,6 +48,7 @@ pub struct ReadColumn {
 
 /// The clock of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ReadTime {
     /// Samples per second; none for a table, whose rows have an order alone.
@@ -65,6 +68,7 @@ pub struct ReadTime {
 
 /// A stream of another format than text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ReadStream {
     /// Word for the format.
@@ -99,6 +103,7 @@ impl ReadStream {
 
 /// Local gravity as a job uses it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReadGravity {
     /// Value, m/s².
     pub value: f64,

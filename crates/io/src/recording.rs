@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// A file that went into a result, with its digest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Input {
     /// Path as the user gave it.
     pub path: String,

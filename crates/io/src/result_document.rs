@@ -31,6 +31,7 @@ pub fn at_frequency(name: &str) -> Option<(String, f64)> {
 ///
 /// k and U stand in a file only where the interval is value ± k u.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(from = "Written", into = "Written")]
 pub struct StatedQuantity {
     /// Stable dotted name.
@@ -57,21 +58,32 @@ pub struct StatedQuantity {
 
 /// A stated quantity as a file has it.
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Written {
+    /// Stable dotted name.
     name: String,
+    /// Unit.
     unit: String,
+    /// Estimate.
     value: f64,
+    /// Standard uncertainty; absent where the distribution has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     u: Option<f64>,
+    /// Expanded uncertainty k u, where the interval is value ± U.
     #[serde(rename = "U", default, skip_serializing_if = "Option::is_none")]
     expanded: Option<f64>,
+    /// Coverage factor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     k: Option<f64>,
+    /// Effective degrees of freedom, where the interval rests on them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     nu_eff: Option<DegreesOfFreedom>,
+    /// Coverage probability of the interval.
     probability: f64,
+    /// The interval, where it is not value ± U.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     interval: Option<[f64; 2]>,
+    /// Method that states it, where the kind of result has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     method: Option<String>,
 }
@@ -145,6 +157,7 @@ impl StatedQuantity {
 
 /// A joint covariance with the names of its rows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct NamedCovariance {
     /// Names of rows and columns.
@@ -169,6 +182,7 @@ impl NamedCovariance {
 
 /// A result in the making; written with [`ResultDocument::to_json`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ResultDocument {
     /// Form and version.

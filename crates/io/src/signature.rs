@@ -46,6 +46,7 @@ impl fmt::Debug for VerifyingKey {
 
 /// A signature as it stands in a manifest or a provenance.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Signature {
     /// Always `ed25519`.

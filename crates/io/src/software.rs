@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Program and version that wrote a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Software {
     /// Name.
     pub(crate) name: String,
@@ -41,6 +42,7 @@ impl std::fmt::Display for Software {
 
 /// Name and version of the form of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Schema {
     /// Dotted name.

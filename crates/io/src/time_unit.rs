@@ -8,6 +8,7 @@ use std::fmt;
 
 /// What a time column counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum TimeUnit {
     /// s.
@@ -100,6 +101,7 @@ impl TimeUnit {
 
 /// Where something comes from that a recording need not say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SaidBy {
     /// The heading.

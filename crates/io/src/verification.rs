@@ -25,6 +25,7 @@ const ENDING: &str = ".provenance.json";
 
 /// Where a single file came from: what stands beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Provenance {
     /// Form and version.

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Form of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum WaveformFormat {
     /// Little-endian 32-bit floats in volts, the channels of one instant side by side, nothing else in the file.

@@ -141,6 +141,12 @@ macro_rules! jobs {
             }
         }
 
+        /// The schema of each request.
+        #[cfg(feature = "schema")]
+        pub(crate) fn request_schemas() -> Vec<(&'static str, crate::schema::Readable)> {
+            vec![$(($kind, crate::schema::Readable::request::<$job>())),*]
+        }
+
         impl AnyJob {
             /// Every kind, as `job` in JSON.
             pub const KINDS: &'static [&'static str] = &[$($kind),*];

@@ -59,6 +59,12 @@ macro_rules! kinds {
             $($(#[$doc])* $name(Box<$campaign>),)*
         }
 
+        /// The schema of each kind.
+        #[cfg(feature = "schema")]
+        pub(crate) fn campaign_schemas() -> Vec<(&'static str, crate::schema::Readable)> {
+            vec![$(($kind, crate::schema::Readable::of::<$campaign>())),*]
+        }
+
         impl Campaign {
             /// The campaign of a file that says of which kind it is; `None` for a kind that is not known.
             fn of_word(kind: &str, file: &CampaignFile) -> Result<Option<Self>> {
@@ -127,6 +133,20 @@ kinds! {
     Transverse(TransverseCampaign, "transverse-sensitivity", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
     /// Motion of table and wedges beside the excitation.
     SpuriousMotion(SpuriousMotionCampaign, "spurious-motion", |_campaign, files, watch| files.job.evaluate(&files.data(), watch)),
+}
+
+/// The line that tells an editor which keys a campaign of a kind has: a comment, by which it fetches the schema of this version.
+pub(crate) fn schema_line(kind: &str) -> String {
+    format!("#:schema {}", schema_address(kind))
+}
+
+/// Where the schema of a name stands in the project, once this version is published.
+pub(crate) fn schema_address(name: &str) -> String {
+    format!(
+        "{}/raw/v{}/apps/cli/schemas/{name}.json",
+        env!("CARGO_PKG_REPOSITORY"),
+        env!("CARGO_PKG_VERSION")
+    )
 }
 
 /// A campaign file as text, with the store of the files that it names: what every kind is read from.

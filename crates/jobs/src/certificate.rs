@@ -56,6 +56,7 @@ pub(crate) fn is_draft(number: &str) -> bool {
 
 /// A certificate that is replaced, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Replaced {
     /// Its number.
     pub number: String,
@@ -68,6 +69,7 @@ pub struct Replaced {
 
 /// A certificate of a result. Without a number it is a draft.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct CertificateJob {
     /// Laboratory, customer, item, standards, rule.
@@ -293,11 +295,14 @@ impl Outcome for CertificateOutcome {
     }
 
     fn page(&self, page: Report) -> Report {
-        let verdict = match &self.number {
-            Some(number) => format!("Certificate {number} has everything that it must state."),
-            None => format!("A draft: {}.", self.lack()),
+        let page = match &self.number {
+            // Notes about the result were for the laboratory: nothing is said here that would count them.
+            Some(number) => page.question(format!(
+                "Certificate {number} has everything that it must state."
+            )),
+            None => page.verdict(format!("A draft: {}.", self.lack())),
         };
         let figures = blocks::key_figures(&self.content, self.language);
-        self.sheet.report(page.verdict(verdict).answers(figures))
+        self.sheet.report(page.answers(figures))
     }
 }

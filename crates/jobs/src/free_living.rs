@@ -39,6 +39,7 @@ const MOST_BACK: f64 = 10.0;
 /// assert_eq!(refused.kind(), TroubleKind::Data);
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FreeLivingJob {
     /// What a still window is.

@@ -43,6 +43,8 @@ mod plural;
 mod record;
 mod recording;
 pub mod response;
+#[cfg(feature = "schema")]
+pub mod schema;
 mod sensor_clock;
 pub mod shaker_primary;
 pub mod shaker_single;

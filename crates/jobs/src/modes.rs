@@ -8,6 +8,8 @@ mod solution;
 
 pub use campaign::{fixture_findings, read_fixtures};
 pub use file::ModesFile;
+#[cfg(feature = "schema")]
+pub(crate) use file::modes_schema;
 pub use outcome::{FixtureModes, ModesOutcome};
 
 use crate::outcome::Job;
@@ -23,6 +25,7 @@ use std::collections::BTreeMap;
 
 /// What is calculated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Body {
@@ -34,6 +37,7 @@ pub enum Body {
 
 /// What belongs to a mesh from elsewhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MeshedBody {
     /// Metres per unit of the coordinates.
     pub(crate) scale: f64,
@@ -71,6 +75,7 @@ pub struct MeshedBody {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ModesJob {
     /// What is calculated.

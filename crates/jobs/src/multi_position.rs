@@ -44,6 +44,7 @@ use serde::{Deserialize, Serialize};
 /// ```
 #[doc(alias("six-position test", "tumble test"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MultiPositionJob {
     /// Model and estimator.
@@ -246,6 +247,7 @@ impl MultiPositionJob {
 
 /// A table of readings or means in place of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Readings {
     /// Standard uncertainty of each output from its noise, in the unit of the data; without it the scatter about the

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 
 /// Which limits hold, and how often equal units may be called different.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct NoiseComparisonJob {
@@ -85,20 +86,33 @@ impl NoiseDocument {
     }
 }
 
+#[cfg(feature = "schema")]
+pub(crate) fn limits_schema() -> crate::schema::Readable {
+    crate::schema::Readable::of::<LimitsFile>()
+}
+
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct LimitsFile {
+    /// The limits, one table each.
     #[serde(default)]
     limit: Vec<LimitEntry>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct LimitEntry {
+    /// Coefficient: `N`, `B`, `K`, `R` or `Q`.
     term: String,
+    /// Largest value.
     most: f64,
+    /// Unit of the value.
     unit: String,
+    /// What the data sheet says of it: typical or maximum.
     meaning: Option<String>,
+    /// Channels that it holds for; all without it.
     #[serde(default)]
     channels: Vec<String>,
 }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// Columns, units and time of a recording, as far as it does not say them itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct RecordingReading {

@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is to be calibrated, and what is known of the bench beside the recordings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ShakerPrimaryJob {
     /// Wavelength that the accelerations were found with, m.

@@ -55,6 +55,7 @@ pub struct StoredResult {
 
 /// What a page and the files beside it are made from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Shown {
     /// Table of the principal result.
     principal_table: String,
@@ -63,6 +64,21 @@ struct Shown {
     /// Files whose text is no table of the page.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     files: BTreeMap<String, String>,
+}
+
+/// The schemas of the sections of `extra` that every result may have.
+#[cfg(feature = "schema")]
+pub(crate) fn result_extra_schemas(
+    generator: &mut schemars::SchemaGenerator,
+) -> Vec<(&'static str, schemars::Schema)> {
+    vec![
+        (SHOWN, generator.subschema_for::<Shown>()),
+        ("date", generator.subschema_for::<Option<String>>()),
+        (
+            "ambient",
+            generator.subschema_for::<proofmass_io::Ambient>(),
+        ),
+    ]
 }
 
 impl StoredResult {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Choice among the streams of a file that holds several, and whether its scaling counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct StreamChoice {

@@ -46,6 +46,7 @@ use std::ops::ControlFlow;
 /// # Ok::<(), proofmass_jobs::Trouble>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UncertaintyJob {
     /// The model.
     pub model: UncertaintyModel,

@@ -18,6 +18,7 @@ use std::f64::consts::TAU;
 
 /// Noise of a counted axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CountingModel {
     /// q: variance of an acceleration sample, (m/s²)².
     pub acceleration_noise: f64,

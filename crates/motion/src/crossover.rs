@@ -120,6 +120,7 @@ pub fn spectrum_error(
 
 /// Which fused filter is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Filter {
     /// k₂, and k₁ from a list.

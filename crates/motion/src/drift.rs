@@ -40,6 +40,7 @@ impl DriftBudget {
 
 /// What is known about the accelerometer when it is integrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct DriftSources {
     /// Offset, m/s².

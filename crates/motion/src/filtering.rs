@@ -10,6 +10,7 @@ use std::borrow::Cow;
 
 /// A Kalman filter of an axis, as data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KalmanModel {
     /// q, after `noise_form`.
     pub acceleration_noise: f64,

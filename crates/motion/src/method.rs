@@ -21,6 +21,7 @@ pub const WINDOWS: [usize; 10] = [2, 3, 4, 5, 7, 9, 11, 15, 21, 31];
 
 /// A method with its settings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "method")]
 pub enum Method {
     /// A speed as it was read, held until the next: wheel, tachogenerator.

@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 
 /// Whether R is known or found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case", tag = "reading-noise")]
 pub enum ReadingNoise {
     /// Known: δ²/12, or from a still period.
@@ -34,6 +35,7 @@ pub enum ReadingNoise {
 
 /// Whether the accelerometer has an offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum BiasChoice {
     /// No.
@@ -48,6 +50,7 @@ pub enum BiasChoice {
 
 /// What is tuned.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Tuning {
     /// R.
     pub reading_noise: ReadingNoise,

@@ -63,13 +63,11 @@ pub struct EstimateResult {
 }
 
 impl EstimateResult {
-    /// Largest speed with its standard uncertainty: of the sample whose interval lies farthest from rest, so that what is not known (a
-    /// start, a blow) does not pass for fast. By the smoother where the method states no uncertainty.
+    /// Largest speed with its standard uncertainty by the smoother: of the sample whose interval lies farthest from rest, so that what is
+    /// not known (a start, a blow) does not pass for fast. What a filter knows at each moment is no measure of it: the largest of many
+    /// values with large errors is too large.
     pub fn largest_speed(&self) -> (f64, f64) {
-        let trace = match self.trace.standard_uncertainty {
-            Some(_) => &self.trace,
-            None => &self.smoother,
-        };
+        let trace = &self.smoother;
         let u = |k: usize| trace.standard_uncertainty.as_ref().map_or(0.0, |u| u[k]);
         let sure = |k: usize| trace.velocity[k].abs() - 2.0 * u(k);
         let at = (0..trace.velocity.len()).max_by(|&i, &j| sure(i).total_cmp(&sure(j)));

@@ -34,6 +34,7 @@ pub struct NoiseChannel<'a> {
 
 /// How a record is analysed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct AnalysisOptions {
     /// Statistic of the curve.

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 /// MTOTDEV in some releases, THEO1 from the record itself when the noise type is chosen automatically).
 /// Other statistics have no bias and are not touched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Bias {
     /// As the defining formula gives it.

@@ -344,6 +344,7 @@ impl CoefficientFit {
 
 /// Which terms are in the model, and what is called identified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct FitOptions {
     /// Terms of the model. Gauss–Markov processes and sinusoids are sought when named.

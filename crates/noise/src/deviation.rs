@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a curve is computed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviationOptions {
     /// Averaging times.
     pub taus: Taus,

@@ -9,6 +9,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// ADEV, OADEV, MDEV, TDEV, HDEV and OHDEV follow Greenhall and Riley in either case; TOTDEV follows
 /// `[SP1065] table 7`, THEO1 `[SP1065] eq. 32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum EdfFormula {
     /// `[SP1065]` tables 8 and 9 for MTOTDEV and HTOTDEV; for averaging factors below 8 (16 for HTOTDEV), where

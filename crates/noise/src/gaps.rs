@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// What is done about gaps. Nothing here bridges them.
 #[doc(alias("missing samples"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Gaps {
     /// A gap is an error.

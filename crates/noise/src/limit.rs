@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// The largest value a data sheet allows for a coefficient.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct NoiseLimit {

@@ -9,6 +9,7 @@ pub(crate) const FLICKER: f64 = 2.0 * LN_2 / PI;
 
 /// One process of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Term {
     /// Q: quantisation, white noise of the phase. Slope −1.
@@ -107,6 +108,7 @@ impl Term {
 
 /// First-order Gauss–Markov process: autocovariance σ² e^{−|t|/T}.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct GaussMarkov {
     /// Stationary standard deviation σ, in the unit of the rate.
     pub standard_deviation: f64,
@@ -116,6 +118,7 @@ pub struct GaussMarkov {
 
 /// A sinusoid A sin(2πft + φ).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sinusoid {
     /// Amplitude A (peak), in the unit of the rate.
     pub amplitude: f64,

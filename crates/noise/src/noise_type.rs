@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// Inertial and clock people name the same processes differently; both names are given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseType {
     /// α = −4, random run.

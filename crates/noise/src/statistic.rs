@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// **Source** `[SP1065] 5.2`; the formula stands at each function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Statistic {

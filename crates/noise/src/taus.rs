@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Choice of averaging times τ = m τ0.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Taus {
     /// m = 1, 2, 4, 8, …

@@ -7,6 +7,7 @@ use std::borrow::Cow;
 
 /// How the values of a column are printed on a page. A file holds them whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Rounding {
     /// As many digits as bring the number back.

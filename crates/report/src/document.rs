@@ -10,6 +10,7 @@ use std::borrow::Cow;
 
 /// A report as data.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Report {
     /// Title, on top and in the window.
@@ -43,6 +44,7 @@ pub struct Report {
 
 /// What a reader came for, on the first screen: the result with its uncertainty, the verdict, the plot that shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Answer {
     /// What the result means, as a sentence; empty where the numbers say it all.
@@ -64,6 +66,7 @@ pub struct Answer {
 
 /// A titled part of a report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Section {
     /// Where it is printed.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -78,6 +81,7 @@ pub struct Section {
 
 /// Where a section is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// On the page alone, folded behind its title.
@@ -93,6 +97,7 @@ pub enum Place {
 
 /// One piece of a section.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Block {
     /// Running text.
@@ -121,6 +126,7 @@ pub enum Block {
 
 /// One number a reader came for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct KeyFigure {
     /// What it is.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -138,6 +144,7 @@ pub struct KeyFigure {
 
 /// Columns, rows and notes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Table {
     /// Name of the file that holds the table as CSV; empty for none.
@@ -166,6 +173,7 @@ impl Table {
 
 /// Heading, unit and alignment of a table column, its name in a file and how its numbers are rounded.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Column {
     /// Name in the file, unit included (`bias_m/s2`); empty where only the page shows the column.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -192,6 +200,7 @@ pub struct Column {
 
 /// How the cells of a column are aligned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Alignment {
     /// Left, for text.
@@ -207,6 +216,7 @@ pub enum Alignment {
 
 /// One entry of a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Cell {
     /// A number as it is: a file holds it whole, a page rounds it as its column says.
@@ -245,6 +255,7 @@ pub enum Cell {
 
 /// A plot with its caption.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Figure {
     /// Caption.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -37,6 +37,7 @@ pub(crate) use svg::{escape, text_width};
 
 /// Any plot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Plot {
     /// Series over a common axis, in one or more panels.

@@ -20,6 +20,7 @@ use std::f64::consts::TAU;
 /// assert!((mass.static_displacement(9.81) - 245.25e-9).abs() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProofMass {
     /// kg.
     pub mass: f64,
@@ -95,6 +96,7 @@ impl ProofMass {
 /// }
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Transducer {
     /// What it is called.

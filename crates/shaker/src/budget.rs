@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// What an input quantity does to the observations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Acts {
     /// Relative error of the modulus of the reference acceleration.
@@ -97,6 +98,7 @@ impl Acts {
 
 /// A grouping key: one independent draw exists per distinct value of the keys an input varies with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Key {
     /// Drive frequency.
@@ -138,6 +140,7 @@ impl Key {
 
 /// One input of the budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ShakerInput {
     /// Stable name, such as `reference.calibration`.
     pub key: String,
@@ -246,6 +249,7 @@ impl ShakerInput {
 
 /// The inputs of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Budget {
     /// Inputs, independent of each other.

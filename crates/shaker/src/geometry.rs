@@ -14,6 +14,7 @@ use super::budget::Acts;
 ///         ⎣   −sin α         0        cos α    ⎦
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Configuration {
     /// Inclination α in radians.
     pub inclination: f64,

@@ -62,6 +62,7 @@ impl FrequencyCheck {
 
 /// How the check is made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CheckOptions {
     /// Trials.

@@ -110,12 +110,14 @@ impl PhasorRow {
 
 /// Motion of the device's seat beside the excitation, relative to it, at one inclination and frequency.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Spurious {
     /// Inclination in radians.
     pub inclination: f64,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Complex ratios ε along x′, y′, z′; the whole motion is a (ε_x, ε_y, 1 + ε_z).
+    #[cfg_attr(feature = "schema", schemars(with = "[[f64; 2]; 3]"))]
     pub ratio: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of each ratio.
     pub covariance: [[f64; 3]; 3],
@@ -130,6 +132,7 @@ fn known() -> DegreesOfFreedom {
 
 /// What is known of spurious motion over the bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SpuriousTable {
     /// One entry per inclination and frequency that was measured.
     pub entries: Vec<Spurious>,
@@ -156,6 +159,7 @@ impl SpuriousTable {
 
 /// One measurement of the spurious motion, or none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Correction {
     /// Label, such as `none` or `second`.
     pub label: String,

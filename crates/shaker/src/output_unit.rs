@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Unit of the outputs of a device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum OutputUnit {
     /// V.

@@ -38,6 +38,7 @@ pub struct PrimaryRun {
 
 /// An input of the budget that somebody declared.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeclaredInput {
     /// Key in the budget.
     pub name: String,
@@ -53,6 +54,7 @@ pub struct DeclaredInput {
 
 /// What is known of the bench beside the samples; the same in all runs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PrimaryBudget {
     /// Relative standard uncertainty of the wavelength.
     pub wavelength: f64,

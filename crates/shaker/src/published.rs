@@ -26,6 +26,7 @@ pub struct SpuriousMagnitude {
 
 /// Standard uncertainties of the published budget.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MagnitudeBudget {
     /// Relative standard uncertainty of the reference acceleration.
     pub reference: f64,

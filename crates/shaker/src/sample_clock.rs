@@ -10,6 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 /// By whose clock a sensor samples that has a file of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SampleClock {
     /// Its own: moduli are calibrated, and phases among its own channels, but none against the reference.

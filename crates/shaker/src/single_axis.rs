@@ -48,6 +48,7 @@ impl ComparisonRow {
 
 /// Standard uncertainties of a comparison beside those of the certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ComparisonBudget {
     /// Relative, of the ratio of the two outputs.
     pub ratio: f64,
@@ -69,6 +70,7 @@ pub struct ComparisonBudget {
 
 /// What a motion of the table across its axis does to a device that is sensitive across its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TransverseMotion {
     /// Transverse sensitivity of the device relative to that along its axis.
     pub sensitivity: f64,

@@ -22,6 +22,7 @@ pub fn ratio_from_velocity(velocity: Complex64, reference: Complex64, frequency:
 
 /// The decoder of a vibrometer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Vibrometer {
     /// Sensitivity in V/(m/s).
     pub sensitivity: f64,

@@ -65,6 +65,7 @@ pub struct TransverseRow {
 
 /// How well the device sits, standard uncertainties.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SeatUncertainty {
     /// Tilt of its base against the axis it is turned about, rad, in each of two directions.

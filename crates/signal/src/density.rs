@@ -8,6 +8,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// **Units** for a signal in U: density in U²/Hz over 0 ≤ f ≤ rate/2, scaled so that its sum times the bin width is
 /// the mean square of the (detrended, windowed) signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Density {
     /// Frequencies in Hz, from 0, evenly spaced.

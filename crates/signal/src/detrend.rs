@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is taken out of a signal before it is analysed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Detrend {
     /// Nothing.

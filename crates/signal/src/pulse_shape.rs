@@ -14,6 +14,7 @@ use std::f64::consts::PI;
 /// assert_eq!(PulseShape::Trapezoid { rise: 0.1 }.at(0.05), 0.5);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum PulseShape {

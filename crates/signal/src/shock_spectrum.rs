@@ -55,6 +55,7 @@ impl Response {
 
 /// Where extremes are looked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Peaks {
     /// At the samples, as ISO 18431-4 has it: low by up to ½(πf/f_s)² of the peak at natural frequency f.

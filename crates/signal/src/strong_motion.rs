@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 /// What is taken from a record before it is integrated. Nothing is removed unless it is named here.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Baseline {

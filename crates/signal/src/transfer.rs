@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 
 /// Where the noise is, and with that the estimator that has no bias from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Estimator {

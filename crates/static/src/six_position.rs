@@ -124,6 +124,7 @@ fn closed_form(positions: &[Direction]) -> Mat<f64> {
 ///
 /// **Source** `[Ferraris1995]`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Ferraris {
     /// Length of each row of K, output unit per m/s².

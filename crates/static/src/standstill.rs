@@ -12,6 +12,7 @@ use proofmass_core::Error;
 /// ```
 #[doc(alias("static interval", "stationary interval", "zero motion"))]
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Standstill {
     /// Length of the window over which the variance is taken, s; a sweep tries half and a quarter of it too.
     pub window: f64,

@@ -44,6 +44,7 @@ use serde::{Deserialize, Serialize};
 /// likelihood).
 #[doc(alias("TCB", "temperature coefficient of bias", "thermal calibration"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct TemperatureSweep {
     /// Largest power of the temperature difference, 1 to 3.

@@ -270,6 +270,17 @@ impl Serialize for Covariance {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Covariance {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Covariance".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        <Vec<Vec<f64>>>::json_schema(generator)
+    }
+}
+
 impl<'de> Deserialize<'de> for Covariance {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let rows: Vec<Vec<f64>> = Vec::deserialize(deserializer)?;

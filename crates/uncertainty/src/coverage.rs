@@ -82,6 +82,20 @@ impl Serialize for DegreesOfFreedom {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for DegreesOfFreedom {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "DegreesOfFreedom".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Degrees of freedom: a positive number or \"infinite\".",
+            "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "infinite"}]
+        })
+    }
+}
+
 impl<'de> Deserialize<'de> for DegreesOfFreedom {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 /// assert!((resolution.standard_uncertainty() - 0.288_675).abs() < 1e-6); // a/√3, `[GUM]` 4.3.7
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Distribution {
     /// A value with a standard uncertainty, known well.

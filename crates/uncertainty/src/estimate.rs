@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// One quantity of an [`Estimate`]: its stable dotted name, its unit and its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Component {
     /// Stable documented name, such as `bias.x`.
@@ -35,6 +36,7 @@ impl Component {
 /// One cause of uncertainty, independent of every other cause in the same estimate.
 #[doc(alias("uncertainty component", "contribution", "error source"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Influence {
     /// Stable name of the cause, such as `gravity`. Two estimates that name the same key of the same
     /// measurement share the draw.
@@ -67,6 +69,7 @@ impl Influence {
 
 /// How one cause appears in the components of an estimate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case", tag = "form")]
 pub enum Effect {
     /// One scalar input with its sensitivity coefficients.
@@ -112,6 +115,7 @@ impl Effect {
 
 /// One of several correlated inputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Member {
     /// Stable name.
     pub(crate) key: String,
@@ -300,6 +304,7 @@ impl Effect {
 /// correlation through [`Estimate::propagate`].
 #[doc(alias("measurement result", "uncertain number"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct Estimate {
     components: Vec<Component>,
@@ -308,9 +313,13 @@ pub struct Estimate {
 }
 
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Parts {
+    /// Components in order: what is estimated.
     components: Vec<Component>,
+    /// Their joint covariance.
     covariance: Covariance,
+    /// The causes of the uncertainty, each with its effect on every component.
     influences: Vec<Influence>,
 }
 
@@ -532,6 +541,7 @@ fn effective(u: f64, parts: &[(f64, DegreesOfFreedom)]) -> DegreesOfFreedom {
 
 /// One line of a budget.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BudgetLine {
     /// Stable name of the cause.
@@ -571,6 +581,7 @@ impl BudgetLine {
 
 /// The scalar input behind a budget line.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BudgetInput {
     /// Estimate.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// One error that the points of a series have in common.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SharedEffect {
     /// Name of the cause.
     pub key: String,
@@ -17,6 +18,7 @@ pub struct SharedEffect {
 
 /// The estimate at one value of the coordinate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SeriesPoint {
     /// The coordinate.
     pub at: f64,
@@ -58,6 +60,7 @@ pub struct SeriesPoint {
 /// ```
 #[doc(alias("spectrum", "curve"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Parts", into = "Parts")]
 pub struct EstimateSeries {
     points: Vec<SeriesPoint>,
@@ -65,8 +68,11 @@ pub struct EstimateSeries {
 }
 
 #[derive(Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Parts {
+    /// An estimate at each point.
     points: Vec<SeriesPoint>,
+    /// Causes that all points share.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     shared: Option<Vec<SharedEffect>>,
 }

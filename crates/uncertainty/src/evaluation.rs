@@ -22,6 +22,7 @@ use std::ops::ControlFlow;
 
 /// What to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Evaluate {
     /// By which road results are stated, where the model does not say or another is wanted. All roads are gone in any case.

@@ -12,6 +12,7 @@ use std::fmt;
 
 /// How much a finding weighs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// Worth knowing; the result stands.
@@ -41,12 +42,19 @@ impl fmt::Display for Severity {
 /// Its kind (code, sentences, advice) is declared once, with [`findings!`](macro@crate::findings).
 #[doc(alias("warning", "diagnostic"))]
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
+    /// How grave it is.
     severity: Severity,
+    /// Code of the kind, by which `proofmass explain` and docs/findings.md know it.
     code: String,
+    /// What is doubted.
     what: String,
+    /// On what evidence, in numbers.
     evidence: String,
+    /// What to do.
     advice: String,
+    /// The evidence by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     evidence_fields: BTreeMap<String, EvidenceValue>,
     /// Severities that the kind admits; unknown once a finding was read back.

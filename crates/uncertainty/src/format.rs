@@ -27,6 +27,7 @@ pub enum Alphabet {
 
 /// The mark between the whole number and its decimals. **Source** `[ISO80000-1] 7.3.2` admits both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum DecimalMark {
     /// `0.5`
     #[serde(rename = "point", alias = ".")]

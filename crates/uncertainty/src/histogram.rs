@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Counts of equal bins, for drawing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Histogram {
     /// Lower edge of the first bin.

@@ -153,6 +153,7 @@ pub(crate) enum Doubt {
 
 /// How the joint covariance of quantities that were read together n times is stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum JointReadings {

@@ -41,6 +41,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_uncertainty::Refusal>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct BudgetEntries {
@@ -57,6 +58,7 @@ pub struct BudgetEntries {
 
 /// One `[[correlation]]` between two inputs or two draws of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct CorrelationEntry {
@@ -109,6 +111,7 @@ impl BudgetEntries {
 /// # Ok::<(), proofmass_uncertainty::Refusal>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct UncertaintyModel {

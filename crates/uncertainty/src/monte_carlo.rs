@@ -77,6 +77,7 @@ impl<M: Model> Trial for M {
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Trials {
     /// This many trials, rounded up to whole blocks.
@@ -118,6 +119,7 @@ pub enum Trials {
 /// ```
 #[doc(alias("propagation of distributions", "MCM", "GUM Supplement 1"))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MonteCarlo {
     /// Seed of all streams.
     pub seed: u64,

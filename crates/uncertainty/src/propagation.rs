@@ -120,6 +120,7 @@ fn finite(value: &[f64], jacobian: &[f64]) -> Result<(), Error> {
 
 /// Result of the law of propagation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Linear {
     estimate: Estimate,
     dof: Vec<DegreesOfFreedom>,

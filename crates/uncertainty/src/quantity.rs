@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a cause of uncertainty was evaluated. **Source** `[GUM] 4.2, 4.3`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Evaluation {
     /// By statistical analysis of observations.
     A,
@@ -15,6 +16,7 @@ pub enum Evaluation {
 /// One quantity taken alone: value, standard uncertainty, degrees of freedom. Its correlation stays behind in
 /// the estimate it came from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Quantity {
     /// Dotted name.
     pub name: String,

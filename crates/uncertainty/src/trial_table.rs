@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// Location and spread of the columns are what was stated; the rows say the shape, and what depends on what.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TrialTable {
     /// The columns, of equal length.
     pub columns: Vec<TrialColumn>,
@@ -15,6 +16,7 @@ pub struct TrialTable {
 
 /// One quantity of a [`TrialTable`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TrialColumn {
     /// Name of the quantity, or of the cause.

@@ -49,6 +49,7 @@ use std::fmt;
 ///
 /// **Source** `[GUM] 5.1, 5.2`; effective degrees of freedom `[GUM] G.4`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Uncertain {
     value: f64,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -57,6 +58,7 @@ pub struct Uncertain {
 
 /// What one cause does to a number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Cause {
     /// Change of the value when the cause changes by its standard uncertainty.
     contribution: f64,

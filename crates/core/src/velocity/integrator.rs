@@ -21,6 +21,7 @@ use crate::{Error, Float};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum IntegratorRule {
     /// v_n = v_{n−1} + T/2 (a_n + a_{n−1})
     Trapezoid,

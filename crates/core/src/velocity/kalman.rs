@@ -11,6 +11,7 @@ use crate::{Error, Float};
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[doc(alias = "interpolation")]
 #[doc(alias = "zero-order hold")]
 pub enum Hold {
@@ -35,6 +36,7 @@ pub enum Hold {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ProcessNoise {
     /// One random acceleration per sample: q [[T⁴/4, T³/2],[T³/2, T²]], q in (m/s²)².
     #[default]
@@ -61,6 +63,7 @@ pub struct MotionNoise {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case", tag = "model")
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum BiasModel {
     /// Random walk driven by white noise of this two-sided density, (m/s³)²/Hz; 0 for a constant.
     RandomWalk {

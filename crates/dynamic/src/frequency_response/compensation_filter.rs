@@ -11,6 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 /// What to do with frequencies that were never calibrated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Beyond {
     /// They are filtered out: gain zero from an octave below the lowest and an octave above the highest frequency.
@@ -23,6 +24,7 @@ pub enum Beyond {
 
 /// How a compensation filter is to be designed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct FilterDesign {

@@ -11,6 +11,7 @@ pub(crate) const LEVEL: f64 = 0.1;
 
 /// How a pulse is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct PulseSearch {
@@ -448,6 +449,7 @@ impl Pulse {
 
 /// A nominal pulse and how far a measured one may depart from it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct Tolerance {

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 /// What is known of the reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct ShockReference {

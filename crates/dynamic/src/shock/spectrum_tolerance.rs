@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 /// assert!(!SpectrumTolerance::default().judge(&required, &measured, &[0.0; 20]).unwrap().kept);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SpectrumTolerance {

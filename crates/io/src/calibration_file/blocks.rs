@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 /// In the estimate the coefficients are named `bias.x.T1`, `scale.x.T1`, … (`bias.T1`, … of a single axis); one that was not
 /// fitted is zero here and missing there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ThermalBlock {
     /// T₀, °C.
     #[serde(rename = "reference_degC")]
@@ -74,6 +75,7 @@ impl ThermalBlock {
 ///
 /// In the estimate the coefficients are named `curvature.x.2` and `curvature.x.3` (`curvature.2` and `curvature.3` of a single axis).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CurvatureBlock {
     /// k₂ per axis, 1/(m/s²).
     pub quadratic: Vec<f64>,

@@ -15,6 +15,7 @@ pub const MANIFEST_VERSION: u32 = 1;
 
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Listed {
     /// Name in the folder.
@@ -28,6 +29,7 @@ pub(crate) const SIMULATION: &str = "simulation";
 
 /// The files of a folder that belong to one result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Manifest {
     /// Form and version.

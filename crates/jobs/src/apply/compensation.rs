@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a calibration is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CompensationMethod {

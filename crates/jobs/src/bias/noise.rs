@@ -10,6 +10,7 @@ use std::f64::consts::{LN_2, PI};
 
 /// Noise of one axis: what a noise analysis found of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct AxisNoise {

@@ -86,6 +86,7 @@ impl Draft {
         } else {
             "multi-position"
         };
+        line(super::schema_line(kind));
         line(format!("kind = {kind:?}"));
         line("# title = \"…\"".into());
         line(String::new());

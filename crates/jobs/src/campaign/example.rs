@@ -14,6 +14,7 @@ use proofmass_io::{Cell, Table};
 /// # Errors
 /// A kind that there is not; a place that cannot be written.
 pub fn example(kind: &str, sink: &dyn Sink, watch: &dyn Watch) -> Result<()> {
+    let sink: &dyn Sink = &WithSchema { kind, sink };
     let simulated = |job: SimulateJob| job.evaluate(&sink, watch).map(|_| ());
     let write = |name: &str, bytes: Vec<u8>| Ok::<(), Trouble>(sink.write(name, bytes)?);
     match kind {
@@ -53,6 +54,22 @@ pub fn example(kind: &str, sink: &dyn Sink, watch: &dyn Watch) -> Result<()> {
             Trouble::request(format!("there is no campaign of the kind {other:?}"))
                 .with_hint(format!("known kinds: {}", super::KINDS.join(", "))),
         ),
+    }
+}
+
+/// Writes the campaign with the line of its schema.
+struct WithSchema<'a> {
+    kind: &'a str,
+    sink: &'a dyn Sink,
+}
+
+impl Sink for WithSchema<'_> {
+    fn write(&self, name: &str, mut bytes: Vec<u8>) -> proofmass_io::Result<()> {
+        if name == "campaign.toml" {
+            let line = super::schema_line(self.kind) + "\n";
+            bytes = [line.into_bytes(), bytes].concat();
+        }
+        self.sink.write(name, bytes)
     }
 }
 

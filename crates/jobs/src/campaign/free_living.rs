@@ -50,6 +50,7 @@ super::text_table::text_table! {
 
 /// Form of the samples of a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum StreamFormat {
     /// A table with one row per instant.
@@ -61,6 +62,7 @@ pub enum StreamFormat {
 
 /// `[method]` of a free-living campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FreeLivingMethod {
     /// `converged`, or `published` to equal programs that stop early.

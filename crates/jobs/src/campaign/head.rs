@@ -7,9 +7,12 @@ macro_rules! campaign {
     ($(#[$about:meta])* pub struct $name:ident { $($fields:tt)* }) => {
         $(#[$about])*
         #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields)]
         pub struct $name {
+            /// Kind of the campaign.
             #[serde(rename = "kind")]
+            #[cfg_attr(feature = "schema", schemars(with = "String"))]
             _kind: serde::de::IgnoredAny,
             /// The file it was read from.
             #[serde(skip, default = "crate::campaign::CampaignFile::unread")]

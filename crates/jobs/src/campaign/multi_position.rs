@@ -54,6 +54,7 @@ super::head::campaign! {
 
 /// Columns of the three axes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Axes {
     /// Column of x.
@@ -90,6 +91,7 @@ super::text_table::text_table! {
 
 /// What a row of a table is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum RowsAre {
     /// One sample among many.
@@ -103,6 +105,7 @@ pub enum RowsAre {
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum FileIs {
     /// A recording in which standstills are to be found.
@@ -114,6 +117,7 @@ pub enum FileIs {
 
 /// One prefix or several.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Prefixes {
     /// One.
@@ -133,6 +137,7 @@ impl Prefixes {
 
 /// `[gravity]`: given, or from the place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct GravityInput {
     /// Local gravity, m/s².
@@ -151,6 +156,7 @@ pub struct GravityInput {
 
 /// `[standstill]`: everything may be left out.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct StandstillTable {
     /// Shortest standstill, s.
@@ -172,6 +178,7 @@ pub struct StandstillTable {
 
 /// How a standstill is called.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum NumberOrLabel {
     /// Counted from one.
@@ -191,6 +198,7 @@ impl std::fmt::Display for NumberOrLabel {
 
 /// What is fitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum MethodModel {
     /// Bias only.
@@ -247,6 +255,7 @@ impl MethodModel {
 
 /// `[method]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct MethodTable {
@@ -271,6 +280,7 @@ impl Default for MethodTable {
 
 /// `[attitude]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AttitudeTable {
     /// Standard uncertainty of a given direction, per transverse axis, degrees.

@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 /// Which way the phase grows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum MotionSign {
     /// While the surface moves along the positive axis of the device.
@@ -30,6 +31,7 @@ impl MotionSign {
 
 /// `[interferometer]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct InterferometerTable {
     /// Wavelength in the air of the path, nm.
@@ -44,6 +46,7 @@ pub struct InterferometerTable {
 
 /// `[[budget]]`: an input that the samples do not show, alike in all runs.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct DeclaredTable {
     /// Its key.

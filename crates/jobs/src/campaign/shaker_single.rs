@@ -15,6 +15,7 @@ use serde::Deserialize;
 
 /// `[reading]`: standard uncertainties of the comparison beside those of the certificate.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ReadingTable {
     /// Relative standard uncertainty of the ratio of the two outputs in one run; the mean of repeats keeps it, beside their
@@ -28,6 +29,7 @@ pub struct ReadingTable {
 
 /// `[transverse]`: what a motion of the table across the axis does.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TransverseTable {
     /// Transverse sensitivity of the device, per cent of the sensitivity along its axis.
@@ -63,6 +65,7 @@ impl TransverseTable {
 
 /// `[[devices]]`: one of several devices on the table at once.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct DeviceChannel {
     /// Its channel, which is also the name of the folder of its result.
@@ -79,6 +82,7 @@ pub struct DeviceChannel {
 
 /// `[check_standard]`: a device of known sensitivity on the same table.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CheckStandardTable {
     /// Its channel.

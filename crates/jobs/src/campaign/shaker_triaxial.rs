@@ -20,6 +20,7 @@ const MOST_TRIALS: u64 = 100_000_000;
 
 /// `[method]`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ShakerMethods {
     /// Calculations to set side by side; the first is the result.
@@ -45,6 +46,7 @@ impl Default for ShakerMethods {
 
 /// `[published]`: inputs of the published method, where they are not those that were printed.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct PublishedInputs {
     /// Relative standard uncertainty of an output, u_S.
@@ -70,6 +72,7 @@ impl Default for PublishedInputs {
 
 /// `[[correction]]`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CorrectionTable {
     /// Label in results.
@@ -80,6 +83,7 @@ pub struct CorrectionTable {
 
 /// `[datasheet]`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Datasheet {
     /// Nominal sensitivity.
@@ -92,6 +96,7 @@ pub struct Datasheet {
 
 /// `[plan]`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PlanTable {
     /// Table of inclinations and rotations, relative to the campaign.

@@ -57,6 +57,7 @@ super::text_table::text_table! {
 
 /// `[position]`: everything may be left out of a table that has a column of angles.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PositionTable {
     /// Angle between the axis and the vertical of each file or standstill in order, degrees: 0 up, 180 down.
@@ -81,6 +82,7 @@ pub struct PositionTable {
 
 /// `[method]` of a single axis.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SingleAxisMethod {
     /// Probability of the intervals.

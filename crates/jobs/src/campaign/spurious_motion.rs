@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 /// `[vibrometer]`: its decoder, where the runs carry its volts.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct VibrometerTable {
     /// Sensitivity in V/(m/s).
@@ -23,6 +24,7 @@ pub struct VibrometerTable {
 
 /// `[[model]]`: spurious.csv of `proofmass modes`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ModelTable {
     /// Label in results.

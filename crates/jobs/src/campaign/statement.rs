@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 /// `[method]` of a comparison and of a transverse test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct StatementTable {
     /// Coverage factor of the stated U, such as 2; else that of 95 %.

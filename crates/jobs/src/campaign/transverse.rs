@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 /// `[mounting]`: how well the device sits, standard uncertainties in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TransverseMounting {
     /// Tilt of the base of the device against the axis it is turned about, in each of two directions.
@@ -26,6 +27,7 @@ pub struct TransverseMounting {
 
 /// `[reading]` of a transverse test: needed where no runs are left to show the scatter.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TransverseReading {
     /// Standard uncertainty of real and imaginary part of one reading, relative to the sensitivity along the axis.
@@ -36,6 +38,7 @@ pub struct TransverseReading {
 
 /// `[datasheet]` of a transverse test.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TransverseDatasheet {
     /// Largest transverse sensitivity, per cent of the sensitivity along the axis.

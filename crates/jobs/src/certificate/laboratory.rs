@@ -17,6 +17,7 @@ use std::path::Path;
 /// assert_eq!(file.laboratory.unwrap().country.as_deref(), Some("IT"));
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct CertificateFile {
@@ -51,6 +52,7 @@ pub struct CertificateFile {
 
 /// A laboratory or a customer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Contact {
@@ -78,6 +80,7 @@ pub struct Contact {
 
 /// Who authorises a certificate.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Signatory {
@@ -89,6 +92,7 @@ pub struct Signatory {
 
 /// How certificates are numbered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Numbering {
@@ -105,6 +109,7 @@ fn register() -> String {
 
 /// The certificate of a standard.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Standard {
@@ -123,6 +128,7 @@ pub struct Standard {
 
 /// The calibrated item.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Item {
@@ -142,6 +148,7 @@ pub struct Item {
 
 /// Where the calibration was carried out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum CalibrationPlace {
     /// At the laboratory.
@@ -153,6 +160,7 @@ pub enum CalibrationPlace {
 
 /// When and how the calibration was carried out; days are written YYYY-MM-DD.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Performance {
@@ -193,6 +201,7 @@ pub struct Performance {
 
 /// Limits of a quantity and the rule of the decision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ConformityEntry {
@@ -212,6 +221,7 @@ pub struct ConformityEntry {
 
 /// The word of a rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum RuleWord {
     /// The value lies within the limits.
@@ -222,6 +232,7 @@ pub enum RuleWord {
 
 /// What a result is expected to state: what contradicts it is refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Statement {

@@ -25,59 +25,99 @@ pub struct ModesFile {
     mesh: Option<(GmshMesh, Input)>,
 }
 
+#[cfg(feature = "schema")]
+pub(crate) fn modes_schema() -> crate::schema::Readable {
+    crate::schema::Readable::of::<File>()
+}
+
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct File {
+    /// One line for the head of the report.
     title: Option<String>,
+    /// A wedge by its dimensions.
     wedge: Option<WedgeTable>,
+    /// Any body by a mesh, instead of `wedge`.
     mesh: Option<MeshTable>,
+    /// Material, aluminium without it; with a mesh of the volumes that `materials` does not name.
     material: Option<MaterialTable>,
+    /// Materials of a mesh, by the names of its physical volumes.
     #[serde(default)]
     materials: BTreeMap<String, MaterialTable>,
+    /// What the body stands on; clamped without it.
     support: Option<SupportTable>,
+    /// What is glued to it.
     accelerometer: Option<AccelerometerTable>,
+    /// Which modes, and how well.
     modes: Option<ModesTable>,
+    /// Motion of the mounting point over frequency.
     transfer: Option<TransferTable>,
+    /// Standard uncertainties: of a dimension by its key, `young_percent`, `poisson`, `density_percent` and others of the material.
     #[serde(default)]
     uncertainty: BTreeMap<String, f64>,
+    /// Resonances from an impact test, by which the parameters are updated.
     #[serde(default)]
     measured: Vec<MeasuredTable>,
+    /// A search for a shape with higher resonances.
     search: Option<SearchTable>,
+    /// How intervals are stated.
     evaluation: Option<EvaluationTable>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct WedgeTable {
+    /// Inclination of the upper face, degrees.
     angle_deg: f64,
+    /// Length along x, the direction of the slope, mm.
     length_mm: f64,
+    /// Width, mm.
     width_mm: f64,
+    /// Height of the low end, mm.
     toe_mm: f64,
+    /// Height at which the slope is cut off level, mm; without it the slope runs to the high end.
     height_mm: Option<f64>,
+    /// Where along x the accelerometer is glued, from the axis of excitation, mm.
     #[serde(default)]
     gluing_mm: f64,
+    /// Footprint of the accelerometer along the slope and across, mm.
     footprint_mm: Option<[f64; 2]>,
+    /// A base plate; the toe is measured from the base and includes it.
     foot: Option<FootTable>,
+    /// Two masses at the sides.
     sides: Option<SidesTable>,
+    /// A smooth blind hole in the base.
     bore: Option<BoreTable>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FootTable {
+    /// Thickness, mm.
     thickness_mm: f64,
+    /// How far it reaches beyond the body, mm.
     overhang_mm: f64,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct SidesTable {
+    /// Thickness of each, mm.
     thickness_mm: f64,
+    /// Where along x they begin, mm.
     from_mm: f64,
+    /// Where along x they end, mm.
     to_mm: f64,
+    /// How far they rise above the slope, vertically, mm.
     rise_mm: f64,
+    /// Share of the height, from the slope down, to which they are joined; 1 reaches the foot.
     #[serde(default = "whole")]
     depth: f64,
+    /// Their material, where it is another.
     material: Option<MaterialTable>,
 }
 
@@ -86,20 +126,29 @@ fn whole() -> f64 {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct BoreTable {
+    /// Diameter, mm.
     diameter_mm: f64,
+    /// Depth, mm.
     depth_mm: f64,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct MeshTable {
+    /// Mesh from Gmsh, relative to this file.
     file: String,
+    /// Unit of its lengths.
     #[serde(default = "millimetre")]
     unit: String,
+    /// Name of the physical surface that stands on the support; without it the faces in the lowest plane.
     base: Option<String>,
+    /// Where the accelerometer is glued, mm.
     gluing_point_mm: [f64; 3],
+    /// Footprint of the accelerometer, mm.
     footprint_mm: Option<[f64; 2]>,
 }
 
@@ -108,18 +157,25 @@ fn millimetre() -> String {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct MaterialTable {
+    /// A known material, such as `aluminium`, `steel` or `brass`.
     preset: Option<String>,
+    /// Name in the report.
     name: Option<String>,
+    /// Young's modulus, GPa.
     #[serde(rename = "young_GPa")]
     young_gpa: Option<f64>,
+    /// Poisson's ratio.
     poisson: Option<f64>,
+    /// Density, kg/m³.
     #[serde(rename = "density_kg_per_m3")]
     density_kg_per_m3: Option<f64>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 enum SupportKind {
     Clamped,
@@ -129,72 +185,105 @@ enum SupportKind {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct SupportTable {
+    /// Kind of support.
     kind: SupportKind,
+    /// Stiffness of the whole base, normal to it, N/m.
     #[serde(rename = "normal_N_per_m")]
     normal: Option<f64>,
+    /// Stiffness of the whole base, along it, N/m.
     #[serde(rename = "tangential_N_per_m")]
     tangential: Option<f64>,
+    /// Moving mass of the table, kg.
     mass_kg: Option<f64>,
+    /// Stiffness of its suspension along the excitation, N/m.
     #[serde(rename = "axial_N_per_m")]
     axial: Option<f64>,
+    /// Stiffness of its suspension across, N/m.
     #[serde(rename = "lateral_N_per_m")]
     lateral: Option<f64>,
+    /// Stiffness against rocking, N m/rad.
     #[serde(rename = "rocking_Nm_per_rad")]
     rocking: Option<f64>,
+    /// Radius of gyration of the table, mm.
     gyration_mm: Option<f64>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct AccelerometerTable {
+    /// Mass, g.
     mass_g: f64,
+    /// Height of its centre of mass above the face, mm.
     #[serde(default)]
     height_mm: f64,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ModesTable {
+    /// How many modes.
     count: Option<usize>,
+    /// Accuracy wanted of every frequency, relative.
     accuracy: Option<f64>,
+    /// Unknowns of the largest mesh.
     unknowns: Option<usize>,
+    /// Size of an element, mm, instead of refining.
     size_mm: Option<f64>,
+    /// Weight from which a mode is relevant.
     weight: Option<f64>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct TransferTable {
+    /// Damping ratio ζ of every mode.
     damping: Option<f64>,
+    /// Its standard uncertainty.
     u_damping: Option<f64>,
+    /// Frequencies, Hz.
     #[serde(rename = "frequencies_Hz")]
     frequencies_hz: Option<Vec<f64>>,
+    /// Spurious motion up to which the wedge counts as usable.
     share: Option<f64>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct MeasuredTable {
+    /// Number of the mode, from one.
     mode: usize,
+    /// Measured natural frequency, Hz.
     #[serde(rename = "frequency_Hz")]
     frequency_hz: f64,
+    /// Its standard uncertainty, Hz.
     #[serde(rename = "u_Hz")]
     u_hz: f64,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct SearchTable {
+    /// Dimensions that may change, each with its least and largest value.
     vary: BTreeMap<String, [f64; 2]>,
+    /// Largest mass, g.
     heaviest_g: Option<f64>,
+    /// Shapes that are solved.
     trials: Option<usize>,
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct EvaluationTable {
+    /// Coverage probability of the intervals.
     probability: f64,
 }
 

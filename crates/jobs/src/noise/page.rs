@@ -6,7 +6,7 @@ mod tables;
 use crate::page::stability::stability as with_intervals;
 use figures::{over_time, spectrum, stability, time};
 use proofmass_io::StatedQuantity;
-use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term};
+use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term, Verdict};
 use proofmass_report::{Axis, Block, KeyFigure, Report, Section, Series, XyPlot, scientific};
 use proofmass_signal::Trace;
 use tables::{coefficients, deviations, disturbances, readings, robust, units};
@@ -54,40 +54,44 @@ pub(super) fn add(
     sections.fold(page, Report::section)
 }
 
-/// Which coefficients are told from zero, by channel.
+/// Which coefficients are told from zero, by channel, in the words of the table.
 fn verdict(analysis: &Analysis) -> String {
+    let identified = named(analysis, |v| matches!(v, Verdict::Identified { .. }));
+    let present = named(analysis, |v| {
+        matches!(v, Verdict::Present { .. } | Verdict::Reported { .. })
+    });
+    let parts = [("Identified", identified), ("Present", present)];
+    let told = parts.into_iter().filter(|(_, of)| !of.is_empty());
+    let told: String = told.map(|(word, of)| format!("{word}: {of}. ")).collect();
+    match told.is_empty() {
+        true => "No coefficient is told from zero; each has an upper limit.".to_owned(),
+        false => format!("{told}The others have an upper limit."),
+    }
+}
+
+/// The coefficients with a verdict, each with its channels: `N in all 3 channels, B of acc_z`.
+fn named(analysis: &Analysis, wanted: impl Fn(&Verdict) -> bool) -> String {
     let mut found: Vec<(&str, Vec<&str>)> = Vec::new();
     for channel in &analysis.channels {
         for c in channel.whittle.iter().flat_map(|f| &f.coefficients) {
-            if c.verdict.value().is_none() || c.verdict.standard_uncertainty().is_none() {
+            if !wanted(&c.verdict) {
                 continue;
             }
-            match found
-                .iter_mut()
-                .find(|(symbol, _)| *symbol == c.term.symbol())
-            {
+            let symbol = c.term.symbol();
+            match found.iter_mut().find(|(s, _)| *s == symbol) {
                 Some((_, channels)) if channels.contains(&channel.name.as_str()) => {}
                 Some((_, channels)) => channels.push(&channel.name),
-                None => found.push((c.term.symbol(), vec![&channel.name])),
+                None => found.push((symbol, vec![&channel.name])),
             }
         }
     }
     let all = analysis.channels.len();
-    let told: Vec<String> = found
-        .iter()
-        .map(|(symbol, channels)| match channels.len() {
-            n if n == all && all > 1 => format!("{symbol} in all {all} channels"),
-            n if n <= 3 => format!("{symbol} of {}", channels.join(", ")),
-            n => format!("{symbol} in {n} of {all} channels"),
-        })
-        .collect();
-    match told.is_empty() {
-        true => "No coefficient is told from zero; each has an upper limit.".to_owned(),
-        false => format!(
-            "Identified: {}; the others have an upper limit.",
-            told.join("; ")
-        ),
-    }
+    let told = found.iter().map(|(symbol, channels)| match channels.len() {
+        n if n == all && all > 1 => format!("{symbol} in all {all} channels"),
+        n if n <= 3 => format!("{symbol} of {}", channels.join(", ")),
+        n => format!("{symbol} in {n} of {all} channels"),
+    });
+    told.collect::<Vec<_>>().join(", ")
 }
 
 /// The white noise of every channel, else what else is known of them.

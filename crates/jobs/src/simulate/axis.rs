@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 /// signal, 1 kHz. The same seed makes the same recording on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedAxis {
@@ -99,6 +100,7 @@ impl Default for SimulatedAxis {
 /// What a simulated axis does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatedMotion {
     /// A rod between springs, let go

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What goes wrong on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Practice {
@@ -69,6 +70,7 @@ impl Practice {
 
 /// A fault and the number of its run, as text `swapped-cables:17`; without a number the run in the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PracticeFault {
     /// What goes wrong.
     pub(crate) practice: Practice,

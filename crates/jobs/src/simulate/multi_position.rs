@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 /// A triaxial accelerometer turned by hand from rest to rest: campaign.toml, recording.csv, truth.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedMultiPosition {

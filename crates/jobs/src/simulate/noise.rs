@@ -18,6 +18,7 @@ const MOST: f64 = 1e8;
 /// give √2 N). The defaults are near a micromechanical accelerometer of the better kind over seventeen minutes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedNoise {
@@ -112,6 +113,7 @@ impl Default for SimulatedNoise {
 /// What a simulated sensor at rest measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatedKind {
     /// Accelerations in m/s²

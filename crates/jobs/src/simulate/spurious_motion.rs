@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 /// repeat, truth.json.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedSpuriousMotion {

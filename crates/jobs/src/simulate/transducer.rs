@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// The same seed makes the same recording on every machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct SimulatedTransducer {
@@ -84,6 +85,7 @@ impl Default for SimulatedTransducer {
 /// Principles of which there is an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)] // The names say it; the laws of each are those of the rig.
 pub enum SimulatedPrinciple {
@@ -103,6 +105,7 @@ pub enum SimulatedPrinciple {
 /// What happens to a simulated transducer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum SimulatedExcitation {
     /// Half-sine pulse

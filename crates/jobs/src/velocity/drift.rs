@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_jobs::Trouble>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct VelocityDriftJob {

@@ -259,7 +259,7 @@ impl VelocityEstimate {
     }
 }
 
-/// Largest speed, by the method or, where that has no uncertainty, by the smoother.
+/// Largest speed, by the smoother.
 fn fastest(result: &EstimateResult) -> Quantity {
     let (v, u) = result.largest_speed();
     quantity("largest_speed", "m/s", v, u)

@@ -14,6 +14,7 @@ use std::ops::Range;
 
 /// Which lines are looked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct MapSearch {

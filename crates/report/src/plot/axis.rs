@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Division of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scale {
     /// Equal steps.
@@ -19,6 +20,7 @@ pub enum Scale {
 
 /// What an axis measures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Axis {
     /// Name of the quantity.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Named bars, drawn in the order given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BarPlot {
     /// What the length means, under the bars.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -21,6 +22,7 @@ pub struct BarPlot {
 
 /// One bar.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Bar {
     /// Name, left of the bar.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 /// falls from above. The edges of the body at rest are thin lines. Displacements are drawn so that the largest is a
 /// tenth of the body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BodyPlot {
     /// Points of the surface at rest.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -28,6 +29,7 @@ pub struct BodyPlot {
 
 /// One deformed state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BodyState {
     /// Words above it.
     #[serde(default, skip_serializing_if = "String::is_empty")]

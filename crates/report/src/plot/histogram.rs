@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Bins with given heights; nothing is counted here.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct HistogramPlot {
     /// Horizontal axis.
     pub(crate) x: Axis,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// A square matrix of numbers between −1 and 1 with names of rows and columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct MatrixPlot {
     /// Names, one per row.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Table, wedge and device from the side, and the device from above on its face, with the axes x′, y′, z′ and x, y, z and
 /// the senses in which α and ω are positive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SeatPlot;
 
 const WIDTH: f64 = 760.0;

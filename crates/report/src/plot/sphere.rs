@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 /// paper and clusters or holes of attitudes show as what they are. Positive values are discs, negative ones
 /// squares, so that the sign survives a black and white print.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SpherePlot {
     /// The points.
@@ -31,6 +32,7 @@ pub struct SpherePlot {
 
 /// A direction with a value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SpherePoint {
     /// Direction; its length is ignored.
     pub(crate) direction: [f64; 3],

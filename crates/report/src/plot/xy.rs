@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_report::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct XyPlot {
     /// The common horizontal axis.
@@ -30,6 +31,7 @@ pub struct XyPlot {
 
 /// One rectangle of an [`XyPlot`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Panel {
     /// Vertical axis.
@@ -58,6 +60,7 @@ pub struct Panel {
 
 /// Points with what surrounds them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Series {
     /// Name in the legend; empty for none.
@@ -84,6 +87,7 @@ pub struct Series {
 
 /// How the points of a series are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Style {
     /// Joined by straight lines.
@@ -99,6 +103,7 @@ pub enum Style {
 
 /// A labelled straight line across a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferenceLine {
     /// Where.
     pub at: f64,
@@ -109,6 +114,7 @@ pub struct ReferenceLine {
 
 /// A power law y = y₀ (x/x₀)ⁿ, straight where both axes are logarithmic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Slope {
     /// Label, such as `τ⁻¹ᐟ²`.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -121,6 +127,7 @@ pub struct Slope {
 
 /// Shaded intervals of the horizontal axis, with one name in the legend.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Shade {
     /// Name in the legend; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]

@@ -67,12 +67,14 @@ pub struct BenchWedge {
 
 /// Motion of the top of a wedge beside that of its base, at one inclination and frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Bending {
     /// Inclination in degrees.
     pub inclination_deg: f64,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Along x′, y′ and z′, relative to the motion of the base.
+    #[cfg_attr(feature = "schema", schemars(with = "[[f64; 2]; 3]"))]
     pub ratio: [Complex64; 3],
 }
 

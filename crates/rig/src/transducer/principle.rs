@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Arms of a Wheatstone bridge that carry gauges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BridgeArms {
     /// One: the output bends with the strain.
@@ -20,6 +21,7 @@ pub enum BridgeArms {
 ///
 /// **Source** the relations are those of `[Fraden2016] ch. 9` and `[Bao2005]`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Principle {

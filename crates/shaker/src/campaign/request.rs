@@ -10,6 +10,11 @@ use serde::{Deserialize, Serialize};
 
 /// Which calculation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(
+    feature = "schema",
+    derive(schemars::JsonSchema),
+    schemars(transform = with_published)
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShakerMethod {
     /// Magnitudes, as published; for comparison only.
@@ -19,6 +24,14 @@ pub enum ShakerMethod {
     Complex,
     /// Signed phasors of all frequencies, with the mounting angles in common.
     Joint,
+}
+
+/// The short word of the published method, which campaigns write.
+#[cfg(feature = "schema")]
+fn with_published(schema: &mut schemars::Schema) {
+    if let Some(words) = schema.get_mut("oneOf").and_then(|w| w.as_array_mut()) {
+        words.push(schemars::json_schema!({ "const": "published" }).to_value());
+    }
 }
 
 /// A campaign on the shaker.

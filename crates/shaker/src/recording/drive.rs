@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 /// How the shaker is driven while a recording is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Drive {
     /// One frequency from the first sample to the last.

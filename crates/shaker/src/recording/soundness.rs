@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Rules of a sound run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct QualityLimits {
     /// Largest relative departure of the frequency.

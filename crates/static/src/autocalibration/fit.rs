@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 /// When the iteration ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Stop {
     /// When the parameters no longer move.
@@ -38,6 +39,7 @@ pub enum Stop {
 /// 0.05 mg/K.
 /// **Source** `[vanHees2014]`; the covariance is the sandwich of `[LiangZeger1986]` with blocks left out in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AutoCalibration {
     /// When the iteration ends.
     pub stop: Stop,

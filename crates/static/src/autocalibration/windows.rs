@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Which windows count as still.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WindowRule {
     /// Length of a window, s.

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 /// from the z element, its y–z plane from the y element) and symmetric (the frame lies evenly among the three
 /// elements).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// Three biases; the scale factor is nominal.

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 /// **Source** `[IEEE1293]` (model equation), the compensation `proofmass_core::Compensation`.
 #[doc(alias("model equation", "K2", "temperature coefficient"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Terms {
     /// Largest power of d in the biases, 0 to 3.

@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 /// **Units** angular speed in rad/s, radius in m, stretch in s².
 /// **Accuracy** `coverage_centrifuge`. **Source** `[IEEE836]`, `[IEEE1293]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Centrifuge {
     /// Radius of the proof mass at rest, m.

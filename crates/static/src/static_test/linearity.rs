@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 /// **Source** `[IEEE1293]` (model equation), `[BurnhamAnderson2002]` ch. 2 (AICc).
 #[doc(alias("K2", "polynomial error model", "nonlinearity"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Linearity {
     /// Relative standard uncertainty of all accelerations together (gravity, radius).

@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Sensitivity {
     /// Local gravity.

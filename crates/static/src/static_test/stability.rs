@@ -31,6 +31,7 @@ pub const MONTH: f64 = 30.4375;
 ///
 /// **Accuracy** `coverage_stability`. **Source** the rule of [`BetweenScatter`](proofmass_uncertainty::BetweenScatter); intervals `[ILAC-G24]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Stability {
     /// Coverage probability.

@@ -50,6 +50,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Tilt {
     /// Local gravity.

@@ -21,6 +21,7 @@ const FEWEST: usize = 100;
 /// **Units** outputs in m/s². **Accuracy** `coverage_zero_g`.
 #[doc(alias("zero-g offset"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ZeroG {
     /// Local gravity.

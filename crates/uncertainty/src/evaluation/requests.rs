@@ -24,6 +24,7 @@ pub struct OutputConformity {
 
 /// The outputs for several estimates of an input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Sweep {
     /// Name of the input.
@@ -34,6 +35,7 @@ pub struct Sweep {
 
 /// The outputs for one estimate of an input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SweepPoint {
     /// The estimate.

@@ -5,6 +5,7 @@ use std::fmt;
 
 /// One value of the evidence: a finite number, or a text. A number that is not finite is kept as a text.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum EvidenceValue {
     /// A finite number.

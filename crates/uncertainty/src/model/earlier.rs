@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 /// A cause that two results name, and state with the same u, degrees of freedom and unit, is one cause: what they share
 /// correlates them. `independent` names the causes of this result that are its own although another has the same.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct EarlierEntry {

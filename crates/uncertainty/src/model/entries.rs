@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// One `[[intermediate]]`: a part of the equations with a name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct IntermediateEntry {
@@ -16,6 +17,7 @@ pub struct IntermediateEntry {
 /// One `[[output]]`. A complex quantity becomes two outputs, `re(name)` and `im(name)`; a vector one per member,
 /// `name[1]` and so on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct OutputEntry {
@@ -30,6 +32,7 @@ pub struct OutputEntry {
 
 /// One `[[solve]]`: as many equations as unknowns, solved at the estimates and in every trial.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct SolveEntry {
@@ -43,6 +46,7 @@ pub struct SolveEntry {
 
 /// One `[[fit]]`: a polynomial y = p₀ + p₁x + …, or a curve, through points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FitEntry {
@@ -79,6 +83,7 @@ fn fit() -> String {
 
 /// How the points of a fit are weighed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FitWeights {
@@ -93,6 +98,7 @@ pub enum FitWeights {
 
 /// What the residuals of a fit say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum FitScatter {

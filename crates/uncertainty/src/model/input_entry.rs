@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// `values` instead of `value` make it a vector. `file` with `column` takes readings, a vector or samples from a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct InputEntry {
@@ -101,6 +102,7 @@ pub struct InputEntry {
 
 /// What a column of a file holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ColumnContent {
@@ -115,6 +117,7 @@ pub enum ColumnContent {
 
 /// Limits of error of an instrument as its data sheet states them: the sum of these parts, rectangular.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Accuracy {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// One `[[conformity]]`: whether an output is within limits, for one decision rule.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ConformityEntry {
@@ -30,6 +31,7 @@ pub struct ConformityEntry {
 
 /// One `[[sweep]]`: the outputs for several estimates of an input, all else as it is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SweepEntry {
     /// Name of the input, or of a member of a vector, `x[2]`.
@@ -44,6 +46,7 @@ pub struct SweepEntry {
 
 /// One `[[target]]`: which u of each input alone would bring an output to an expanded uncertainty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TargetEntry {
     /// Name of the output.

@@ -29,6 +29,7 @@ const CONVERTED: f64 = 0.2;
 
 /// Whether the units of a model are looked at or also converted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum UnitRule {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Two ends of a coverage interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Interval {
     /// Lower end.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the curvature of the model adds to one output, for jointly normal inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SecondOrder {
     /// ½ tr(H U): how far the mean of y lies from f(mean of x).

@@ -30,6 +30,7 @@ pub struct UncertainMatrix {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Parts {
     columns: usize,
     elements: Vec<Uncertain>,

@@ -13,9 +13,12 @@ use std::path::Path;
 
 /// `[[budget]]` entries, or `[budget]` with a file or the name of a known bench.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BudgetTable {
+    /// File of the budget, relative to the campaign.
     pub(crate) file: Option<String>,
+    /// Name of a bench whose budget is known: `published`.
     pub(crate) bench: Option<String>,
 }
 
@@ -26,6 +29,19 @@ pub(crate) enum BudgetSource {
     Table(BudgetTable),
     #[default]
     Missing,
+}
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for BudgetSource {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "BudgetSource".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let entries = generator.subschema_for::<Vec<InputEntry>>();
+        let table = generator.subschema_for::<BudgetTable>();
+        schemars::json_schema!({"anyOf": [entries, table]})
+    }
 }
 
 impl<'de> Deserialize<'de> for BudgetSource {

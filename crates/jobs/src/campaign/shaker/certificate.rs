@@ -14,6 +14,7 @@ use serde::Deserialize;
 
 /// `[reference]`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CertificateTable {
     /// The table of a laboratory (`.csv`), a digital calibration certificate (`.xml`), a calibration.json or a result.json, relative to the

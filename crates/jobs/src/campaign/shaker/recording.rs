@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 /// What is known of the drive frequency of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum DriveFrequency {
     /// The generator shares the clock of the acquisition: the frequency is that of the table.
@@ -21,6 +22,7 @@ pub enum DriveFrequency {
 
 /// `drive` of `[recording]`: how the shaker is driven while a recording is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum DriveKind {
     /// One frequency from the first sample to the last.
@@ -36,6 +38,7 @@ pub enum DriveKind {
 
 /// Delay of a channel of the front end, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ChannelDelay {
     /// By which the signal is late in the record: a filter, a converter.

@@ -12,6 +12,7 @@ use std::path::PathBuf;
 
 /// `[runs]`.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RunsTable {
     /// The table, relative to the campaign.

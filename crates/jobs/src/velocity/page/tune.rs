@@ -43,25 +43,25 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
             plot,
         );
     }
-    head.opened(page, result.samples.end)
-        .verdict(match w.p_white < 0.05 {
-            true => format!(
-                "The innovations are correlated (p = {}): the model does not describe both sensors, and the gains are the best of it.",
-                scientific(w.p_white, 2)
-            ),
-            false => format!(
-                "The model describes both sensors: the innovations are white (p = {}).",
-                scientific(w.p_white, 2)
-            ),
-        })
-        .section(
-            Section::new("Gains")
-                .table(gains(result, &head.unit("m/s")))
-                .table(facts("Noise, by maximum likelihood", rows))
-                .summarised(),
-        )
-        .section(tests)
-        .section(Section::filed([profile]))
+    let p = scientific(w.p_white, 2);
+    let page = head.opened(page, result.samples.end);
+    let page = match w.p_white < 0.05 {
+        // Without a finding "nothing speaks against the result" would follow.
+        true => page.question(format!(
+            "The innovations are correlated (p = {p}): the model does not describe both sensors, and the gains are the best of it."
+        )),
+        false => page.verdict(format!(
+            "The model describes both sensors: the innovations are white (p = {p})."
+        )),
+    };
+    page.section(
+        Section::new("Gains")
+            .table(gains(result, &head.unit("m/s")))
+            .table(facts("Noise, by maximum likelihood", rows))
+            .summarised(),
+    )
+    .section(tests)
+    .section(Section::filed([profile]))
 }
 
 fn gains(result: &TuneResult, unit: &str) -> Table {
