@@ -1,7 +1,7 @@
 //! A folder of results in the making.
 
 use super::manifest::{Listed, MANIFEST, Manifest, SIMULATION, digest, is_plain};
-use super::place::{Place, exchange, move_file, remove_flat, sync, wait_for_lock};
+use super::place::{Lock, Place, exchange, move_file, remove_flat, sync};
 use super::unfinished::{Unfinished, in_place, sweep};
 use crate::result_document::RESULT_SCHEMA;
 use crate::signature::SigningKey;
@@ -76,7 +76,7 @@ impl OutputFolder {
         let mut swept = sweep(&place.parent, &place.name);
         if place.path.is_dir() {
             swept.extend(sweep(&place.path, &place.name));
-            let _one_at_a_time = wait_for_lock(&place.parent).ok();
+            let _one_at_a_time = Lock::wait(&place.parent).ok();
             complete(&place.path)?;
         }
         if let Some(standing) = Standing::at(&place.path).map_err(|e| e.at(&given))? {
@@ -193,7 +193,7 @@ impl OutputFolder {
             .map_err(|e| Error::access(&self.given, "write", e))?;
 
         let fail = |e| Error::access(&self.given, "put the results in place", e);
-        let _one_at_a_time = wait_for_lock(&self.place.parent).ok();
+        let _one_at_a_time = Lock::wait(&self.place.parent).ok();
         let Some(standing) = Standing::at(&self.place.path)? else {
             let waiting = in_place();
             let renamed = fs::rename(self.unfinished.path(), &self.place.path);

@@ -1,7 +1,9 @@
 //! Places in the file system: resolved once, synchronised, locked.
 
 use crate::{Error, ErrorKind, Result};
-use std::fs::{self, File};
+use std::fs;
+#[cfg(unix)]
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -97,19 +99,34 @@ fn make_folders(path: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
 
 /// Waits until a file, or the entries of a folder, are on the disk.
 pub(super) fn sync(path: &Path) -> io::Result<()> {
-    match File::open(path)?.sync_all() {
+    // Where there is no Unix a folder is not opened, and a file is synchronised by whoever may write it.
+    if !cfg!(unix) && path.is_dir() {
+        return Ok(());
+    }
+    let file = fs::OpenOptions::new()
+        .read(true)
+        .write(!cfg!(unix))
+        .open(path)?;
+    match file.sync_all() {
         // Some network file systems know no synchronisation of folders.
         Err(e) if path.is_dir() && e.kind() == io::ErrorKind::InvalidInput => Ok(()),
         other => other,
     }
 }
 
-/// A lock on a file or folder that ends with the process, however it ends; `None` while another process holds it.
-pub(super) fn lock(path: &Path) -> io::Result<Option<File>> {
-    let file = File::open(path)?;
+/// A lock on a file or folder that ends with the process, however it ends. Nothing is held where there is no Unix: folders cannot be locked there.
+#[derive(Debug)]
+pub(super) struct Lock {
     #[cfg(unix)]
-    {
+    _file: File,
+}
+
+impl Lock {
+    /// Takes it; `None` while another process holds it.
+    #[cfg(unix)]
+    pub(super) fn take(path: &Path) -> io::Result<Option<Self>> {
         use rustix::fs::FlockOperation;
+        let file = File::open(path)?;
         match rustix::fs::flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => {}
             Err(rustix::io::Errno::WOULDBLOCK) => return Ok(None),
@@ -117,19 +134,35 @@ pub(super) fn lock(path: &Path) -> io::Result<Option<File>> {
             Err(rustix::io::Errno::NOTSUP | rustix::io::Errno::NOSYS) => {}
             Err(e) => return Err(e.into()),
         }
+        Ok(Some(Self { _file: file }))
     }
-    Ok(Some(file))
-}
 
-/// Waits for the lock of a folder, so that two runs do not put their files in place at once.
-pub(super) fn wait_for_lock(folder: &Path) -> io::Result<File> {
-    let file = File::open(folder)?;
-    #[cfg(unix)]
-    match rustix::fs::flock(&file, rustix::fs::FlockOperation::LockExclusive) {
-        Ok(()) | Err(rustix::io::Errno::NOTSUP | rustix::io::Errno::NOSYS) => {}
-        Err(e) => return Err(e.into()),
+    #[cfg(not(unix))]
+    pub(super) fn take(_: &Path) -> io::Result<Option<Self>> {
+        Ok(Some(Self {}))
     }
-    Ok(file)
+
+    /// Waits for that of a folder, so that two runs do not put their files in place at once.
+    #[cfg(unix)]
+    pub(super) fn wait(folder: &Path) -> io::Result<Self> {
+        let file = File::open(folder)?;
+        match rustix::fs::flock(&file, rustix::fs::FlockOperation::LockExclusive) {
+            Ok(()) | Err(rustix::io::Errno::NOTSUP | rustix::io::Errno::NOSYS) => {
+                Ok(Self { _file: file })
+            }
+            Err(e) => Err(e.into()),
+        }
+    }
+
+    #[cfg(not(unix))]
+    pub(super) fn wait(_: &Path) -> io::Result<Self> {
+        Ok(Self {})
+    }
+
+    /// Whether the process that held it has ended. Where nothing is held nobody can tell, and it counts as alive.
+    pub(super) fn is_abandoned(path: &Path) -> bool {
+        cfg!(unix) && matches!(Self::take(path), Ok(Some(_)))
+    }
 }
 
 /// Puts two folders in each other's place at once; `false` where the system cannot.

@@ -1,6 +1,6 @@
 //! What is being written: named so that a later run knows it, locked so that it leaves it alone while it lives.
 
-use super::place::{lock, remove_flat};
+use super::place::{Lock, remove_flat};
 use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -46,7 +46,7 @@ pub(super) struct Unfinished {
     path: PathBuf,
     released: bool,
     /// The lock, which tells other runs that this one lives.
-    _lock: File,
+    _lock: Lock,
 }
 
 /// Beginning of the names of what will stand as `name`; long names would leave no room for the rest.
@@ -90,7 +90,7 @@ impl Unfinished {
             let path = make().map_err(fail)?;
             live().insert(path.clone());
             // A run that sweeps may have come first; then there is another name.
-            if let Ok(Some(lock)) = lock(&path)
+            if let Ok(Some(lock)) = Lock::take(&path)
                 && path.exists()
             {
                 return Ok(Self {
@@ -160,8 +160,7 @@ pub(super) fn sweep(parent: &Path, name: &str) -> Vec<PathBuf> {
             continue;
         }
         let path = entry.path();
-        let dead = matches!(lock(&path), Ok(Some(_)));
-        let removed = dead
+        let removed = Lock::is_abandoned(&path)
             && if path.is_dir() {
                 remove_flat(&path).is_ok()
             } else {
