@@ -81,11 +81,25 @@ fn verdict(analysis: &Analysis) -> String {
             n => format!("{symbol} in {n} of {all} channels"),
         })
         .collect();
-    match told.is_empty() {
+    let told = match told.is_empty() {
         true => "No coefficient is told from zero; each has an upper limit.".to_owned(),
         false => format!(
             "Identified: {}; the others have an upper limit.",
             told.join("; ")
+        ),
+    };
+    let off = |c: &&ChannelAnalysis| c.whittle.as_ref().is_some_and(|f| f.slow_misfit.is_some());
+    let doubtful: Vec<&str> = analysis
+        .channels
+        .iter()
+        .filter(off)
+        .map(|c| c.name.as_str())
+        .collect();
+    match doubtful.is_empty() {
+        true => told,
+        false => format!(
+            "{told} K of {} is doubtful: its slowest cycles do not follow the fit.",
+            doubtful.join(", ")
         ),
     }
 }
