@@ -85,7 +85,7 @@ findings! {
         what "the output follows the temperature with a lag",
         evidence "a lag of {lag} s ({low} to {high} s) gains {gain:.1} of the likelihood over none, {needed:.1} are needed; all intervals allow for it",
         advice "state the lag where it is known (--temperature-lag), or put the thermometer nearer to the sensor",
-        false_alarms "below 1 % of records that follow at once (docs/noise.md)";
+        false_alarms "none of 80 simulated records that follow at once (docs/noise.md)";
 
     /// The lag of the output behind the temperature is too long for the record.
     temperature_lag_open(low: Figure, span: Figure) =
@@ -116,7 +116,7 @@ findings! {
         what "the output has a cycle of a day: it was taken out of the noise",
         evidence "amplitude {size}; gain {gain:.1} of the likelihood",
         advice "record the temperature beside (--temperature), which most often is the cause",
-        false_alarms "below 1 % of records of noise alone (docs/noise.md)";
+        false_alarms "none of 200 simulated records of noise alone (docs/noise.md)";
 
     /// A coefficient is not the same in all units.
     units_differ(coefficients: &str) =
