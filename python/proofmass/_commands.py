@@ -640,7 +640,8 @@ def noise(
     terms: str | Sequence[str | int | float] = "Q,N,B,K,R",
     gauss_markov: bool = False,
     sinusoids: bool = False,
-    temperature_lag: float = 0,
+    temperature_lag: float | None = None,
+    no_courses: bool = False,
     robust: bool = False,
     report_terms: str | Sequence[str | int | float] | None = None,
     fix: str | Sequence[str | int | float] | None = None,
@@ -695,7 +696,8 @@ def noise(
         terms: Terms of the model: Q, N, B, K, R, G (Gauss–Markov), A (sinusoids); terms not named are not fitted.
         gauss_markov: Also seek first-order Gauss–Markov processes.
         sinusoids: Also seek sinusoids, from one and a half cycles in the record on.
-        temperature_lag: First-order lag of the output behind the thermometer, in seconds.
+        temperature_lag: First-order lag of the output behind the thermometer, in seconds [default: found in the record].
+        no_courses: Take no warm-up, lasting step or cycle of the day out of the noise.
         robust: Also fit without gross outliers.
         report_terms: Terms to report with a value even where their interval reaches zero.
         fix: Coefficients that are known, in SI: held at their value.

@@ -67,15 +67,17 @@ pub(crate) struct Noise {
     /// Also seek sinusoids, from one and a half cycles in the record on
     #[arg(long)]
     sinusoids: bool,
-    /// First-order lag of the output behind the thermometer, in seconds
+    /// First-order lag of the output behind the thermometer, in seconds [default: found in the record]
     #[arg(
         long,
         value_name = "SECONDS",
-        default_value_t = 0.0,
         requires = "temperature",
         allow_negative_numbers = true
     )]
-    temperature_lag: f64,
+    temperature_lag: Option<f64>,
+    /// Take no warm-up, lasting step or cycle of the day out of the noise
+    #[arg(long)]
+    no_courses: bool,
     /// Also fit without gross outliers
     #[arg(long)]
     robust: bool,
@@ -224,6 +226,7 @@ impl Noise {
                 false_alarm_rate: self.false_alarm_rate,
                 highest_frequency: self.highest_frequency,
                 temperature_lag: self.temperature_lag,
+                courses: !self.no_courses,
                 ..FitOptions::default()
             },
             gaps: if self.refuse_gaps {

@@ -6,9 +6,10 @@ use crate::record::check_count;
 use crate::separation::separated;
 use crate::steps::Steps;
 use crate::{
-    CoefficientFit, ConsistencyPoint, ConverterTrace, DeviationCurve, DeviationOptions,
-    Disturbance, DynamicWindow, FitOptions, FitRecord, FittedPoint, Gaps, InUnit, JointInfluence,
-    KalmanNoise, RecordGap, RobustFit, Sensor, SeparatedPoint, StateSpace, Statistic, Term, gaps,
+    CoefficientFit, ConsistencyPoint, ConverterTrace, CourseShape, DeviationCurve,
+    DeviationOptions, Disturbance, DynamicWindow, FitOptions, FitRecord, FittedPoint, Gaps, InUnit,
+    JointInfluence, KalmanNoise, RecordGap, RobustFit, Sensor, SeparatedPoint, StateSpace,
+    Statistic, Term, gaps,
 };
 use proofmass_core::{Error, Unwatched, Watch};
 use proofmass_signal::{Density, Detrend, Trend, clock};
@@ -123,7 +124,8 @@ pub struct ChannelAnalysis {
     pub curve: Option<DeviationCurve>,
     /// The curves of further statistics, in the order asked for.
     pub further: Vec<DeviationCurve>,
-    /// The curve of the main statistic without what follows the temperature, where a sensitivity to it is given.
+    /// The curve of the main statistic without what follows the temperature, where a sensitivity to it is given, and without courses
+    /// that were found.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compensated: Option<DeviationCurve>,
     /// The curve over time, where windows were asked for.
@@ -157,6 +159,32 @@ pub struct ChannelAnalysis {
     pub(crate) converter: Vec<ConverterTrace>,
     /// What to doubt.
     pub findings: Vec<Finding>,
+}
+
+impl ChannelAnalysis {
+    /// What the compensated curve is without, in words: `temperature`, `temperature and step`.
+    pub fn taken_off(&self) -> String {
+        let mut words: Vec<&str> = Vec::new();
+        let fit = self.whittle.as_ref();
+        let follows = fit.and_then(|f| f.temperature.as_ref()?.taken_off());
+        if follows.is_some() {
+            words.push("temperature");
+        }
+        for course in fit.iter().flat_map(|f| &f.courses) {
+            let word = match course.shape {
+                CourseShape::Exponential { .. } => "warm-up",
+                CourseShape::Step { .. } => "step",
+                CourseShape::DayCycle => "cycle of the day",
+            };
+            if !words.contains(&word) {
+                words.push(word);
+            }
+        }
+        match words.split_last() {
+            Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+            _ => words.concat(),
+        }
+    }
 }
 
 /// What was found of a record.

@@ -7,6 +7,7 @@ use crate::deviation::curve_of;
 use crate::disturbance_findings::disturbance_findings;
 use crate::dynamic::windows_of;
 use crate::findings;
+use crate::quick_fit::without_forms;
 use crate::steps::Steps;
 use crate::temperature_effect::Temperature;
 use crate::{
@@ -106,7 +107,7 @@ pub(crate) fn analyse_channel(
         }
     }
     steps.one()?;
-    let freed = without_temperature(&seen, &prepared, sample_rate, result.whittle.as_ref());
+    let freed = without_courses(&seen, &prepared, sample_rate, result.whittle.as_ref());
     let freed: Option<Vec<&[f64]>> = freed
         .as_ref()
         .map(|f| f.iter().map(Vec::as_slice).collect());
@@ -215,26 +216,41 @@ fn straight_line(stretches: &[&[f64]], starts: &[usize], sample_rate: f64) -> (T
     (trend, yy / f64::max(n - 1.0, 1.0))
 }
 
-/// The samples without what follows the temperature; `None` where no sensitivity is given.
-fn without_temperature(
+/// The samples without what follows the temperature and without courses that were found; `None` where there is neither.
+fn without_courses(
     record: &FitRecord<'_>,
     prepared: &[&[f64]],
     sample_rate: f64,
     fit: Option<&CoefficientFit>,
 ) -> Option<Vec<Vec<f64>>> {
-    let known = fit?.temperature.as_ref()?;
-    let sensitivity = known.verdict.value()?;
-    let temperature = Temperature::of(record, sample_rate, known.lag)?;
-    let freed = prepared
+    let fit = fit?;
+    let lengths: Vec<usize> = record.stretches.iter().map(|s| s.len()).collect();
+    let starts: Vec<f64> = record
+        .starts()
         .iter()
-        .zip(temperature.courses(sample_rate))
-        .map(|(s, course)| {
-            s.iter()
-                .zip(course)
-                .map(|(y, t)| y - sensitivity * t)
-                .collect()
-        });
-    Some(freed.collect())
+        .map(|s| *s as f64 / sample_rate)
+        .collect();
+    let mut sizes = Vec::new();
+    let mut forms = Vec::new();
+    if let Some(known) = &fit.temperature
+        && let Some(sensitivity) = known.taken_off()
+        && let Some(temperature) = Temperature::of(record, sample_rate)
+    {
+        for (form, size) in temperature
+            .behind(record, sample_rate, known.lag)
+            .iter()
+            .zip([sensitivity, known.settling])
+        {
+            forms.push(form.quiet(sample_rate));
+            sizes.push(size);
+        }
+    }
+    for course in &fit.courses {
+        let parts = course.shape.forms(&lengths, &starts, sample_rate);
+        sizes.extend(&course.parts[..parts.len()]);
+        forms.extend(parts);
+    }
+    (!forms.is_empty()).then(|| without_forms(prepared, &forms, &sizes))
 }
 
 fn no_robust_fit(error: &Error) -> Finding {

@@ -1,7 +1,9 @@
 //! Coefficients as they are reported: with an interval, or with the reason why there is none.
 
 use crate::profile::Profile;
-use crate::{FrontEnd, GaussMarkov, NoiseModel, Sinusoid, TemperatureSensitivity, Term};
+use crate::{
+    Course, FrontEnd, GaussMarkov, NoiseModel, Sinusoid, SlowMisfit, TemperatureSensitivity, Term,
+};
 use proofmass_core::Error;
 use proofmass_uncertainty::normal_quantile;
 use proofmass_uncertainty::{Covariance, Figure, Finding};
@@ -24,6 +26,11 @@ pub enum Reason {
     OtherTermsSuffice,
     /// Temperature and ramp have the same course in this record.
     Collinear,
+    /// The output follows the temperature with a lag for which the record is too short.
+    LagOpen {
+        /// Lower limit of the lag, s.
+        at_least: f64,
+    },
     /// Only the band below a filter was used, in which the term has no share.
     BeyondBand {
         /// Highest frequency used, Hz.
@@ -42,6 +49,11 @@ impl fmt::Display for Reason {
             Self::Collinear => {
                 f.write_str("the temperature changes like a ramp: the two cannot be separated")
             }
+            Self::LagOpen { at_least } => write!(
+                f,
+                "the output follows with a lag above {} s, for which the record is too short",
+                figure(*at_least)
+            ),
             Self::BeyondBand { highest_frequency } => write!(
                 f,
                 "cannot be separated from the shape of the upper spectrum (used from 0 to {} Hz)",
@@ -305,6 +317,12 @@ pub struct CoefficientFit {
     /// How the output follows the temperature, where one was recorded beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<TemperatureSensitivity>,
+    /// Courses beside noise that were found: they are taken out of all coefficients.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub courses: Vec<Course>,
+    /// Where the slowest cycles do not follow the noise of the whole band: K is that of the lowest frequencies, its interval that of both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slow_misfit: Option<SlowMisfit>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -363,8 +381,10 @@ pub struct FitOptions {
     pub highest_frequency: Option<f64>,
     /// How many samples of the sensor were averaged into each of the record, whose spectrum differs for it.
     pub averaged: usize,
-    /// First-order lag of the output behind the thermometer, s.
-    pub temperature_lag: f64,
+    /// First-order lag of the output behind the thermometer, s; `None` seeks it.
+    pub temperature_lag: Option<f64>,
+    /// Whether courses beside noise are sought: settling after the start, a lasting step, the cycle of the day.
+    pub courses: bool,
 }
 
 impl Default for FitOptions {
@@ -384,7 +404,8 @@ impl Default for FitOptions {
             unit: "m/s²".to_owned(),
             highest_frequency: None,
             averaged: 1,
-            temperature_lag: 0.0,
+            temperature_lag: None,
+            courses: true,
         }
     }
 }
@@ -418,7 +439,7 @@ impl FitOptions {
         check_false_alarm_rate(self.false_alarm_rate)?;
         proofmass_core::check::not_negative(
             "lag behind the temperature in s",
-            self.temperature_lag,
+            self.temperature_lag.unwrap_or(0.0),
         )?;
         let nyquist = 0.5 * sample_rate;
         match self.highest_frequency {

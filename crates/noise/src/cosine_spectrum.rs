@@ -201,6 +201,22 @@ impl Form {
         c
     }
 
+    /// Without what lies above the highest frequency, about its mean.
+    pub(crate) fn quiet(&self, sample_rate: f64) -> Self {
+        if self.highest.is_infinite() {
+            return self.clone();
+        }
+        let samples = self.samples.iter().map(|s| {
+            let mut c = cosines(s, sample_rate);
+            self.clear_above(&mut c, sample_rate);
+            inverse_cosines(&c, sample_rate)
+        });
+        Self {
+            samples: samples.collect(),
+            highest: self.highest,
+        }
+    }
+
     /// Makes the coefficients above the highest frequency zero.
     pub(crate) fn clear_above(&self, c: &mut [f64], sample_rate: f64) {
         let last = 2.0 * self.highest * c.len() as f64 / sample_rate;

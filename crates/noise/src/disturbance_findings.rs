@@ -47,7 +47,7 @@ pub(crate) fn disturbance_findings(
             if decisive {
                 "and it changes the Allan curve"
             } else {
-                "too little to change the Allan curve"
+                "and it changes the Allan curve by less than three of its standard uncertainties"
             },
             rest.len(),
             match worst.kind {

@@ -22,6 +22,14 @@ findings! {
         advice "look at the density plot for a bump or a resonance: there the coefficients are biased by up to this deviation; prefer the Allan curve to the coefficients, fit a Gauss–Markov process or sinusoids, or set the highest frequency",
         false_alarms "0.1 % of healthy spectra, by the level of the test";
 
+    /// The slowest cycles of a record do not follow the noise that the whole band is fitted with.
+    slow_noise_misfit(ratio: f64, chance: f64, whole: Figure, walk: Figure, highest: Figure) =
+        "slow-noise-misfit", [Warning],
+        what "the slowest cycles do not follow the noise terms of the whole band",
+        evidence "the lowest twenty cosines have {ratio:.2} times the power that the fit expects, by chance in {chance:.4} of records; K is {walk} below {highest} Hz, {whole} over the whole band",
+        advice "K is that of the lowest frequencies, and its interval holds both: record longer, with the temperature beside (--temperature), before a filter relies on it",
+        false_alarms "none of 800 simulated records of noise alone (docs/noise.md)";
+
     /// A filter acts on the noise before it is sampled; the fit uses the band below it, or describes it.
     band_limited(used: Figure, half_rate: Figure, rest: &str) =
         "band-limited", [Note],
@@ -70,6 +78,45 @@ findings! {
         what "the temperature changes as a straight line does: a drift with time and one with temperature are {separated} separated",
         evidence "their correlation is {correlation:.5}; {consequence}",
         advice "record through a temperature that rises and falls, or leave the ramp out of the terms to ascribe all of the drift to the temperature";
+
+    /// The output follows the recorded temperature with a lag that nobody stated.
+    temperature_lag_found(lag: Figure, low: Figure, high: Figure, gain: f64, needed: f64) =
+        "temperature-lag-found", [Note],
+        what "the output follows the temperature with a lag",
+        evidence "a lag of {lag} s ({low} to {high} s) gains {gain:.1} of the likelihood over none, {needed:.1} are needed; all intervals allow for it",
+        advice "state the lag where it is known (--temperature-lag), or put the thermometer nearer to the sensor",
+        false_alarms "none of 80 simulated records that follow at once (docs/noise.md)";
+
+    /// The lag of the output behind the temperature is too long for the record.
+    temperature_lag_open(low: Figure, span: Figure) =
+        "temperature-lag-open", [Warning],
+        what "the record is too short for the lag of the output behind the temperature: its coefficient cannot be determined",
+        evidence "the lag is above {low} s, a fifth of the record of {span} s is the longest that is stated",
+        advice "record for five lags at least, put the thermometer nearer to the sensor, or state the lag where it is known (--temperature-lag)";
+
+    /// The output settles after the start of the record.
+    output_settles(size: Figure, time: Figure, low: Figure, high: Figure, gain: f64) =
+        "output-settles", [Warning],
+        what "the output settles after the start of the record: an exponential was taken out of the noise",
+        evidence "{size} at the start, time constant {time} s ({low} to {high} s); gain {gain:.1} of the likelihood",
+        advice "cut the start off (--between FROM TO), or let the sensor warm up before recording; coefficients allow for it, the curve as recorded does not",
+        false_alarms "none of 800 simulated records of noise alone (docs/noise.md)";
+
+    /// The level of the output steps; two steps of opposite sign are a change that ends.
+    mean_steps(steps: &str) =
+        "mean-steps", [Warning],
+        what "the level of the output steps: that was taken out of the noise",
+        evidence "from the start {steps}",
+        advice "look at the time plot for a knock or a change of attitude, and use the part between (--between FROM TO); coefficients allow for it, the curve as recorded does not",
+        false_alarms "none of 800 simulated records of noise alone (docs/noise.md)";
+
+    /// The output follows the time of the day.
+    day_cycle(size: Figure, gain: f64) =
+        "day-cycle", [Warning],
+        what "the output has a cycle of a day: it was taken out of the noise",
+        evidence "amplitude {size}; gain {gain:.1} of the likelihood",
+        advice "record the temperature beside (--temperature), which most often is the cause",
+        false_alarms "none of 200 simulated records of noise alone (docs/noise.md)";
 
     /// A coefficient is not the same in all units.
     units_differ(coefficients: &str) =

@@ -5,6 +5,7 @@ use crate::findings;
 use crate::front_end::FrontEnd;
 use crate::profile::Fitted;
 use crate::usable_band::{Band, misfit};
+use crate::{Course, CourseShape, SlowMisfit};
 use proofmass_uncertainty::{Figure, Finding};
 
 /// Chance of a departure from the model as large as the one that is reported.
@@ -90,4 +91,49 @@ pub(crate) fn of_the_band(band: &Band, sample_rate: f64) -> Option<Finding> {
 pub(crate) fn of_the_tails(kurtosis: f64, widened: f64, samples: usize) -> Option<Finding> {
     (kurtosis > 0.5 && 0.5 * kurtosis > 5.0 * (6.0 / samples as f64).sqrt())
         .then(|| findings::heavy_tails(kurtosis, 100.0 * (widened.sqrt() - 1.0)))
+}
+
+/// The slowest cycles do not follow the noise of the whole band.
+pub(crate) fn of_slow_cycles(misfit: &SlowMisfit, walk: f64) -> Finding {
+    findings::slow_noise_misfit(
+        misfit.ratio,
+        misfit.chance,
+        Figure(misfit.whole),
+        Figure(walk),
+        Figure(misfit.highest_frequency),
+    )
+}
+
+/// Courses beside the noise that were found: one finding of each kind.
+pub(crate) fn of_courses(courses: &[Course]) -> Vec<Finding> {
+    let size = |c: &Course| Figure(c.size.value().unwrap_or(0.0));
+    let mut steps: Vec<String> = Vec::new();
+    let mut found = Vec::new();
+    for course in courses {
+        let (low, high) = course.interval.unwrap_or((0.0, 0.0));
+        let (low, high) = (Figure(low), Figure(high));
+        match course.shape {
+            CourseShape::Exponential { time } => {
+                let time = Figure(time);
+                found.push(findings::output_settles(
+                    size(course),
+                    time,
+                    low,
+                    high,
+                    course.gain,
+                ));
+            }
+            CourseShape::Step { at } => steps.push(format!(
+                "{} at {} s ({low} to {high} s; gain {:.1} of the likelihood)",
+                size(course),
+                Figure(at),
+                course.gain
+            )),
+            CourseShape::DayCycle => found.push(findings::day_cycle(size(course), course.gain)),
+        }
+    }
+    if !steps.is_empty() {
+        found.push(findings::mean_steps(&steps.join(", ")));
+    }
+    found
 }

@@ -2,6 +2,7 @@
 
 use crate::coefficients::Limits;
 use crate::effects::Effects;
+use crate::fit_family::{Family, SLACK};
 use crate::profile::{Fitted, slope_level};
 use crate::variance_fit::solve;
 use crate::{FitOptions, NoiseModel, Reason, Term, Verdict};
@@ -17,7 +18,7 @@ pub(crate) struct Kept {
 
 /// What is said of the ramp; its value, where there is one, goes to the model.
 pub(crate) fn ramp_verdict(
-    fitted: &Fitted,
+    family: &Family,
     options: &FitOptions,
     model: &mut NoiseModel,
     kept: &mut Vec<Kept>,
@@ -29,7 +30,7 @@ pub(crate) fn ramp_verdict(
         forced: options.forced.contains(&Term::Ramp),
         probability: options.probability,
     };
-    let Some(profile) = fitted.first(level) else {
+    let Some(profile) = family.form(0, level, SLACK).map(|p| p.up_to(f64::INFINITY)) else {
         return Verdict::NotIdentifiable {
             reason: Reason::OtherTermsSuffice,
             estimate: None,

@@ -35,6 +35,8 @@
 //!
 //! # Not covered
 //!
+//! - Courses beside noise but one exponential from the start, steps, and the cycle of a day; a lag of higher order, or a thermometer that lags
+//!   behind the sensor.
 //! - Gauss–Markov processes and sinusoids are sought only when named in [`FitOptions::terms`]; sinusoids of fewer than one and a
 //!   half cycles are not found.
 //! - Degrees of freedom of MTOTDEV and HTOTDEV for flicker phase noise beyond what `[SP1065]` publishes.
@@ -43,6 +45,7 @@
 mod allan;
 mod allan_covariance;
 mod analysis;
+mod averaged_record;
 mod averages;
 mod bias;
 mod channel_analysis;
@@ -52,6 +55,8 @@ mod comparison;
 mod consistency;
 mod converter;
 mod cosine_spectrum;
+mod course;
+mod course_search;
 mod curve_findings;
 mod curve_model;
 mod curve_reading;
@@ -69,6 +74,7 @@ mod fit_verdicts;
 mod front_end;
 mod gaps;
 mod hadamard;
+mod known_forms;
 mod limit;
 mod lines;
 mod long_record;
@@ -84,6 +90,7 @@ mod record;
 mod robust;
 mod separation;
 mod simulate;
+mod slow_misfit;
 mod slow_sinusoid;
 mod spectrum_bins;
 mod state_space;
@@ -92,6 +99,7 @@ mod steps;
 mod streaming;
 mod taus;
 mod temperature_effect;
+mod temperature_lag;
 mod term_density;
 mod theo;
 mod three_sensors;
@@ -113,6 +121,7 @@ pub use coefficients::{
 pub use comparison::{CheckedLimit, ComparedChannel, ComparedTerm, UnitComparison, compare_units};
 pub use consistency::{ConsistencyPoint, FittedPoint, consistency};
 pub use converter::{ConverterTrace, converter_traces};
+pub use course::{Course, CourseShape};
 pub use curve_reading::{CurveReading, curve_readings};
 pub use deviation::{
     DeviationCurve, DeviationOptions, DeviationPoint, allan_deviation, deviation,
@@ -135,6 +144,7 @@ pub use record::NoiseRecord;
 pub use robust::{RobustFit, robust_fit};
 pub use separation::{SeparatedPoint, separated_deviations};
 pub use simulate::{SimulatedSensor, simulate, simulated_stamps};
+pub use slow_misfit::SlowMisfit;
 pub use state_space::{BiasComponent, StateSpace, state_space};
 pub use statistic::Statistic;
 pub use streaming::StreamingAllan;

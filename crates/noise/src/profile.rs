@@ -184,12 +184,52 @@ impl Fitted {
         outside
     }
 
+    /// Whether square j may lie outside an interval at this level.
+    pub(crate) fn square_reaches_beyond(
+        &self,
+        j: usize,
+        (low, high): (f64, f64),
+        level: f64,
+    ) -> bool {
+        let best = self.best.squares[j];
+        best >= high
+            || self.rise(j, high, &self.best).value <= level
+            || low > 0.0 && (best <= low || self.rise(j, low, &self.best).value <= level)
+    }
+
+    /// Whether the size of the first form may lie outside an interval at this level.
+    pub(crate) fn first_reaches_beyond(&self, (low, high): (f64, f64), level: f64) -> bool {
+        let crude = self.likelihood.start();
+        let starts: [&[f64]; 2] = [&self.best.squares, &crude];
+        let least = |effects| self.likelihood.minimise(&starts, &self.held, effects);
+        let Some(best) = least(Effects::Best(1)) else {
+            return false;
+        };
+        let Some((size, _)) = self.likelihood.first(&best.squares) else {
+            return false;
+        };
+        let admits = |x| {
+            let there = least(Effects::FirstAt(x));
+            there.is_some_and(|m| m.value - best.value <= level)
+        };
+        size <= low || size >= high || admits(low) || admits(high)
+    }
+
+    /// Rise of −2 ln L without the first form.
+    pub(crate) fn gain_of_first(&self) -> Option<f64> {
+        let crude = self.likelihood.start();
+        let starts: [&[f64]; 2] = [&self.best.squares, &crude];
+        let least = |effects| self.likelihood.minimise(&starts, &self.held, effects);
+        let (flat, best) = (least(Effects::FirstAt(0.0))?, least(Effects::Best(1))?);
+        Some((flat.value - best.value).max(0.0))
+    }
+
     /// Interval of the size of the first form (the slope of a ramp) where −2 ln L, at its best over all squares and with the other
     /// forms integrated out, rises by `level`.
     ///
     /// A record of a walk and one of a ramp resemble each other: the likelihood has an optimum for either, and the
-    /// interval spans both where both are admitted.
-    pub(crate) fn first(&self, level: f64) -> Option<Profile> {
+    /// interval spans both where both are admitted. With fewer starts the walk is looked for less often.
+    pub(crate) fn first(&self, level: f64, thorough: bool) -> Option<Profile> {
         let likelihood = &self.likelihood;
         if likelihood.forms == 0 {
             return None;
@@ -217,8 +257,9 @@ impl Fitted {
         let (best, u, least) = optima.first()?.clone();
         let rise = |x: f64, near: &[f64]| -> (f64, Vec<f64>) {
             let starts: [&[f64]; 4] = [near, &flat.squares, &self.best.squares, &crude];
+            let starts = if thorough { &starts[..] } else { &starts[..2] };
             likelihood
-                .minimise(&starts, &self.held, Effects::FirstAt(x))
+                .minimise(starts, &self.held, Effects::FirstAt(x))
                 .map_or((f64::INFINITY, near.to_vec()), |m| {
                     (m.value - least.value, m.squares)
                 })
@@ -330,7 +371,7 @@ mod tests {
         }
         assert!((fit.square(0, 4.6).gain - 5.667_65).abs() < 5e-3);
         assert!((fit.square(3, 4.6).gain - 4.267_64).abs() < 5e-3);
-        let r = fit.first(6.9).unwrap();
+        let r = fit.first(6.9, true).unwrap();
         assert!((r.gain - 8.184_04).abs() < 5e-3, "{r:?}");
     }
 }

@@ -1,10 +1,13 @@
 //! Temperature as a cause of drift: one more form beside the ramp, whose size is the sensitivity.
 
 use crate::coefficients::Limits;
-use crate::cosine_spectrum::{Form, cosines, inverse_cosines};
+use crate::cosine_spectrum::{Form, cosines};
+use crate::effects::Effects;
 use crate::findings;
+use crate::fit_family::{Family, SLACK};
 use crate::fit_record::FitRecord;
-use crate::profile::{Fitted, form_level};
+use crate::profile::{Fitted, form_level, slope_level};
+use crate::temperature_lag::{self, LONGEST, Lag};
 use crate::{FitOptions, Reason, Verdict};
 use proofmass_uncertainty::{Figure, Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -26,8 +29,14 @@ pub struct TemperatureSensitivity {
     pub unit: String,
     /// The sensitivity with its interval, or why there is none.
     pub verdict: Verdict,
-    /// First-order lag of the output behind the thermometer, s.
+    /// First-order lag of the output behind the thermometer, s: the stated one, or the most likely.
     pub lag: f64,
+    /// Limits of the lag where it was found; without an upper one where the record is too short.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lag_interval: Option<(f64, Option<f64>)>,
+    /// How far the output was from where the first temperature would have it, U: it settles over the lag.
+    #[serde(default)]
+    pub(crate) settling: f64,
     /// Correlation of its estimate with that of the ramp, both fitted.
     pub ramp_correlation: Option<f64>,
     /// Frequency in Hz from which on the thermometer shows its own noise, which is left out.
@@ -37,6 +46,18 @@ pub struct TemperatureSensitivity {
 }
 
 impl TemperatureSensitivity {
+    /// What is taken out of the record: the sensitivity, or behind a lag too long for the record the most likely one.
+    pub(crate) fn taken_off(&self) -> Option<f64> {
+        match self.verdict {
+            Verdict::NotIdentifiable {
+                reason: Reason::LagOpen { .. },
+                estimate,
+                ..
+            } => estimate,
+            verdict => verdict.value(),
+        }
+    }
+
     pub(crate) fn is_collinear(&self) -> bool {
         matches!(
             self.verdict,
@@ -58,7 +79,7 @@ pub(crate) struct Temperature {
 
 impl Temperature {
     /// `None` when it does not vary beyond its own noise.
-    pub(crate) fn of(record: &FitRecord<'_>, sample_rate: f64, lag: f64) -> Option<Self> {
+    pub(crate) fn of(record: &FitRecord<'_>, sample_rate: f64) -> Option<Self> {
         let given = record.temperature?;
         let all = || given.iter().flat_map(|s| s.iter().copied());
         let range = (
@@ -68,7 +89,7 @@ impl Temperature {
         if range.0 >= range.1 {
             return None;
         }
-        let samples = lagged(given, &record.starts(), sample_rate, lag);
+        let samples: Vec<Vec<f64>> = given.iter().map(|s| s.to_vec()).collect();
         let longest = samples.iter().max_by_key(|s| s.len())?;
         let c = cosines(longest, sample_rate);
         let squares: Vec<f64> = c.iter().map(|c| c * c).collect();
@@ -101,14 +122,27 @@ impl Temperature {
         })
     }
 
-    /// What is known of the sensitivity; `place` and `ramp` are the forms of the fit.
+    /// The temperature behind a lag, and what settles over it.
+    pub(crate) fn behind(&self, record: &FitRecord<'_>, sample_rate: f64, lag: f64) -> Vec<Form> {
+        let starts: Vec<f64> = record
+            .starts()
+            .iter()
+            .map(|s| *s as f64 / sample_rate)
+            .collect();
+        let given = record.temperature.unwrap_or_default();
+        temperature_lag::behind(given, &starts, sample_rate, lag, self.form.highest)
+    }
+
+    /// What is known of the sensitivity; `place` and `ramp` are the forms of the fit, `settling` the one that stands beside a lag.
     pub(crate) fn sensitivity(
         &self,
-        fitted: &Fitted,
-        place: usize,
+        family: &Family,
+        (place, settling): (usize, Option<usize>),
         ramp: Option<usize>,
+        (lag, span): (&Lag, f64),
         options: &FitOptions,
     ) -> (TemperatureSensitivity, Vec<Finding>) {
+        let fitted = &family.fitted;
         let unit = crate::Term::Ramp
             .unit(&options.unit)
             .trim_end_matches("/s")
@@ -123,6 +157,7 @@ impl Temperature {
             probability: options.probability,
         };
         let collinear = correlation.is_some_and(|r| r * r > COLLINEAR);
+        let mut open = false;
         let verdict = if collinear {
             Verdict::NotIdentifiable {
                 reason: Reason::Collinear,
@@ -130,8 +165,29 @@ impl Temperature {
                 upper_limit: None,
             }
         } else {
-            match fitted.led_by(place).first(level) {
-                Some(profile) => limits.verdict(&profile),
+            let short = LONGEST * span;
+            // What a lag must gain to be preferred is no reason to doubt the size behind it.
+            let slack = SLACK + temperature_lag::price(f64::INFINITY);
+            match family.form(place, level, slack) {
+                Some(profiles) => {
+                    let (near, all) = (profiles.up_to(short), profiles.up_to(f64::INFINITY));
+                    // Behind a longer lag the output may follow by any amount.
+                    open = lag.is_open(span)
+                        && all.gain > level
+                        && (lag.best > short
+                            || all.interval.0 < near.interval.0
+                            || all.interval.1 > near.interval.1);
+                    match open {
+                        true => Verdict::NotIdentifiable {
+                            reason: Reason::LagOpen {
+                                at_least: lag.interval.0,
+                            },
+                            estimate: Some(near.best),
+                            upper_limit: None,
+                        },
+                        false => limits.verdict(&all),
+                    }
+                }
                 None => Verdict::NotIdentifiable {
                     reason: Reason::OtherTermsSuffice,
                     estimate: None,
@@ -139,15 +195,46 @@ impl Temperature {
                 },
             }
         };
+        let sizes = fitted.likelihood.density(&fitted.best.squares).map(|d| {
+            fitted
+                .likelihood
+                .eliminated(&d, Effects::Restricted)
+                .sizes()
+        });
         let sensitivity = TemperatureSensitivity {
             unit,
             verdict,
-            lag: options.temperature_lag,
+            lag: lag.best,
+            lag_interval: options.temperature_lag.is_none().then(|| {
+                (
+                    lag.interval.0,
+                    Some(lag.interval.1).filter(|h| h.is_finite()),
+                )
+            }),
+            settling: sizes
+                .zip(settling)
+                .and_then(|(s, place)| s.get(place).copied())
+                .unwrap_or(0.0),
             ramp_correlation: correlation,
             highest_frequency: self.form.highest.min(f64::MAX),
             range: self.range,
         };
-        let findings = self.findings(&sensitivity, collinear);
+        let mut findings = self.findings(&sensitivity, collinear);
+        let needed = slope_level(1.0 - options.false_alarm_rate) + temperature_lag::price(lag.best);
+        if open {
+            findings.push(findings::temperature_lag_open(
+                Figure(lag.interval.0),
+                Figure(span),
+            ));
+        } else if options.temperature_lag.is_none() && lag.gain > needed && !collinear {
+            findings.push(findings::temperature_lag_found(
+                Figure(lag.best),
+                Figure(lag.interval.0),
+                Figure(lag.interval.1),
+                lag.gain,
+                needed,
+            ));
+        }
         (sensitivity, findings)
     }
 
@@ -179,56 +266,6 @@ impl Temperature {
         }
         findings
     }
-
-    /// The temperature without the thermometer's noise, about its mean, over every stretch.
-    pub(crate) fn courses(&self, sample_rate: f64) -> Vec<Vec<f64>> {
-        self.form
-            .samples
-            .iter()
-            .map(|s| {
-                let mut c = cosines(s, sample_rate);
-                self.form.clear_above(&mut c, sample_rate);
-                inverse_cosines(&c, sample_rate)
-            })
-            .collect()
-    }
-}
-
-/// The temperature behind a first-order lag; across a gap the last temperature before it is held.
-fn lagged(given: &[&[f64]], starts: &[usize], sample_rate: f64, lag: f64) -> Vec<Vec<f64>> {
-    if lag <= 0.0 {
-        return given.iter().map(|s| s.to_vec()).collect();
-    }
-    let mut state: Option<(f64, f64, usize)> = None;
-    given
-        .iter()
-        .zip(starts)
-        .map(|(stretch, start)| {
-            stretch
-                .iter()
-                .enumerate()
-                .map(|(i, t)| {
-                    let now = start + i;
-                    let value = match state {
-                        None => *t,
-                        Some((value, before, at)) => {
-                            let steps = now.saturating_sub(at) as f64;
-                            let kept = (-steps / (lag * sample_rate)).exp();
-                            // The temperature goes in a straight line over one sampling interval.
-                            let mean = if steps <= 1.0 {
-                                0.5 * (before + t)
-                            } else {
-                                before
-                            };
-                            mean + (value - mean) * kept
-                        }
-                    };
-                    state = Some((value, *t, now));
-                    value
-                })
-                .collect()
-        })
-        .collect()
 }
 
 /// Correlation of the sizes of two forms in the fit, all others at their best.

@@ -256,12 +256,22 @@ pub fn conservative(term: Term, axes: &[&CoefficientFit]) -> Option<Conservative
         }
         (_, None, None) => "most likely value".to_owned(),
     };
+    let off = axes.iter().filter(|f| f.slow_misfit.is_some()).count();
+    let doubt = match (term, off, axes.len()) {
+        (Term::RandomWalk, 1.., 1) => {
+            "; doubtful: the slowest cycles do not follow the fit (slow-noise-misfit)".to_owned()
+        }
+        (Term::RandomWalk, 1.., all) => format!(
+            "; doubtful: the slowest cycles of {off} of {all} axes do not follow the fit (slow-noise-misfit)"
+        ),
+        _ => String::new(),
+    };
     Some(Conservative {
         value,
         is_limit,
         reason: match of_axes.len() {
-            1 => what,
-            count => format!("largest of {count} axes: {what}"),
+            1 => format!("{what}{doubt}"),
+            count => format!("largest of {count} axes: {what}{doubt}"),
         },
     })
 }

@@ -70,9 +70,12 @@ impl Likelihood {
             }
         }
         Self {
+            count: self.count.clone(),
             products,
             forms: order.len(),
-            ..self.clone()
+            columns: self.columns.clone(),
+            divisors: self.divisors.clone(),
+            divisor_start: self.divisor_start.clone(),
         }
     }
 

@@ -1,18 +1,20 @@
 //! Coefficients by maximum likelihood on the spectrum: every term in the model, intervals from profiles.
 
 use crate::coefficients::Limits;
-use crate::cosine_spectrum::{CosineSpectrum, Form};
+use crate::cosine_spectrum::CosineSpectrum;
+use crate::course;
 use crate::fit_family::{Builder, Family};
 use crate::fit_findings;
 use crate::fit_record::FitRecord;
 use crate::fit_verdicts::{Kept, covariance, ramp_verdict};
+use crate::known_forms::KnownForms;
 use crate::lines::{self, Lines};
 use crate::markov::{self, Markov};
 use crate::profile::{Fitted, Profile, square_level};
-use crate::quick_fit::{POWERS, quick_fit, sinusoid_forms, without_forms};
+use crate::quick_fit::{POWERS, quick_fit, without_forms};
 use crate::record::{check_count, check_sample_rate};
-use crate::slow_sinusoid::{self, SlowSinusoid};
-use crate::temperature_effect::Temperature;
+use crate::slow_misfit::SlowFit;
+use crate::slow_sinusoid;
 use crate::term_density::{Process, column};
 use crate::usable_band::{Band, Candidate, below, usable_band};
 use crate::variance_fit::Likelihood;
@@ -22,6 +24,10 @@ use proofmass_uncertainty::normal_quantile;
 
 /// Fewest rate samples from which coefficients are estimated.
 const FEWEST_SAMPLES: usize = 64;
+
+/// Further rise of −2 ln L at the ends of the interval of a slow noise for each course that stands beside it: of few slow cosines it takes
+/// one. Held against simulations (`examples/courses.rs`).
+const LOST: f64 = 0.8;
 
 /// Cycles in the record below which the band is not cut.
 const FEWEST_CYCLES: f64 = 100.0;
@@ -76,7 +82,8 @@ pub fn whittle_stretches(
 ///
 /// The temperature, where there is one, is a known form beside the ramp: its size is in the likelihood with all terms, so that
 /// what follows the temperature is not taken for B, K or R. Sinusoids of 1.5 to 32 cycles, where they are sought, are such forms
-/// too, and are judged by the likelihood of the model with all other terms. Stretches without a start follow one another.
+/// too, and are judged by the likelihood of the model with all other terms. So are a warm-up, steps and the cycle of the day, where
+/// [`FitOptions::courses`] says so. Stretches without a start follow one another.
 ///
 /// **Errors** as [`whittle()`]; [`Error::Length`] where temperature or starts do not fit the stretches.
 pub fn whittle_record(
@@ -105,21 +112,15 @@ pub fn whittle_record(
         });
     }
 
-    let temperature = Temperature::of(record, sample_rate, options.temperature_lag);
-    let mut forms: Vec<Form> = temperature.iter().map(|t| t.form.clone()).collect();
-    let mut slow: Vec<SlowSinusoid> = Vec::new();
-    if options.seeks(Term::Sinusoid) {
-        slow = slow_sinusoid::find(record, forms.first(), sample_rate, options);
-        for found in &slow {
-            forms.extend(sinusoid_forms(record, sample_rate, found.frequency));
-        }
-    }
+    let known = KnownForms::of(record, sample_rate, options);
     let mut lines = Lines::default();
-    let mut spectrum = CosineSpectrum::beside(stretches, &forms, sample_rate, &[]);
+    let mut freed: Option<Vec<Vec<f64>>> = None;
     if options.seeks(Term::Sinusoid) {
+        let forms = known.of_the_fit();
+        let spectrum = CosineSpectrum::beside(stretches, &forms, sample_rate, &[]);
         let (model, sizes) = quick_fit(&spectrum, options.averaged);
-        let freed = without_forms(stretches, &forms, &sizes[1..]);
-        let parts: Vec<&[f64]> = freed.iter().map(Vec::as_slice).collect();
+        let alone = without_forms(stretches, &forms, &sizes[1..]);
+        let parts: Vec<&[f64]> = alone.iter().map(Vec::as_slice).collect();
         let fastest_slow = slow_sinusoid::MOST * sample_rate / record.span() as f64;
         // Half of the false alarms each for slow and fast ones.
         lines = lines::find(
@@ -130,14 +131,18 @@ pub fn whittle_record(
             fastest_slow,
         );
         if !lines.found.is_empty() {
-            let freed: Vec<Vec<f64>> = stretches.iter().map(|s| lines.remove(s)).collect();
-            let parts: Vec<&[f64]> = freed.iter().map(Vec::as_slice).collect();
-            spectrum = CosineSpectrum::beside(&parts, &forms, sample_rate, &lines.neighbourhoods());
+            freed = Some(stretches.iter().map(|s| lines.remove(s)).collect());
         }
     }
+    let parts: Vec<&[f64]> = match &freed {
+        Some(freed) => freed.iter().map(Vec::as_slice).collect(),
+        None => stretches.to_vec(),
+    };
+    let spectrum =
+        CosineSpectrum::beside(&parts, &known.forms, sample_rate, &lines.neighbourhoods());
     check_count("cosines", spectrum.bins.len(), 8)?;
 
-    let mut whole = Likelihood::new(
+    let mut all = Likelihood::new(
         &spectrum,
         terms
             .iter()
@@ -150,10 +155,11 @@ pub fn whittle_record(
         None => (!options.seeks(Term::Ramp)).then_some(0.0),
     };
     if let Some(slope) = ramp_given {
-        whole = whole.given(0, slope);
+        all = all.given(0, slope);
     }
     let ramp = ramp_given.is_none().then_some(0);
     let after_ramp = usize::from(ramp.is_some());
+    let whole = known.chosen(&all, after_ramp, &known.best);
     let frequencies: Vec<f64> = spectrum.bins.iter().map(|b| b.frequency).collect();
     let quantisation = terms.iter().position(|t| *t == Term::Quantisation);
     let band = match options.highest_frequency {
@@ -242,10 +248,22 @@ pub fn whittle_record(
     if options.seeks(Term::GaussMarkov) {
         family.vary_times(&builder, front_end, &processes, options);
     }
+    let all = below(&all, &frequencies, band.highest, without);
+    family.vary_courses(
+        &builder,
+        (&all, after_ramp),
+        (front_end, &processes),
+        &known,
+        options,
+    );
     let fitted = &family.fitted;
 
+    let slow_fit = walk
+        .filter(|w| fitted.held[*w].is_none())
+        .and_then(|w| SlowFit::of(fitted, &builder, w, known.times()));
     let (kurtosis, most) = excess_kurtosis(stretches);
     let level = square_level(options.probability);
+    let of_slow = level + LOST * known.further().min(3) as f64;
     let mut tails = 1.0;
     let mut model = NoiseModel::default();
     let mut coefficients = Vec::new();
@@ -272,12 +290,18 @@ pub fn whittle_record(
             coefficients.push(coefficient(Verdict::Fixed { value }));
             continue;
         }
-        let mut profile = family.square(j, level);
+        let is_fast = matches!(term, Term::Quantisation | Term::White);
+        let level = if is_fast { level } else { of_slow };
+        let mut profile = family.square(j, level, is_fast);
         if term == Term::White {
             tails = widened(&profile, level, most / samples as f64);
             if tails > 1.001 {
-                profile = family.square(j, level * tails);
+                profile = family.square(j, level * tails, is_fast);
             }
+        }
+        if let (Term::RandomWalk, Some(slow)) = (term, &slow_fit) {
+            profile = slow.joined(j, level, profile);
+            model.random_walk = profile.best.sqrt();
         }
         let root = Profile {
             best: profile.best.sqrt(),
@@ -302,7 +326,7 @@ pub fn whittle_record(
     }
     for (index, process) in processes.iter().enumerate() {
         let j = fitted_terms.len() + index;
-        let profile = family.square(j, level);
+        let profile = family.square(j, level, false);
         let root = Profile {
             best: profile.best.sqrt(),
             interval: (profile.interval.0.sqrt(), profile.interval.1.sqrt()),
@@ -343,14 +367,25 @@ pub fn whittle_record(
         });
     }
     let mut findings = Vec::new();
-    let sensitivity = temperature.as_ref().map(|t| {
-        let (sensitivity, doubts) = t.sensitivity(fitted, after_ramp, ramp, options);
+    let span = record.span() as f64 / sample_rate;
+    let settling = known.settles().then_some(after_ramp + known.head());
+    let sensitivity = known.temperature.as_ref().map(|t| {
+        let (sensitivity, doubts) = t.sensitivity(
+            &family,
+            (after_ramp, settling),
+            ramp,
+            (&known.lag, span),
+            options,
+        );
         findings.extend(doubts);
         sensitivity
     });
-    if record.temperature.is_some() && temperature.is_none() {
+    if record.temperature.is_some() && known.temperature.is_none() {
         findings.push(crate::findings::steady_temperature());
     }
+    let first_course = after_ramp + known.head() + usize::from(known.settles());
+    let courses = course::sizes(&family, first_course, &known.courses.found, options);
+    findings.extend(fit_findings::of_courses(&courses));
     if options.seeks(Term::Ramp) {
         let collinear = sensitivity.as_ref().is_some_and(|s| s.is_collinear());
         let verdict = match ramp_given {
@@ -363,7 +398,7 @@ pub fn whittle_record(
                 estimate: None,
                 upper_limit: None,
             },
-            None => ramp_verdict(fitted, options, &mut model, &mut kept),
+            None => ramp_verdict(&family, options, &mut model, &mut kept),
         };
         coefficients.push(Coefficient {
             term: Term::Ramp,
@@ -372,8 +407,8 @@ pub fn whittle_record(
             parameter: None,
         });
     }
-    let first_slow = after_ramp + usize::from(temperature.is_some());
-    for (index, found) in slow.iter().enumerate() {
+    let first_slow = after_ramp + usize::from(known.temperature.is_some());
+    for (index, found) in known.slow.iter().enumerate() {
         let places = (first_slow + 2 * index, first_slow + 2 * index + 1);
         let Some((sinusoid, verdict)) = slow_sinusoid::amplitude(fitted, places, found, options)
         else {
@@ -422,6 +457,12 @@ pub fn whittle_record(
         });
     }
 
+    if let Some(slow) = &slow_fit {
+        findings.push(fit_findings::of_slow_cycles(
+            &slow.misfit,
+            model.random_walk,
+        ));
+    }
     let misfit = fit_findings::Misfit::of(fitted, used);
     findings.extend(misfit.findings(&band));
     findings.extend(fit_findings::of_the_band(&band, sample_rate));
@@ -434,6 +475,8 @@ pub fn whittle_record(
         model,
         discrepancy: misfit.discrepancy,
         temperature: sensitivity,
+        courses,
+        slow_misfit: slow_fit.as_ref().map(|s| s.misfit),
         band: BandUse {
             highest_frequency: band.highest,
             cut,

@@ -569,6 +569,17 @@ fn adis16405_analysis() {
                 "{finding}"
             );
         }
+        // No random walk alone is more than the curve admits at 655 s; y and z stepped at the same time.
+        let curve = c.curve.as_ref().unwrap();
+        let long = curve.points.iter().find(|p| p.factor == 65_536).unwrap();
+        let most = long.interval.unwrap().1 / (long.tau / 3.0).sqrt();
+        let fit = c.whittle.as_ref().unwrap();
+        assert!(fit.model.random_walk < most, "{}: {most}", c.name);
+        if index > 3 {
+            let stepped = |at: &&f64| (**at - 2150.0).abs() < 5.0;
+            let steps: Vec<f64> = fit.courses.iter().filter_map(|k| k.shape.time()).collect();
+            assert!(steps.iter().any(|at| stepped(&at)), "{}: {steps:?}", c.name);
+        }
     }
 }
 

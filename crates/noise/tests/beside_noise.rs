@@ -153,7 +153,7 @@ fn law_a_lag_is_followed() {
     }
     let options = AnalysisOptions {
         fit: FitOptions {
-            temperature_lag: lag,
+            temperature_lag: Some(lag),
             ..FitOptions::default()
         },
         ..AnalysisOptions::default()

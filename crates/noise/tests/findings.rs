@@ -58,12 +58,17 @@ fn known_step_of_the_converter_beyond_the_noise() {
 
 #[test]
 fn known_disturbances_large_and_small() {
-    let mut step = white(40_000, 3);
-    step[23_456..].iter_mut().for_each(|v| *v += 3.0);
-    let told = found(&step);
+    let mut shaken = white(40_000, 3);
+    shaken[23_456..23_956].iter_mut().for_each(|v| *v *= 4.0);
+    let told = found(&shaken);
     insist("disturbance", &told);
     let gravest = told.iter().map(Finding::severity).max();
     assert_eq!(gravest, Some(Severity::Decision));
+    // What stays is taken out of the noise, and is no disturbance besides.
+    let mut step = white(40_000, 3);
+    step[23_456..].iter_mut().for_each(|v| *v += 3.0);
+    insist("mean-steps", &found(&step));
+    spare("disturbance", &found(&step));
     let mut spike = white(40_000, 4);
     spike[12_345] += 12.0;
     insist("isolated-spikes", &found(&spike));

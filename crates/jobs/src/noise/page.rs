@@ -63,9 +63,19 @@ fn verdict(analysis: &Analysis) -> String {
     let parts = [("Identified", identified), ("Present", present)];
     let told = parts.into_iter().filter(|(_, of)| !of.is_empty());
     let told: String = told.map(|(word, of)| format!("{word}: {of}. ")).collect();
-    match told.is_empty() {
+    let told = match told.is_empty() {
         true => "No coefficient is told from zero; each has an upper limit.".to_owned(),
         false => format!("{told}The others have an upper limit."),
+    };
+    let off = |c: &&ChannelAnalysis| c.whittle.as_ref().is_some_and(|f| f.slow_misfit.is_some());
+    let doubtful = analysis.channels.iter().filter(off);
+    let doubtful: Vec<&str> = doubtful.map(|c| c.name.as_str()).collect();
+    match doubtful.is_empty() {
+        true => told,
+        false => format!(
+            "{told} K of {} is doubtful: its slowest cycles do not follow the fit.",
+            doubtful.join(", ")
+        ),
     }
 }
 

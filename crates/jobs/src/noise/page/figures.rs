@@ -37,14 +37,15 @@ pub(super) fn over_time(channel: &ChannelAnalysis) -> Option<XyPlot> {
 pub(super) fn stability(channel: &ChannelAnalysis) -> Option<XyPlot> {
     let curve = channel.curve.as_ref()?;
     curve.points.iter().find(|p| p.deviation > 0.0)?;
-    let series = |name, curve| with_intervals(name, curve).style(Style::Markers);
+    let series = |name: &str, curve| with_intervals(name, curve).style(Style::Markers);
     let name = curve.statistic.abbreviation();
     let unit = curve.statistic.unit(&channel.unit);
     let mut plot = XyPlot::new(Axis::log("averaging time τ", "s"), Axis::log(name, unit))
         .height(320.0)
         .series(series(name, curve));
     if let Some(compensated) = &channel.compensated {
-        plot = plot.series(series("without temperature", compensated));
+        let name = format!("without {}", channel.taken_off());
+        plot = plot.series(series(&name, compensated));
     }
     let Some(model) = channel.whittle.as_ref().map(|f| &f.model) else {
         return Some(plot);

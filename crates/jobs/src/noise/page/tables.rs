@@ -3,10 +3,10 @@
 use crate::page::columns::{filed, number};
 use crate::page::words::words;
 use proofmass_noise::{
-    Analysis, ChannelAnalysis, Coefficient, CoefficientFit, CurveReading, DeviationCurve,
-    DeviationPoint, Disturbance, DisturbanceKind, DynamicWindow, FittedPoint, NoiseType, Reason,
-    RobustFit, SeparatedPoint, SpectrumPoint, TemperatureSensitivity, Term, Verdict,
-    curve_readings,
+    Analysis, ChannelAnalysis, Coefficient, CoefficientFit, Course, CourseShape, CurveReading,
+    DeviationCurve, DeviationPoint, Disturbance, DisturbanceKind, DynamicWindow, FittedPoint,
+    NoiseType, Reason, RobustFit, SeparatedPoint, SpectrumPoint, TemperatureSensitivity, Term,
+    Verdict, curve_readings,
 };
 use proofmass_report::Rounding::{Decimals, Freedom, Signed, Significant};
 use proofmass_report::{Cell, Field, Table, scientific};
@@ -39,10 +39,19 @@ impl<'a> Line<'a> {
     }
 
     fn of_temperature(channel: &'a ChannelAnalysis, t: &'a TemperatureSensitivity) -> Self {
-        let lag = if t.lag > 0.0 {
-            format!(", lag {} s", scientific(t.lag, 3))
-        } else {
-            String::new()
+        let figure = |v: f64| scientific(v, 3);
+        let lag = match t.lag_interval {
+            Some((low, Some(high))) if high > 0.0 => {
+                format!(
+                    ", lag {} s ({} to {} s)",
+                    figure(t.lag),
+                    figure(low),
+                    figure(high)
+                )
+            }
+            Some((low, None)) => format!(", lag above {} s", figure(low)),
+            _ if t.lag > 0.0 => format!(", lag {} s", figure(t.lag)),
+            _ => String::new(),
         };
         Self {
             channel: &channel.name,
@@ -53,6 +62,36 @@ impl<'a> Line<'a> {
             unit: &t.unit,
             usual: per_kelvin(t),
             parameter: Some(t.lag),
+        }
+    }
+
+    fn of_course(channel: &'a ChannelAnalysis, course: &'a Course, unit: &'a str) -> Self {
+        let figure = |v: f64| scientific(v, 3);
+        let at = match (course.shape, course.interval) {
+            (CourseShape::Exponential { time }, Some((low, high))) => {
+                let (time, low, high) = (figure(time), figure(low), figure(high));
+                format!(", T = {time} s ({low} to {high} s)")
+            }
+            (CourseShape::Step { at }, Some((low, high))) => {
+                let (at, low, high) = (figure(at), figure(low), figure(high));
+                format!(" at {at} s ({low} to {high} s)")
+            }
+            _ => String::new(),
+        };
+        let symbol = match course.shape {
+            CourseShape::Exponential { .. } => "warm-up",
+            CourseShape::Step { .. } => "step",
+            _ => "day",
+        };
+        Self {
+            channel: &channel.name,
+            symbol: symbol.to_owned(),
+            name: format!("{}{at}", course.shape),
+            verdict: Some(&course.size),
+            signed: true,
+            unit,
+            usual: String::new(),
+            parameter: course.shape.time(),
         }
     }
 
@@ -73,6 +112,11 @@ impl<'a> Line<'a> {
         let temperature = fit.temperature.iter();
         coefficients
             .chain(temperature.map(|t| Self::of_temperature(channel, t)))
+            .chain(
+                fit.courses
+                    .iter()
+                    .map(|c| Self::of_course(channel, c, &channel.unit)),
+            )
             .collect()
     }
 
@@ -540,12 +584,11 @@ fn deviation_fields<'a>(name: &str, unit: &str) -> [Field<'a, Deviation<'a>>; 12
         Field::new("unit", |((c, curve, _), _): &Row<'_>| {
             curve.statistic.unit(&c.unit).into()
         }),
-        Field::new("statistic", |((_, curve, compensated), _): &Row<'_>| {
+        Field::new("statistic", |((c, curve, compensated), _): &Row<'_>| {
             let name = curve.statistic.abbreviation();
-            let without = if *compensated {
-                " without temperature"
-            } else {
-                ""
+            let without = match *compensated {
+                true => format!(" without {}", c.taken_off()),
+                false => String::new(),
             };
             format!("{name}{without}").into()
         }),
@@ -597,8 +640,8 @@ pub(super) fn deviations(channel: &ChannelAnalysis, curve: &DeviationCurve) -> T
     let name = curve.statistic.abbreviation();
     let compensated = channel.compensated.as_ref();
     let without = match compensated.is_some_and(|c| std::ptr::eq(c, curve)) {
-        true => " without what follows the temperature",
-        false => "",
+        true => format!(" without {}", channel.taken_off()),
+        false => String::new(),
     };
     let caption = format!(
         "{name}{without} with {} % intervals",
