@@ -440,8 +440,8 @@ mod tests {
         let calls = calls("docs/tasks.md");
         assert_eq!(
             calls.len(),
-            33,
-            "twenty-eight tasks, a picture, two of a certificate, and two calls with a file"
+            34,
+            "twenty-nine tasks, a picture, two of a certificate, and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))
