@@ -41,6 +41,7 @@ __all__ = [
     "noise_compare",
     "plan",
     "render",
+    "schema",
     "uncertainty",
     "validate",
     "verify",
@@ -696,7 +697,8 @@ def noise(
         terms: Terms of the model: Q, N, B, K, R, G (Gauss–Markov), A (sinusoids); terms not named are not fitted.
         gauss_markov: Also seek first-order Gauss–Markov processes.
         sinusoids: Also seek sinusoids, from one and a half cycles in the record on.
-        temperature_lag: First-order lag of the output behind the thermometer, in seconds [default: found in the record].
+        temperature_lag: First-order lag of the output behind the thermometer, in seconds [default: found in the
+            record].
         no_courses: Take no warm-up, lasting step or cycle of the day out of the noise.
         robust: Also fit without gross outliers.
         report_terms: Terms to report with a value even where their interval reaches zero.
@@ -1103,6 +1105,35 @@ def keygen(
 
     Args:
         name: Path of both files, without ending.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("schema")
+def schema(
+    kind: str | None = None,
+    *,
+    watch: Watch | None = None,
+) -> Result:
+    """Print the JSON schema (draft 2020-12) of a file or a request, or list them.
+
+    Editors complete and mark the keys of a campaign.toml whose first line names its schema, as `proofmass init`
+    writes it: `#:schema ADDRESS`. Without a network put the schema beside it: `proofmass schema multi-position >
+    schema.json`, and `#:schema ./schema.json`.
+
+    Args:
+        kind: Kind of a campaign, another file, or a job with `-request` behind it; none for the list. One of
+            campaign, multi-position, free-living, single-axis, shaker-triaxial, shaker-single, shaker-primary,
+            transverse-sensitivity, spurious-motion, budget, modes, model, limits, laboratory, result, calibration,
+            manifest, provenance, request, multi-position-request, free-living-request, shaker-triaxial-request,
+            shaker-single-request, shaker-primary-request, transverse-sensitivity-request, spurious-motion-request,
+            plan-request, validation-request, apply-request, convert-request, inspect-request, noise-request,
+            noise-comparison-request, velocity-estimate-request, velocity-compare-request, velocity-tune-request,
+            velocity-map-request, velocity-drift-request, temperature-request, bias-request, static-test-request,
+            simulate-request, uncertainty-request, modes-request, shock-request, response-request,
+            transducer-model-request, step-request, levels-request, motion-request, comparison-request,
+            certificate-request, deconvolution-request.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
