@@ -134,14 +134,21 @@ impl Source {
             source.lent = Some(content);
             return Ok(source);
         }
-        let file = File::open(path).map_err(|e| Error::access(path, "open", e))?;
+        let folder = || {
+            Error::new(ErrorKind::Format, "is a folder, not a file")
+                .at(path)
+                .with_hint("name the file inside it: of a folder of results result.json or calibration.json")
+        };
+        // Windows refuses to open one.
+        let file = File::open(path).map_err(|e| match path.is_dir() {
+            true => folder(),
+            false => Error::access(path, "open", e),
+        })?;
         let meta = file
             .metadata()
             .map_err(|e| Error::access(path, "open", e))?;
         if meta.is_dir() {
-            return Err(Error::new(ErrorKind::Format, "is a folder, not a file")
-                .at(path)
-                .with_hint("name the file inside it: of a folder of results result.json or calibration.json"));
+            return Err(folder());
         }
         let mut source = Self::new(path, file)?;
         source.size = meta.is_file().then_some(meta.len());
