@@ -224,12 +224,7 @@ fn without_courses(
     fit: Option<&CoefficientFit>,
 ) -> Option<Vec<Vec<f64>>> {
     let fit = fit?;
-    let lengths: Vec<usize> = record.stretches.iter().map(|s| s.len()).collect();
-    let starts: Vec<f64> = record
-        .starts()
-        .iter()
-        .map(|s| *s as f64 / sample_rate)
-        .collect();
+    let (lengths, starts) = record.lengths_and_starts(sample_rate);
     let mut sizes = Vec::new();
     let mut forms = Vec::new();
     if let Some(known) = &fit.temperature

@@ -24,6 +24,13 @@ impl<'a> FitRecord<'a> {
         }
     }
 
+    /// Lengths of the stretches, and their starts in s.
+    pub(crate) fn lengths_and_starts(&self, sample_rate: f64) -> (Vec<usize>, Vec<f64>) {
+        let lengths = self.stretches.iter().map(|s| s.len()).collect();
+        let starts = self.starts().into_iter();
+        (lengths, starts.map(|s| s as f64 / sample_rate).collect())
+    }
+
     /// Starts on the sampling clock.
     pub(crate) fn starts(&self) -> Vec<usize> {
         if !self.starts.is_empty() {

@@ -55,12 +55,7 @@ impl KnownForms {
         };
         let followed = behind(lag.best);
         let mut courses = course_search::seek(record, &followed, sample_rate, options);
-        let lengths: Vec<usize> = record.stretches.iter().map(|s| s.len()).collect();
-        let starts: Vec<f64> = record
-            .starts()
-            .iter()
-            .map(|s| *s as f64 / sample_rate)
-            .collect();
+        let (lengths, starts) = record.lengths_and_starts(sample_rate);
         let course = |shape: CourseShape| shape.forms(&lengths, &starts, sample_rate);
         let mut slow: Vec<SlowSinusoid> = Vec::new();
         if options.seeks(Term::Sinusoid) {

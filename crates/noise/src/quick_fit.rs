@@ -61,11 +61,6 @@ pub(crate) fn sinusoid_forms(
     sample_rate: f64,
     frequency: f64,
 ) -> [Form; 2] {
-    let lengths: Vec<usize> = record.stretches.iter().map(|s| s.len()).collect();
-    let starts: Vec<f64> = record
-        .starts()
-        .iter()
-        .map(|s| *s as f64 / sample_rate)
-        .collect();
+    let (lengths, starts) = record.lengths_and_starts(sample_rate);
     slow_sinusoid::forms(&lengths, &starts, sample_rate, frequency)
 }

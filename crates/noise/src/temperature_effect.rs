@@ -124,11 +124,7 @@ impl Temperature {
 
     /// The temperature behind a lag, and what settles over it.
     pub(crate) fn behind(&self, record: &FitRecord<'_>, sample_rate: f64, lag: f64) -> Vec<Form> {
-        let starts: Vec<f64> = record
-            .starts()
-            .iter()
-            .map(|s| *s as f64 / sample_rate)
-            .collect();
+        let (_, starts) = record.lengths_and_starts(sample_rate);
         let given = record.temperature.unwrap_or_default();
         temperature_lag::behind(given, &starts, sample_rate, lag, self.form.highest)
     }
