@@ -9,7 +9,7 @@ use crate::effects::Effects;
 use crate::fit_record::FitRecord;
 use crate::profile::form_level;
 use crate::slow_sinusoid;
-use crate::variance_fit::Likelihood;
+use crate::variance_fit::{Likelihood, Minimum};
 
 /// Courses found at most.
 const AT_MOST: usize = 3;
@@ -79,14 +79,8 @@ pub(crate) fn seek(
     let Some(fit) = AveragedFit::new(&averages, options) else {
         return courses;
     };
-    loop {
-        let search = Search {
-            averages: &averages,
-            fit: &fit,
-        };
-        let Some(mut best) = search.best() else {
-            break;
-        };
+    while let Some(search) = Search::of(&averages, &fit) {
+        let mut best = search.best();
         best.sort_by(|a, b| {
             let excess = |c: &(CourseShape, f64)| c.1 - needed(c.0, options.false_alarm_rate);
             excess(b).total_cmp(&excess(a))
@@ -131,9 +125,32 @@ fn needed(shape: CourseShape, false_alarm_rate: f64) -> f64 {
 struct Search<'a> {
     averages: &'a AveragedRecord,
     fit: &'a AveragedFit,
+    /// The likelihood without a further course, and the forms in it.
+    base: Likelihood,
+    before: usize,
+    /// Its least −2 ln L.
+    none: Minimum,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn of(averages: &'a AveragedRecord, fit: &'a AveragedFit) -> Option<Self> {
+        let (base, before) = fit.likelihood(averages, &[]);
+        let none = fit.minimum(&base, 0)?;
+        Some(Self {
+            averages,
+            fit,
+            base,
+            before,
+            none,
+        })
+    }
+
+    /// What further forms gain; nothing where they cannot be fitted.
+    fn gain(&self, further: &[Form]) -> Option<f64> {
+        let with = self.fit.least(self.averages, further)?;
+        Some(self.none.value - with.value)
+    }
+
     fn forms(&self, shape: CourseShape) -> Vec<Form> {
         let a = self.averages;
         shape.forms(&a.lengths(), &a.starts, a.sample_rate)
@@ -145,7 +162,7 @@ impl Search<'_> {
     }
 
     /// The best of each kind with its gain.
-    fn best(&self) -> Option<Vec<(CourseShape, f64)>> {
+    fn best(&self) -> Vec<(CourseShape, f64)> {
         let span = self.averages.span;
         let steps: Vec<CourseShape> = (1..STEPS)
             .map(|i| CourseShape::Step {
@@ -159,21 +176,16 @@ impl Search<'_> {
                 time: span * FASTEST * 10_f64.powf(decades * i as f64 / count),
             })
             .collect();
-        let (base, before) = self.fit.likelihood(self.averages, &[]);
-        let none = self.fit.minimum(&base, 0)?;
-        let plain = self.fit.without_colour(&base);
-        let densities: Vec<Vec<f64>> = [Some(&none), plain.as_ref()]
+        let plain = self.fit.without_colour(&self.base);
+        let densities: Vec<Vec<f64>> = [Some(&self.none), plain.as_ref()]
             .into_iter()
             .flatten()
-            .filter_map(|m| base.density(&m.squares))
+            .filter_map(|m| self.base.density(&m.squares))
             .collect();
-        let gain = |shape: CourseShape| {
-            let with = self.fit.least(self.averages, &self.forms(shape));
-            with.map_or(0.0, |m| none.value - m.value)
-        };
+        let gain = |shape: CourseShape| self.gain(&self.forms(shape)).unwrap_or(0.0);
         let mut best: Vec<(CourseShape, f64)> = Vec::new();
         for kind in [&steps, &times] {
-            let mut tried = self.refined(kind, &densities, before);
+            let mut tried = self.refined(kind, &densities);
             tried.dedup();
             let gains = tried.into_iter().map(|shape| (shape, gain(shape)));
             best.extend(gains.max_by(|a, b| a.1.total_cmp(&b.1)));
@@ -181,7 +193,7 @@ impl Search<'_> {
         if (0.5 * DAY..32.0 * DAY).contains(&span) {
             best.push((CourseShape::DayCycle, gain(CourseShape::DayCycle)));
         }
-        Some(best)
+        best
     }
 
     /// Courses that may be there, by themselves and together; beside the best exponential the slowest, which is most like a ramp.
@@ -202,19 +214,15 @@ impl Search<'_> {
     }
 
     /// Weights of shapes under each density.
-    fn weights(
-        &self,
-        grid: &[CourseShape],
-        densities: &[Vec<f64>],
-        before: usize,
-    ) -> Vec<Vec<f64>> {
+    fn weights(&self, grid: &[CourseShape], densities: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut all = vec![Vec::new(); densities.len()];
         for some in grid.chunks(TOGETHER) {
             let forms: Vec<Form> = some.iter().flat_map(|s| self.forms(*s)).collect();
             let (likelihood, _) = self.fit.likelihood(self.averages, &forms);
             for (weights, density) in all.iter_mut().zip(densities) {
                 weights.extend(
-                    (0..some.len()).map(|i| weight(&likelihood, before + i, before, density)),
+                    (0..some.len())
+                        .map(|i| weight(&likelihood, self.before + i, self.before, density)),
                 );
             }
         }
@@ -222,16 +230,11 @@ impl Search<'_> {
     }
 
     /// The shape of most weight under each density, among these and then twice between the neighbours of the best.
-    fn refined(
-        &self,
-        grid: &[CourseShape],
-        densities: &[Vec<f64>],
-        before: usize,
-    ) -> Vec<CourseShape> {
+    fn refined(&self, grid: &[CourseShape], densities: &[Vec<f64>]) -> Vec<CourseShape> {
         let best = |weights: &[f64]| -> Option<usize> {
             (0..weights.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b]))
         };
-        let first = self.weights(grid, densities, before);
+        let first = self.weights(grid, densities);
         let one = |(density, weights): (&Vec<f64>, &Vec<f64>)| -> Option<CourseShape> {
             let mut grid = grid.to_vec();
             let mut at = best(weights)?;
@@ -248,10 +251,7 @@ impl Search<'_> {
                     time(a).total_cmp(&time(b))
                 });
                 grid.dedup();
-                at = best(
-                    self.weights(&grid, std::slice::from_ref(density), before)
-                        .first()?,
-                )?;
+                at = best(self.weights(&grid, std::slice::from_ref(density)).first()?)?;
             }
             grid.get(at).copied()
         };
@@ -274,21 +274,16 @@ impl Search<'_> {
 
     /// Whether a sinusoid of few cycles describes the record as well: then it is no course of these.
     fn oscillates(&self, gain: f64) -> bool {
-        let Some(none) = self.fit.least(self.averages, &[]) else {
-            return false;
-        };
         (6..=24_u32).any(|quarters| {
             let frequency = 0.25 * f64::from(quarters) / self.averages.span;
             let forms = slow_sinusoid::sinusoid(self.averages, frequency);
-            let with = self.fit.least(self.averages, &forms);
-            with.is_some_and(|m| none.value - m.value > gain)
+            self.gain(&forms).is_some_and(|with| with > gain)
         })
     }
 
     /// Where the likelihood, at its best over all else, has not fallen by more than the level.
     fn interval(&self, shape: CourseShape, gain: f64, level: f64) -> Option<(f64, f64)> {
         let best = shape.time()?;
-        let none = self.fit.least(self.averages, &[])?;
         let span = self.averages.span;
         let with = |time: f64| match shape {
             CourseShape::Step { .. } => CourseShape::Step {
@@ -297,8 +292,8 @@ impl Search<'_> {
             _ => CourseShape::Exponential { time },
         };
         let inside = |time: f64| {
-            let found = self.fit.least(self.averages, &self.forms(with(time)));
-            found.is_some_and(|m| gain - (none.value - m.value) <= level)
+            let found = self.gain(&self.forms(with(time)));
+            found.is_some_and(|with| gain - with <= level)
         };
         let is_step = matches!(shape, CourseShape::Step { .. });
         let resolution = 1.0 / self.averages.sample_rate;
