@@ -28,9 +28,10 @@ book:
 
 # Pages that are written from the program.
 pages:
-    cargo run -p proofmass-jobs --example findings_page
+    cargo run -p proofmass-jobs --example pages
     cargo run -p proofmass-cli --example commands_page
     cargo run -p proofmass-jobs --features schema --example schemas
+    PROOFMASS_WRITE_PAGES=1 cargo test --workspace --test every_job
 
 # The example of the README.
 example:

@@ -157,19 +157,6 @@ mod tests {
     }
 
     #[test]
-    fn law_every_page_links_the_glossary() {
-        let place = concat!(env!("CARGO_MANIFEST_DIR"), "/../../");
-        let docs = std::fs::read_dir(format!("{place}docs")).expect("the pages");
-        let pages = docs.map(|entry| entry.expect("a page").path());
-        let pages = pages.filter(|path| path.extension().is_some_and(|e| e == "md"));
-        for page in pages.chain([format!("{place}README.md").into()]) {
-            let itself = page.ends_with("glossary.md");
-            let text = std::fs::read_to_string(&page).expect("text");
-            assert!(itself || text.contains("glossary.md"), "{}", page.display());
-        }
-    }
-
-    #[test]
     fn known_words_of_the_field_lead_to_their_command() {
         let root = crate::help::command();
         for (word, command) in [

@@ -142,7 +142,7 @@ mod tests {
     fn a_host_is_given_the_result_and_the_text() {
         let model = concat!(
             env!("CARGO_MANIFEST_DIR"),
-            "/../../examples/uncertainty/mass.toml"
+            "/tests/data/uncertainty/mass.toml"
         );
         let (ended, said) = ask(&["uncertainty", model, "--trials", "1000"]);
         assert!(
@@ -182,7 +182,7 @@ mod tests {
         }
         let model = concat!(
             env!("CARGO_MANIFEST_DIR"),
-            "/../../examples/uncertainty/mass.toml"
+            "/tests/data/uncertainty/mass.toml"
         );
         let ended = call(["proofmass", "uncertainty", model], Arc::new(Impatient));
         let kind = ended.unwrap_err().kind();

@@ -120,7 +120,7 @@ fn without_standstills(keep: impl Fn([f64; 3]) -> bool) -> Vec<String> {
     let lines = example_lines();
     let truth = json(std::path::Path::new(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../examples/hand-held/truth.json"
+        "/tests/data/hand-held/truth.json"
     )));
     let mut kept = vec![lines[0].clone()];
     for rest in truth["standstills"].as_array().unwrap() {
@@ -185,7 +185,7 @@ fn refuses_a_missing_campaign_and_a_missing_recording() {
 #[test]
 fn refuses_to_apply_to_other_units_or_columns_and_leaves_the_output_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let result = folder.path().join("result");
     succeed(&["calibrate", example, "-o", text(&result)]);
     let calibration = result.join("calibration.json");
@@ -243,7 +243,7 @@ fn refuses_to_replace_a_folder_that_is_not_a_result() {
     let out = folder.path().join("mine");
     std::fs::create_dir(&out).unwrap();
     std::fs::write(out.join("thesis.txt"), "years of work").unwrap();
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     refuse(&["calibrate", example, "-o", text(&out)]);
     assert_eq!(
         std::fs::read_to_string(out.join("thesis.txt")).unwrap(),

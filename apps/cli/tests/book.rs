@@ -141,6 +141,15 @@ fn law_every_link_leads_somewhere() {
 }
 
 #[test]
+fn law_every_page_links_the_glossary() {
+    let readme = std::fs::read_to_string(docs().join("../README.md")).unwrap();
+    for (page, text) in pages().into_iter().chain([("README.md".into(), readme)]) {
+        let itself = page.ends_with("glossary.md") || page.ends_with("SUMMARY.md");
+        assert!(itself || text.contains("glossary.md"), "{}", page.display());
+    }
+}
+
+#[test]
 fn law_every_block_of_code_names_its_language() {
     for (page, text) in pages() {
         for block in parts(&text).0 {

@@ -597,7 +597,7 @@ fn known_standards_of_a_certificate() {
     let wrong = check(LAB.replace("{number:3}", "x"));
     assert!(wrong.contains("no pattern of a number"), "{wrong}");
 
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     let hand = folder.join("hand");
     std::fs::create_dir(&hand).unwrap();
     std::fs::copy(example.join("recording.csv"), hand.join("recording.csv")).unwrap();

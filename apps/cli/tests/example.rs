@@ -5,7 +5,7 @@ mod support;
 use std::path::Path;
 use support::*;
 
-const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 
 #[test]
 fn known_truth_lies_within_the_stated_uncertainty() {

@@ -4,7 +4,7 @@ mod support;
 
 use support::*;
 
-const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 
 #[test]
 fn law_every_form_is_written_and_wrong_wishes_are_explained() {
@@ -175,10 +175,7 @@ fn law_results_of_an_axis_are_written_for_firmware() {
 fn law_the_matrix_of_a_band_is_that_of_apply() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("result");
-    let example = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../examples/published-triaxial"
-    );
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/published-triaxial");
     succeed(&["calibrate", example, "-o", text(&out)]);
     let calibration = out.join("calibration.json");
     let export = |more: &[&str]| -> String {

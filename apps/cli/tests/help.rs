@@ -79,7 +79,7 @@ fn explain_knows_the_words_of_the_glossary() {
 
 const PRESET: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../../examples/encoder/quadrature.args"
+    "/tests/data/encoder/quadrature.args"
 );
 
 #[test]

@@ -26,7 +26,7 @@ fn calibrated() -> (tempfile::TempDir, std::path::PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let camp = folder.path().join("camp");
     fs::create_dir(&camp).unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     for name in ["campaign.toml", "recording.csv"] {
         fs::copy(example.join(name), camp.join(name)).unwrap();
     }

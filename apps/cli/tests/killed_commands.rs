@@ -127,7 +127,7 @@ fn is_one_result(folder: &Path) {
 fn example(folder: &Path) -> PathBuf {
     let inputs = folder.join("inputs");
     fs::create_dir(&inputs).unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     for name in ["campaign.toml", "recording.csv"] {
         fs::copy(example.join(name), inputs.join(name)).unwrap();
     }
@@ -232,7 +232,7 @@ fn law_noise_is_killed() {
 fn law_other_commands_with_a_folder_are_killed() {
     let model = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../examples/uncertainty/mass.toml"
+        "/tests/data/uncertainty/mass.toml"
     );
     for command in ["uncertainty", "plan", "validate", "render"] {
         let above = tempfile::tempdir().unwrap();

@@ -12,7 +12,7 @@ use std::time::Instant;
 use support::*;
 
 fn published(folder: &Path) {
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/published-triaxial");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/published-triaxial");
     for entry in fs::read_dir(example).unwrap() {
         let path = entry.unwrap().path();
         if path.is_file() {
@@ -113,7 +113,7 @@ fn regress_a_number_that_cannot_be_drawn_takes_nothing_with_it() {
     assert!(result.join("result.json").is_file() && result.join("report.html").is_file());
 
     let other = tempfile::tempdir().unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     fs::copy(example.join("recording.csv"), other.path().join("r.csv")).unwrap();
     let campaign = fs::read_to_string(example.join("campaign.toml")).unwrap();
     let campaign = campaign.replace("\"recording.csv\"", "\"r.csv\"");
@@ -176,7 +176,7 @@ fn regress_messages_do_not_steer_a_terminal() {
 #[test]
 fn regress_labels_are_no_formulas_in_tables() {
     let folder = tempfile::tempdir().unwrap();
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     fs::copy(
         example.join("recording.csv"),
         folder.path().join("recording.csv"),
@@ -244,7 +244,7 @@ fn law_campaigns_of_strangers_can_be_contained() {
         assert!(!said.contains("SECRET"), "{name}: {said}");
     }
     // Files inside are read, also from another folder than the one that one stands in.
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let out = folder.path().join("out");
     succeed(&["calibrate", example, "--contained", "-o", text(&out)]);
 }

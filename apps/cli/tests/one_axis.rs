@@ -623,7 +623,7 @@ fn refuses_to_make_a_calibration_of_what_cannot_be_undone() {
 #[test]
 fn refuses_calibrations_that_do_not_fit() {
     let folder = tempfile::tempdir().unwrap();
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let three = folder.path().join("three");
     succeed(&["calibrate", example, "-o", text(&three)]);
     let three = three.join("calibration.json");

@@ -70,7 +70,7 @@ fn regress_a_pipe_keeps_its_head() {
 #[test]
 fn regress_apply_reads_a_pipe_as_the_file() {
     let folder = tempfile::tempdir().unwrap();
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let result = folder.path().join("result");
     succeed(&["calibrate", example, "-o", text(&result)]);
     let calibration = result.join("calibration.json");

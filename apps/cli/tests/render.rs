@@ -4,7 +4,7 @@ mod support;
 
 use support::{refuse, succeed, text};
 
-const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 
 #[test]
 fn law_every_file_comes_back_to_the_byte() {

@@ -15,13 +15,13 @@ use std::path::{Path, PathBuf};
 use support::*;
 
 fn example() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/published-triaxial")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/published-triaxial")
 }
 
 /// Rows of the uncorrected case of the printed matrices.
 fn printed() -> Vec<Vec<(String, String)>> {
     let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../reference/inrim-pcb356a15/matrices.csv");
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/inrim-pcb356a15/matrices.csv");
     let mut all = rows(&path);
     all.retain(|r| field(r, "correction") == "uncorrected");
     all

@@ -16,7 +16,7 @@ impl Chain {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let at = folder.path().to_path_buf();
-        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
         fs::create_dir(at.join("camp")).unwrap();
         for name in ["campaign.toml", "recording.csv"] {
             fs::copy(example.join(name), at.join("camp").join(name)).unwrap();
@@ -137,7 +137,7 @@ fn refuses_keys_that_are_none_and_never_replaces_one() {
     let said = refuse(&["keygen", text(&name)]);
     assert!(said.contains("never replaced"), "{said}");
     assert_eq!(fs::read(folder.path().join("lab.key")).unwrap(), private);
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let out = folder.path().join("out");
     let public = folder.path().join("lab.pub");
     let said = refuse(&[
@@ -152,7 +152,7 @@ fn refuses_keys_that_are_none_and_never_replaces_one() {
     assert!(!out.exists());
     let model = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../examples/uncertainty/mass.toml"
+        "/tests/data/uncertainty/mass.toml"
     );
     let key = folder.path().join("lab.key");
     let said = refuse(&["uncertainty", model, "--sign", text(&key)]);

@@ -206,7 +206,7 @@ fn known_drift_between_calibrations() {
 /// The example's own calibration: its axes are square within a degree, and the cost is stated.
 #[test]
 fn law_orthogonality_of_a_calibration_is_stated() {
-    const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let folder = tempfile::tempdir().unwrap();
     let calibrated = folder.path().join("calibrated");
     succeed(&["calibrate", EXAMPLE, "-o", text(&calibrated)]);

@@ -148,7 +148,7 @@ fn expect(what: &str, arguments: &[&str], says: Says) {
 
 #[test]
 fn known_what_is_said_of_tampering() {
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     let whole = tempfile::tempdir().unwrap();
     let base = |name: &str| whole.path().join(name);
     fs::create_dir(base("camp")).unwrap();
@@ -204,7 +204,7 @@ fn known_what_is_said_of_tampering() {
 fn known_what_other_commands_say_of_an_altered_file() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     let recording = example.join("recording.csv");
     let (calibrated, output) = (at("calibrated"), at("output"));
     let calibration = calibrated.join("calibration.json");
@@ -250,7 +250,7 @@ fn known_what_other_commands_say_of_an_altered_file() {
 fn regress_rendering_vouches_for_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     succeed(&["calibrate", text(&example), "-o", text(&at("first"))]);
     let unlisted = "nobody says whether they are as they were computed";
     let verify = |path: &Path| {
@@ -291,7 +291,7 @@ fn regress_rendering_vouches_for_nothing() {
 fn regress_an_altered_copy_is_not_vouched_for_by_the_original() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     fs::create_dir_all(at("camp")).unwrap();
     for name in ["campaign.toml", "recording.csv"] {
         fs::copy(example.join(name), at("camp").join(name)).unwrap();
@@ -330,7 +330,7 @@ fn regress_an_altered_copy_is_not_vouched_for_by_the_original() {
 fn regress_a_signature_does_not_go_without_a_word() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/hand-held");
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/hand-held");
     for name in ["lab", "other"] {
         succeed(&["keygen", text(&at(name))]);
     }

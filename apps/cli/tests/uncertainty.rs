@@ -8,7 +8,7 @@ use support::*;
 fn example(name: &str) -> PathBuf {
     PathBuf::from(concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../examples/uncertainty"
+        "/tests/data/uncertainty"
     ))
     .join(name)
 }

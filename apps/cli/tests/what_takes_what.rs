@@ -9,7 +9,7 @@ use std::process::Output;
 use support::axis::column;
 use support::*;
 
-const PAGE: &str = include_str!("../../../docs/what-takes-what.md");
+const PAGE: &str = include_str!("data/what-takes-what.md");
 
 /// Rows of the first table of the page, its heading first.
 fn cells() -> Vec<Vec<String>> {
@@ -117,7 +117,7 @@ fn drive(folder: &Path, name: &str, columns: &[&str]) -> PathBuf {
 fn law_every_cell_of_the_table_is_true() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/hand-held");
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
     let one = one_axis(folder.path());
 
     // The results, one for each row.

@@ -382,7 +382,7 @@ mod tests {
     use super::*;
 
     fn table() -> ReferenceTable {
-        let points = include_str!("../../../reference/inrim-pcb356a15/reference-accelerometer.csv")
+        let points = include_str!("../tests/inrim-pcb356a15/reference-accelerometer.csv")
             .lines()
             .skip(1)
             .map(|l| {

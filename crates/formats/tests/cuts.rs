@@ -81,7 +81,7 @@ fn wrong(whole: &HashMap<String, Vec<f64>>, bytes: &[u8], at_part: bool) -> Opti
 
 #[test]
 fn law_samples_before_a_cut_are_those_of_the_whole_file() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/streams");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/seeds");
     let (mut read, mut all) = (0, Vec::new());
     for entry in std::fs::read_dir(folder).unwrap() {
         let path: PathBuf = entry.unwrap().path();

@@ -415,7 +415,7 @@ fn refuses_sizes_that_cannot_be() {
         &[&ide[..], b"\x18\x52\x65\x70", &size, &nested].concat(),
     );
     // ULog: a message of 65535 bytes at the end.
-    let ulog = include_bytes!("../../../fuzz/corpus/streams/two.ulg");
+    let ulog = include_bytes!("seeds/two.ulg");
     let whole = bounded("ulog", ulog).unwrap();
     let long = bounded("ulog", &[&ulog[..], b"\xff\xffD\0\0"].concat()).unwrap();
     assert_eq!(long.streams()[0].rows, whole.streams()[0].rows);
@@ -582,7 +582,7 @@ fn refuses_scales_without_end() {
 /// A short run of what `examples/damage.rs` does with whole folders.
 #[test]
 fn law_damaged_seeds_cost_no_time_or_memory() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/streams");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/seeds");
     let mut seen = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

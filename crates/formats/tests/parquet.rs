@@ -14,8 +14,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 const SEEDS: [&[u8]; 2] = [
-    include_bytes!("../../../fuzz/corpus/streams/nulls.parquet"),
-    include_bytes!("../../../fuzz/corpus/streams/nested.parquet"),
+    include_bytes!("seeds/nulls.parquet"),
+    include_bytes!("seeds/nested.parquet"),
 ];
 
 /// Largest memory that this process ever had, MB.

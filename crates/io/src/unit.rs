@@ -340,8 +340,7 @@ impl Unit {
     }
 
     /// Every unit.
-    #[cfg(test)]
-    pub(crate) fn all() -> impl Iterator<Item = Self> {
+    pub fn all() -> impl Iterator<Item = Self> {
         SPELLINGS.iter().map(|(unit, ..)| *unit)
     }
 
@@ -447,6 +446,11 @@ impl Unit {
     /// Plain ASCII spelling, for column names.
     pub fn ascii(self) -> &'static str {
         self.entry().2
+    }
+
+    /// What else is read as this unit, beside how it is printed and [`ascii`](Self::ascii).
+    pub fn aliases(self) -> &'static [&'static str] {
+        self.entry().3
     }
 
     fn entry(self) -> &'static (Unit, &'static str, &'static str, &'static [&'static str]) {

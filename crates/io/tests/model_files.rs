@@ -5,7 +5,7 @@ use proofmass_uncertainty::Refusal;
 
 #[test]
 fn refuses_wrong_files_with_line_and_field() {
-    let good = include_str!("../../../examples/uncertainty/mass.toml");
+    let good = include_str!("models/mass.toml");
     for (from, to, line, word) in [
         ("u = 0.020", "u = \"much\"", 15, "much"),
         ("u = 0.020", "v = 0.020", 15, "`v`"),

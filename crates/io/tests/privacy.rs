@@ -7,7 +7,7 @@ use proofmass_io::{RecordingOptions, Source, inspect_source};
 const MARK: &str = "Jane Q Secret";
 
 fn seed(name: &str) -> Vec<u8> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus/streams/");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/seeds/");
     std::fs::read(format!("{folder}{name}")).unwrap()
 }
 

@@ -266,12 +266,12 @@ fn known_doubts_about_a_file() {
             .unwrap()
             .findings
     };
-    let mut blocks = include_bytes!("../../../fuzz/corpus/streams/three.cwa").to_vec();
+    let mut blocks = include_bytes!("seeds/three.cwa").to_vec();
     assert!(told(blocks.clone()).is_empty());
     blocks[1024 + 512 + 60] ^= 1;
     assert_eq!(told(blocks)[0].code(), "parts-damaged");
     let mut set = b"    -1\n   151\nsomebody\n    -1\n".to_vec();
-    set.extend(include_bytes!("../../../fuzz/corpus/streams/two.uff"));
+    set.extend(include_bytes!("seeds/two.uff"));
     let found = told(set);
     assert_eq!(found[0].code(), "parts-passed-over");
     assert!(!format!("{found:?}").contains("somebody"));
@@ -288,7 +288,7 @@ fn known_doubts_about_a_file() {
 #[cfg(feature = "parquet")]
 fn known_nulls_are_absent_and_headings_keep_their_units() {
     let source = || {
-        let file = include_bytes!("../../../fuzz/corpus/streams/nulls.parquet");
+        let file = include_bytes!("seeds/nulls.parquet");
         Source::from_bytes("nulls.parquet", file.to_vec()).unwrap()
     };
     let whole = Recording::from_source(source(), &options(&["acc_x", "counts"])).unwrap();

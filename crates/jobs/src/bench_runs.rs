@@ -36,6 +36,11 @@ impl<'a, R> BenchRuns<'a, R> {
             recordings: 0,
         }
     }
+
+    /// Runs in the order of the campaign.
+    pub fn runs(&self) -> &'a [R] {
+        self.runs
+    }
 }
 
 /// Everything the files of a campaign say: the question and its runs.

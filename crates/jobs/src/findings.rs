@@ -135,7 +135,7 @@ pub fn page() -> String {
          are the keys of `evidence_fields` of a finding in `result.json`. A *note* is worth knowing, a *warning* is a reservation,\n\
          and a *decision* has to be made before the result is used (exit code 3 under `--strict`). Words are explained in the\n\
          [glossary](glossary.md).\n\n\
-         This page is made from the catalogue: `cargo run -p proofmass-jobs --example findings_page`.\n",
+         This page is made from the catalogue: `cargo run -p proofmass-jobs --example pages`.\n",
     );
     let mut room = "";
     for kind in explanations() {

@@ -62,6 +62,7 @@ pub mod temperature;
 pub mod transverse;
 mod trouble;
 pub mod uncertainty;
+pub mod units;
 pub mod validation;
 mod value_range;
 pub mod velocity;

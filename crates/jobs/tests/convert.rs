@@ -412,10 +412,7 @@ fn law_what_is_listed_as_written_is_written() {
 /// Logs of 2023-11-14 whose times count from their first message: they continue each other by the clock of the files.
 #[test]
 fn known_dates_of_files_join_recordings() {
-    let corpus = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../fuzz/corpus/streams/three.cwa"
-    );
+    let corpus = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/seeds/three.cwa");
     let whole = std::fs::read(corpus).unwrap();
     // A header of two blocks, then blocks of half a kilobyte.
     let (first, rest) = (&whole[..1536], [&whole[..1024], &whole[1536..]].concat());

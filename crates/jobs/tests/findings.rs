@@ -48,12 +48,22 @@ fn severities_are_stated_once() {
 }
 
 #[test]
+fn the_page_of_units_is_that_of_the_units() {
+    let written =
+        std::fs::read_to_string(workspace().join("docs/units.md")).expect("the page is there");
+    assert!(
+        written == proofmass_jobs::units::page(),
+        "docs/units.md is not that of the units: run `cargo run -p proofmass-jobs --example pages`"
+    );
+}
+
+#[test]
 fn the_page_is_that_of_the_catalogue() {
     let written =
         std::fs::read_to_string(workspace().join("docs/findings.md")).expect("the page is there");
     assert!(
         written == page(),
-        "docs/findings.md is not that of the catalogue: run `cargo run -p proofmass-jobs --example findings_page`"
+        "docs/findings.md is not that of the catalogue: run `cargo run -p proofmass-jobs --example pages`"
     );
 }
 

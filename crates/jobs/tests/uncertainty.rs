@@ -16,7 +16,7 @@ fn job(text: &str) -> UncertaintyJob {
     }
 }
 
-const IMPEDANCE: &str = include_str!("../../../examples/uncertainty/impedance.toml");
+const IMPEDANCE: &str = include_str!("models/impedance.toml");
 
 /// A sum of squares near zero: the law of propagation would state an interval below zero.
 const SQUARES: &str = r#"

@@ -275,7 +275,7 @@ mod tests {
 
     #[test]
     fn known_the_guide_prints_what_the_models_give() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/dynamic-tests.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/dynamic-tests.md");
         let guide = std::fs::read_to_string(path).unwrap();
         for device in Transducer::examples() {
             let limits = device.limits();

@@ -12,7 +12,7 @@ use proofmass_shaker::{Budget, PhasorRow, SpuriousTable, complex, joint};
 
 /// (frequency, S in V/(m/s²), A in (m/s²)/V) of a published case.
 fn published(case: &str) -> Vec<(f64, Matrix, Matrix)> {
-    let text = include_str!("../../../reference/inrim-pcb356a15/matrices.csv");
+    let text = include_str!("inrim-pcb356a15/matrices.csv");
     let rows: Vec<Vec<&str>> = text
         .lines()
         .skip(1)

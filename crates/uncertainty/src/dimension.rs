@@ -155,6 +155,58 @@ const PREFIXES: [(&str, f64); 20] = [
     ("a", 1e-18),
 ];
 
+/// A symbol that a model understands as a unit.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct UnitSymbol {
+    /// As it is written.
+    pub symbol: &'static str,
+    /// Its size in `coherent` units.
+    pub factor: f64,
+    /// The coherent SI unit of its kind in base units, `kg·m²·s⁻²`; `1` for a number or an angle.
+    pub coherent: String,
+    /// Whether it takes the prefixes of the SI.
+    pub prefixes: bool,
+}
+
+/// Every symbol that a model understands as a unit, in the order in which they are looked up.
+///
+/// ```
+/// let volt = proofmass_uncertainty::unit_symbols().find(|u| u.symbol == "V").unwrap();
+/// assert_eq!((volt.factor, volt.coherent.as_str()), (1.0, "m²·kg·s⁻³·A⁻¹"));
+/// ```
+pub fn unit_symbols() -> impl Iterator<Item = UnitSymbol> {
+    UNITS.iter().map(|&(symbol, powers, factor, prefixes)| {
+        let bases = ["m", "kg", "s", "A", "K", "mol", "cd"].iter().zip(powers);
+        let present = bases.filter(|(_, power)| *power != 0);
+        let written: Vec<String> = present
+            .map(|(base, p)| format!("{base}{}", raised(p)))
+            .collect();
+        UnitSymbol {
+            symbol,
+            factor,
+            coherent: match written.is_empty() {
+                true => "1".to_owned(),
+                false => written.join("·"),
+            },
+            prefixes,
+        }
+    })
+}
+
+/// A power as it stands behind a unit.
+fn raised(power: i8) -> String {
+    let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    match power {
+        1 => String::new(),
+        power => power
+            .to_string()
+            .chars()
+            .map(|c| c.to_digit(10).map_or('⁻', |d| digits[d as usize]))
+            .collect(),
+    }
+}
+
 impl Dimension {
     /// A pure number.
     pub fn one() -> Self {

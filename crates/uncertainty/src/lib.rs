@@ -252,6 +252,8 @@ mod evaluation;
 #[cfg(feature = "model")]
 mod model;
 #[cfg(feature = "model")]
+pub use dimension::{UnitSymbol, unit_symbols};
+#[cfg(feature = "model")]
 pub use evaluation::{
     Evaluate, LinearOutput, Method, ModelResult, OutputConformity, OutputResult, Statement,
     StatementMethod, Sweep, SweepPoint, Target, TargetInput,

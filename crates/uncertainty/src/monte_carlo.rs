@@ -284,7 +284,8 @@ impl MonteCarlo {
             }
             if progress(Progress {
                 done: done * block,
-                most: blocks * block,
+                // What is stable makes no more.
+                most: if stable { done } else { blocks } * block,
             })
             .is_break()
             {

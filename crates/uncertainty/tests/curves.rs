@@ -105,10 +105,7 @@ const SETS: &[Certified] = &[
 #[test]
 fn published_nist_strd() {
     for (name, certified) in SETS {
-        let path = format!(
-            "{}/../../reference/gum/{name}.toml",
-            env!("CARGO_MANIFEST_DIR")
-        );
+        let path = format!("{}/tests/gum/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let model = read(&std::fs::read_to_string(&path).unwrap());
         let (joint, equations) = model.prepared().unwrap_or_else(|e| panic!("{name}: {e}"));
         let result = propagate(&equations, &joint).unwrap();
@@ -184,7 +181,7 @@ fn independent_errors_in_both_variables() {
 /// A straight line is a polynomial and a curve: both ways give the same, for every weighing.
 #[test]
 fn law_a_line_is_a_curve() {
-    let line = include_str!("../../../reference/gum/pearson-york.toml");
+    let line = include_str!("gum/pearson-york.toml");
     let line = read(line);
     assert_eq!(line.fit[0].weights, FitWeights::Both);
     for weights in [FitWeights::Equal, FitWeights::Y, FitWeights::Both] {
@@ -225,7 +222,7 @@ fn law_a_line_is_a_curve() {
 /// 40 digits of the set Misra1a with u = 0.1 for each ordinate.
 #[test]
 fn independent_weighted_curve() {
-    let mut model = read(include_str!("../../../reference/gum/strd-misra1a.toml"));
+    let mut model = read(include_str!("gum/strd-misra1a.toml"));
     model.input[0].u = Some(0.1);
     model.fit[0].weights = FitWeights::Y;
     model.fit[0].scatter = FitScatter::None;
@@ -391,7 +388,7 @@ fn law_a_thousand_points_with_errors_in_both_variables() {
 /// along the distances, whose last step is 10⁻⁸ of what the points leave open.
 #[test]
 fn law_trials_of_a_line_are_those_of_a_curve() {
-    let line = read(include_str!("../../../reference/gum/pearson-york.toml"));
+    let line = read(include_str!("gum/pearson-york.toml"));
     let mut curve = line.clone();
     curve.fit[0].curve = Some("a + b * x".to_owned());
     curve.fit[0].start = Some(vec![1.0, 1.0]);

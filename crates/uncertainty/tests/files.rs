@@ -15,7 +15,7 @@ fn evaluate(text: &str) -> ModelResult {
 
 #[test]
 fn published_examples_give_the_published_results() {
-    let mass = evaluate(include_str!("../../../examples/uncertainty/mass.toml"));
+    let mass = evaluate(include_str!("models/mass.toml"));
     let m = &mass.outputs[0];
     let linear = m.linear.as_ref().unwrap();
     assert_eq!(linear.quantity.to_string(), "1.234(54) mg");
@@ -30,7 +30,7 @@ fn published_examples_give_the_published_results() {
             .any(|f| f.code() == "linear-result-not-validated")
     );
 
-    let impedance = evaluate(include_str!("../../../examples/uncertainty/impedance.toml"));
+    let impedance = evaluate(include_str!("models/impedance.toml"));
     let linear = impedance.outputs[0].linear.as_ref().unwrap();
     assert_eq!(linear.quantity.to_string(), "127.732(71) Ω");
     let r = impedance
@@ -42,9 +42,7 @@ fn published_examples_give_the_published_results() {
         .unwrap();
     assert!((r + 0.485).abs() < 0.0005);
 
-    let gauge = evaluate(include_str!(
-        "../../../examples/uncertainty/gauge-block.toml"
-    ));
+    let gauge = evaluate(include_str!("models/gauge-block.toml"));
     let linear = gauge.outputs[0].linear.as_ref().unwrap();
     assert_eq!(linear.quantity.value.round(), 838.0);
     let trials = gauge.outputs[0].monte_carlo.as_ref().unwrap();
@@ -53,7 +51,7 @@ fn published_examples_give_the_published_results() {
 
 #[test]
 fn law_results_survive_json() {
-    let result = evaluate(include_str!("../../../examples/uncertainty/mass.toml"));
+    let result = evaluate(include_str!("models/mass.toml"));
     let text = serde_json::to_string(&result).unwrap();
     let back: ModelResult = serde_json::from_str(&text).unwrap();
     assert_eq!(serde_json::to_string(&back).unwrap(), text);

@@ -559,7 +559,7 @@ fn refuses_what_means_nothing() {
 /// second factor's product term exact: var = u²(m_R) + u²(δm) + m² u²(ρ_a) [u²(ρ_W)/ρ⁴ + u²(ρ_R)/ρ⁴].
 #[test]
 fn known_monte_carlo_budget_of_s1_9_3() {
-    let result = evaluate(include_str!("../../../reference/gum/s1-9-3.toml"));
+    let result = evaluate(include_str!("gum/s1-9-3.toml"));
     let output = result.get("deviation").unwrap();
     let of = |name: &str| {
         let found = output.effects.iter().find(|e| e.inputs == [name]);

@@ -551,7 +551,7 @@ fn law_units_are_looked_at() {
 /// contradicts it; by terms of second order alone, two digits are refused.
 #[test]
 fn published_terms_of_second_order_are_judged_by_the_digits_that_count() {
-    let text = include_str!("../../../reference/gum/gum-h1.toml");
+    let text = include_str!("gum/gum-h1.toml");
     let result = evaluate_with(text, Evaluate::default().trials).unwrap();
     let l = &result.outputs[0];
     assert!(l.validation.as_ref().unwrap().holds());

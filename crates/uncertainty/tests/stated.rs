@@ -53,10 +53,7 @@ fn close(got: f64, expected: f64, allowed: f64) {
 }
 
 fn reference(name: &str) -> String {
-    let path = format!(
-        "{}/../../reference/gum/{name}.toml",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/tests/gum/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 

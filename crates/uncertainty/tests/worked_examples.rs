@@ -179,10 +179,7 @@ const ROWS: &[Row] = &[
 ];
 
 fn run(name: &str) -> ModelResult {
-    let path = format!(
-        "{}/../../reference/gum/{name}.toml",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/tests/gum/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
     let model: UncertaintyModel = toml::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
     let options = Evaluate {
@@ -248,7 +245,7 @@ fn digits(x: f64) -> String {
 
 #[test]
 fn published_worked_examples() {
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/worked-examples.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/worked-examples.md");
     let page = std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{page}: {e}"));
     let mut file = "";
     let mut result = None;
@@ -304,7 +301,7 @@ fn published_worked_examples() {
 /// No model file stands there without a figure, or with one only here.
 #[test]
 fn every_model_file_is_compared() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/gum");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gum");
     let curves = include_str!("curves.rs");
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -135,7 +135,7 @@ pub fn campaign(folder: &Path, toml: &str) {
 pub fn example_lines() -> Vec<String> {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/../../examples/hand-held/recording.csv"
+        "/tests/data/hand-held/recording.csv"
     );
     let text = std::fs::read_to_string(path).expect("the example ships with the project");
     text.lines().map(str::to_owned).collect()

@@ -122,7 +122,7 @@ fn known_rate_of_the_times_of_the_pages() {
 
 #[test]
 fn known_seed_survives() {
-    let seed = include_bytes!("../../../../fuzz/corpus/streams/one.geneactiv");
+    let seed = include_bytes!("../../tests/seeds/one.geneactiv");
     let page = page(7, 10, [-17, -246, -6], 9, 1);
     let cut = HEADER.len() + page.len() - 2 - 3600 + 40;
     assert_eq!(&seed[..], &(HEADER.to_owned() + &page).as_bytes()[..cut]);

@@ -4,11 +4,11 @@
 use crate::stream::tests::{columns, open, survives};
 use crate::{Container, RemarkKind};
 
-const OLD: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/old.h5");
-const NEW: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/new.h5");
-const DENSE: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/dense.h5");
-const GROWING: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/growing.h5");
-const MATLAB: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/struct.mat");
+const OLD: &[u8] = include_bytes!("../../tests/seeds/old.h5");
+const NEW: &[u8] = include_bytes!("../../tests/seeds/new.h5");
+const DENSE: &[u8] = include_bytes!("../../tests/seeds/dense.h5");
+const GROWING: &[u8] = include_bytes!("../../tests/seeds/growing.h5");
+const MATLAB: &[u8] = include_bytes!("../../tests/seeds/struct.mat");
 
 /// Every channel by its name, whatever its stream.
 fn channels(file: &[u8]) -> Vec<(String, Vec<f64>)> {

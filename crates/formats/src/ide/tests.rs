@@ -220,8 +220,5 @@ fn known_channels_that_are_passed_over() {
 #[test]
 fn known_seed_of_the_fuzzer() {
     let seed = [description(), blocks().concat()].concat();
-    assert_eq!(
-        include_bytes!("../../../../fuzz/corpus/streams/two.ide")[..],
-        seed
-    );
+    assert_eq!(include_bytes!("../../tests/seeds/two.ide")[..], seed);
 }

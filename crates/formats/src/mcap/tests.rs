@@ -406,10 +406,7 @@ fn known_seed() {
     let mut log = file(&[chunk("lz4", &records, &lz4(&records), crc(&records))]);
     log.extend(two(3));
     end(&mut log, &definitions());
-    let seed = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../fuzz/corpus/streams/two.mcap"
-    );
+    let seed = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/seeds/two.mcap");
     assert!(std::fs::read(seed).unwrap() == log);
     assert_eq!(columns(open(&log).unwrap(), 0)[3], [1.0, 2.0, 3.0, 4.0]);
 }

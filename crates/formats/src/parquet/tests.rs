@@ -3,9 +3,9 @@ use crate::stream::tests::{columns, open};
 use crate::{Clock, RemarkKind};
 
 /// Written by pyarrow 26: snappy, check sums, dictionaries for two columns, two row groups of 7 and 5 rows.
-const NULLS: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/nulls.parquet");
+const NULLS: &[u8] = include_bytes!("../../tests/seeds/nulls.parquet");
 /// Written by pyarrow 26: zstd, pages of version 2, differences and split bytes, a structure and a list.
-const NESTED: &[u8] = include_bytes!("../../../../fuzz/corpus/streams/nested.parquet");
+const NESTED: &[u8] = include_bytes!("../../tests/seeds/nested.parquet");
 
 /// Numbers of a column, `None` where they are absent.
 fn column(file: &[u8], name: &str) -> Vec<Option<f64>> {

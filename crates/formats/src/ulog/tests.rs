@@ -225,9 +225,6 @@ fn refuses_what_it_does_not_know() {
 /// The seed of the fuzz target is made by this, so that it can be made again.
 #[test]
 fn known_seed() {
-    let seed = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../fuzz/corpus/streams/two.ulg"
-    );
+    let seed = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/seeds/two.ulg");
     assert!(std::fs::read(seed).unwrap() == log());
 }

@@ -45,6 +45,9 @@ pub(super) fn solve(
         }
         (None, _) => None,
     };
+    if found.is_some() {
+        watch.step("search", 1, 1)?;
+    }
     let (support, materials, accelerometer) = match &job.body {
         Body::Wedge(d) => (d.support, d.materials(), d.accelerometer),
         Body::Mesh(b) => (b.support, mesh_materials(b, data)?, b.accelerometer),

@@ -55,6 +55,7 @@ pub fn check(kind: &str, answer: &dyn Fn(&dyn Watch) -> Answer) -> StoredResult 
     };
     lay_out(kind, &files, &result);
     crate::statements::law_numbers_say_how_well_they_are_known(kind, &result);
+    crate::tables::remember(kind, &result);
     let page = words(&file(REPORT));
     assert!(summary.contains(document["title"].as_str().expect("a title")));
     opens_with_the_answer(kind, &result, &file(REPORT));

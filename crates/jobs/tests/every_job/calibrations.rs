@@ -18,6 +18,7 @@ use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSin
 use proofmass_jobs::simulate::{
     SimulateJob, SimulatedMultiPosition, SimulatedPrimary, SimulatedShaker, SimulatedSpuriousMotion,
 };
+use proofmass_jobs::spurious_motion::{SpuriousMotionData, SpuriousRun};
 use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
 use proofmass_jobs::transverse::{TransverseData, TransverseJob, TransverseRun};
 use proofmass_jobs::validation::{ValidationData, ValidationJob};
@@ -113,6 +114,11 @@ pub fn shaker_triaxial(kind: &str) -> StoredResult {
     let result = check(kind, &|watch| shaker.evaluate(None, watch));
     let files = result.files().expect("files");
     assert!(files.iter().any(|(name, _)| name == "calibration.json"));
+    let mut recorded = SimulatedShaker::default();
+    (recorded.duration, recorded.configurations) = (0.2, 6);
+    recorded.frequencies = vec![160.0];
+    let recorded = simulated(&SimulateJob::Shaker(recorded));
+    check(kind, &|watch| recorded.evaluate(None, watch));
     result
 }
 
@@ -123,6 +129,23 @@ pub fn spurious_motion(kind: &str) {
     let result = check(kind, &|watch| spurious.evaluate(None, watch));
     let [re, im] = ["real", "imaginary"].map(|part| cell(&result, "ratios.csv", 0, part));
     states_everywhere(&result, 100.0 * re.hypot(im));
+    // Every reading once more, on another day.
+    let Campaign::SpuriousMotion(campaign) = &spurious else {
+        panic!("a spurious motion");
+    };
+    let files = campaign.load(&Unwatched).expect("readings");
+    let mut runs = files.data().runs().to_vec();
+    for run in runs.clone() {
+        runs.push(SpuriousRun {
+            run: format!("{} again", run.run),
+            measurement: "another day".into(),
+            ..run
+        });
+    }
+    check(kind, &|watch| {
+        let data = SpuriousMotionData::new(&runs);
+        ask(files.job.clone(), &AnyData::SpuriousMotion(data), watch)
+    });
 }
 
 pub fn shaker_single(kind: &str) -> StoredResult {
@@ -141,6 +164,11 @@ pub fn shaker_single(kind: &str) -> StoredResult {
         place: "here".into(),
     };
     let runs = [run("a", 0.2), run("b", 0.2002)];
+    // A check standard of 0.1 V/(m/s²) beside the device.
+    let checked = runs.clone().map(|run| ShakerSingleRun {
+        check: Some((Complex64::new(0.1, 0.0), [0.0; 3])),
+        ..run
+    });
     let comparison = ComparisonBudget {
         ratio: 0.001,
         phase: 0.002,
@@ -149,6 +177,12 @@ pub fn shaker_single(kind: &str) -> StoredResult {
         front_end: 0.0,
         free_phase: false,
     };
+    check(kind, &|watch| {
+        let mut job = ShakerSingleJob::new(Some(certificate()), comparison);
+        job.check_standard = Some(certificate());
+        let data = AnyData::ShakerSingle(ShakerSingleData::new(&checked));
+        ask(job, &data, watch)
+    });
     check(kind, &|watch| {
         let job = ShakerSingleJob::new(Some(certificate()), comparison);
         ask(

@@ -417,7 +417,7 @@ fn known_decisions_are_printed_with_their_rule_and_risk() {
 /// Sheets of every kind are the test sheets of the typesetter, which is a workspace of its own: what is written here is accepted there.
 #[test]
 fn law_sheets_are_those_that_the_typesetter_is_tested_with() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../apps/certificate/tests/sheets");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sheets");
     let languages = [
         (Language::English, false),
         (Language::Italian, false),

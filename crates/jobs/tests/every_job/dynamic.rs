@@ -119,6 +119,27 @@ pub fn response(kind: &str) {
         ask(job.clone(), &AnyData::Response(data), watch)
     });
     assert_eq!(result.quantities()[0].name, "sensitivity");
+    // The same with a resonance at 120 Hz.
+    let (mut resonant, mut a, mut b) = (Vec::new(), 0.0, 0.0);
+    let (turn, decay) = (std::f64::consts::TAU * 0.12, 0.98_f64);
+    for (x, y) in input.iter().zip(&output) {
+        let next = 2.0 * decay * turn.cos() * a - decay * decay * b + 0.01 * x;
+        (b, a) = (a, next);
+        resonant.push(y + next);
+    }
+    check(kind, &|watch| {
+        let data = ResponseData {
+            recordings: vec![[channel("a", "m/s²", &input), channel("u", "V", &resonant)]],
+            rate: 1000.0,
+            findings: &[],
+            name: "memory",
+        };
+        ask(
+            ResponseJob::new(Excitation::Random),
+            &AnyData::Response(data),
+            watch,
+        )
+    });
 }
 
 /// A mass at 900 Hz with a damping of 0.3, and 0.02 V/(m/s²).

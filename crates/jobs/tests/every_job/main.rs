@@ -11,6 +11,7 @@ mod statements;
 mod static_tests;
 #[path = "../support/mod.rs"]
 mod support;
+mod tables;
 
 use proofmass_jobs::plan::PlanJob;
 use proofmass_jobs::{
@@ -31,6 +32,7 @@ macro_rules! walk {
             #[allow(clippy::let_unit_value)] // some give the result on
             fn $test() {
                 let _ = super::$room::$test($result);
+                super::tables::law_page($job, $result);
             })*
         }
     };

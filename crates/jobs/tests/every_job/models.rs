@@ -59,6 +59,35 @@ pub fn noise(kind: &str) {
         let data = NoiseData::samples(vec![channel], 50.0);
         ask(NoiseJob::default(), &AnyData::Noise(data), watch)
     });
+    three_sensors(kind);
+}
+
+/// Three sensors side by side on one bed, told apart; and the deviation in windows.
+fn three_sensors(kind: &str) {
+    let white = |white: f64, seed: u64| {
+        let model = NoiseModel {
+            white,
+            ..NoiseModel::default()
+        };
+        let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
+        simulated_noise(&model, 4000, 50.0, &mut rng).expect("noise")
+    };
+    let rates = [white(1e-3, 5), white(2e-3, 6), white(3e-3, 7)];
+    check(kind, &|watch| {
+        let channel = |(name, rate)| NoiseChannel {
+            name,
+            sensor: Some(Sensor::Accelerometer),
+            unit: "m/s²",
+            rate,
+        };
+        let rates = rates.iter().map(Vec::as_slice);
+        let channels = ["a", "b", "c"].into_iter().zip(rates).map(channel);
+        let data = NoiseData::samples(channels.collect(), 50.0);
+        let mut job = NoiseJob::default();
+        job.options.separate = true;
+        job.options.windows = 4;
+        ask(job, &AnyData::Noise(data), watch)
+    });
 }
 
 /// Two units, of which one is noisier, against a limit between them.
@@ -102,6 +131,19 @@ pub fn uncertainty(kind: &str) {
             model: proofmass_io::read_model(model).expect("a model"),
             ..UncertaintyJob::default()
         };
+        ask(job, &AnyData::None, watch)
+    });
+    let all = format!(
+        "{model}[[conformity]]\noutput = \"w\"\nupper = 5.0\n\
+         [[sweep]]\ninput = \"m\"\nfrom = 1.0\nto = 3.0\nsteps = 3\n\
+         [[target]]\noutput = \"w\"\nU = 0.2\n"
+    );
+    check(kind, &|watch| {
+        let mut job = UncertaintyJob {
+            model: proofmass_io::read_model(&all).expect("a model"),
+            ..UncertaintyJob::default()
+        };
+        job.options.effects = true;
         ask(job, &AnyData::None, watch)
     });
 }
@@ -179,10 +221,13 @@ pub fn modes(kind: &str) {
                 [accelerometer]\nmass_g = 10\nheight_mm = 5\n\
                 [modes]\ncount = 2\nunknowns = 3000\naccuracy = 0.3\nsize_mm = 40\n\
                 [uncertainty]\nyoung_percent = 2\n";
-    let store = Memory::new().file("wedge.toml", text);
-    let source = CampaignFile::read(Arc::new(store), "wedge.toml").expect("a file");
-    let file = ModesFile::of(source).expect("a wedge");
-    check(kind, &|watch| {
-        ask(file.job.clone(), &AnyData::Modes(file.data()), watch)
-    });
+    let search = format!("{text}[search]\ntrials = 2\n[search.vary]\nwidth_mm = [45, 55]\n");
+    for text in [text, &search] {
+        let store = Memory::new().file("wedge.toml", text);
+        let source = CampaignFile::read(Arc::new(store), "wedge.toml").expect("a file");
+        let file = ModesFile::of(source).expect("a wedge");
+        check(kind, &|watch| {
+            ask(file.job.clone(), &AnyData::Modes(file.data()), watch)
+        });
+    }
 }

@@ -12,7 +12,7 @@ struct Case {
 
 /// Rows of a case of `reference/inrim-pcb356a15/matrices.csv`.
 fn cases(case: &str) -> Vec<Case> {
-    let text = include_str!("../../../../reference/inrim-pcb356a15/matrices.csv");
+    let text = include_str!("../../tests/inrim-pcb356a15/matrices.csv");
     let mut cases: Vec<Case> = Vec::new();
     let rows = text
         .lines()

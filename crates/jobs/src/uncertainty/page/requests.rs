@@ -1,6 +1,6 @@
 //! What a model asks beside its outputs: conformity, sweeps, target uncertainties.
 
-use super::{at_place, shown};
+use super::{at_place, percent, shown};
 use crate::uncertainty::UncertaintyOutcome;
 use proofmass_report::Rounding::{Decimals, Significant};
 use proofmass_report::{Cell, Field, Report, Section, Table, scientific};
@@ -148,6 +148,11 @@ fn targets(target: &Target, outcome: &UncertaintyOutcome) -> Table {
             .rounded(Significant(3)),
     ];
     let say = |u: f64| scientific(u, 3);
+    let options = &outcome.result.options;
+    let road = match options.coverage_factor {
+        Some(k) => format!("k = {k}"),
+        None => format!("{} %", percent(options.probability)),
+    };
     Table::of(
         format!(
             "What each input alone would need for U = {} {of_output}",
@@ -158,7 +163,7 @@ fn targets(target: &Target, outcome: &UncertaintyOutcome) -> Table {
         &target.inputs,
     )
     .note(format!(
-        "U is {} {of_output} now. Where the target is not reached, U is that with the input known, or 1000 times as uncertain.",
+        "U ({road}) is {} {of_output} now. Where the target is not reached, U is that with the input known, or 1000 times as uncertain.",
         say(target.expanded)
     ))
     .file(format!("target_{}.csv", target.output.replace(|c: char| !c.is_alphanumeric(), "_")))
