@@ -36,6 +36,9 @@ pub struct Provenance {
     pub sha256: String,
     /// Files it was computed from.
     pub(crate) inputs: Vec<Input>,
+    /// What was done to the samples, step by step in this order, where it is more than a compensation.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<String>,
     /// SHA-256 of the file that stood there before: a run that was killed while it replaced it left that one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replaces: Option<String>,
@@ -55,6 +58,7 @@ impl Provenance {
             software: Software::default(),
             sha256: sha256.into(),
             inputs,
+            steps: Vec::new(),
             replaces: None,
             signature: None,
         }
@@ -72,7 +76,7 @@ impl Provenance {
         self
     }
 
-    /// What a signature is of: form, program, digest, and a line for each input in order.
+    /// What a signature is of: form, program, digest, and a line for each input and each step in order.
     pub fn statement(&self) -> String {
         let mut text = format!(
             "{} {}\nsoftware {} {}\noutput {}\n",
@@ -84,6 +88,9 @@ impl Provenance {
         );
         for input in self.inputs.iter().flat_map(Input::files) {
             text += &format!("input {} {}\n", quoted(&input.sha256), quoted(&input.path));
+        }
+        for step in &self.steps {
+            text += &format!("step {}\n", quoted(step));
         }
         text
     }

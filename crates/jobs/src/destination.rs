@@ -12,8 +12,8 @@ pub enum Destination<'a> {
         path: &'a Path,
         /// Files that may not be overwritten, the recordings first.
         inputs: &'a [&'a Path],
-        /// Told the recordings and the digest of the whole file before that stands in its place.
-        beside: &'a dyn Fn(&[Input], &str) -> proofmass_io::Result<()>,
+        /// Told the recordings, the digest of the whole file and the steps of a chain before that stands in its place.
+        beside: &'a dyn Fn(&[Input], &str, &[String]) -> proofmass_io::Result<()>,
     },
     /// Memory.
     Bytes(&'a mut Vec<u8>),

@@ -199,7 +199,7 @@ mod tests {
             }
             // Nor is it much longer than Kaiser's formula has it.
             let formula = (attenuation - 7.95) / (2.285 * 2.0 * PI * (stop - pass));
-            assert!(f.taps().len() as f64 <= 1.15 * formula + 8.0);
+            assert!(f.taps().len() as f64 <= 1.3 * formula + 8.0);
         }
     }
 
