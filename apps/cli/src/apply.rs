@@ -36,7 +36,7 @@ pub(crate) struct Apply {
     /// Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that alone
     #[arg(long, value_name = "LOW,HIGH", value_parser = crate::number_arguments::band_or_frequency)]
     band: Option<[f64; 2]>,
-    /// Calibration over frequency: an inverse filter over the whole range (or over --band)
+    /// Calibration over frequency: an inverse filter (whole range, or --band)
     ///
     /// Samples at either end of the recording, for which the filter needs others before or after, are left out.
     #[arg(long)]

@@ -444,12 +444,18 @@ fn law_times_of_a_track_count_as_those_of_the_recording() {
     }
 }
 
+/// What, where and what to do.
+fn told(trouble: &Trouble) -> String {
+    let hint = trouble.hint().unwrap_or_default();
+    format!("{trouble} {} {hint}", trouble.place().join(" "))
+}
+
 #[test]
 fn refuses_a_bias_that_does_not_belong_to_the_recording() {
     let text = recording(2000, wave);
     let refused = |bytes: Vec<u8>| {
         let found = track(bytes).and_then(|t| ask(&job(), &text, Some(&t)).map(|_| ()));
-        found.expect_err("a refusal").to_string()
+        told(&found.expect_err("a refusal"))
     };
     // Tracked from 1 s on: the recording begins before, at line 2.
     let late = refused(tracked(1.0, None));
@@ -476,7 +482,7 @@ fn refuses_steps_that_cannot_be_taken() {
         let mut job = job();
         change(&mut job);
         let said = match ask(&job, &text, None) {
-            Err(trouble) => format!("{trouble} {}", trouble.hint().unwrap_or_default()),
+            Err(trouble) => told(&trouble),
             Ok(_) => panic!("{words:?} was not refused"),
         };
         for word in words {
