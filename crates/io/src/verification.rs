@@ -610,6 +610,20 @@ mod tests {
     use super::*;
     use crate::OutputFolder;
 
+    /// Steps are part of what is signed; a file without them has the statement that it had before there were any.
+    #[test]
+    fn law_steps_are_part_of_the_statement() {
+        let mut provenance = Provenance::new("00", Vec::new());
+        let plain = provenance.statement();
+        provenance.steps = vec!["calibration".to_owned(), "low-pass".to_owned()];
+        let told = provenance.statement();
+        assert!(told.starts_with(&plain) && told.len() > plain.len());
+        provenance.steps.reverse();
+        assert_ne!(provenance.statement(), told);
+        let back = Provenance::from_json(&provenance.to_json().unwrap()).unwrap();
+        assert_eq!(back, provenance);
+    }
+
     #[test]
     fn law_one_flipped_byte_is_named() {
         let folder = tempfile::tempdir().unwrap();
