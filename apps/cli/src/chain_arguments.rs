@@ -24,7 +24,7 @@ pub(crate) struct ChainArguments {
     /// Keep one of M samples behind the low-pass
     #[arg(long, value_name = "M")]
     decimate: Option<u32>,
-    /// What decimation folds into the band up to the corner must be weaker by this [default: 60]
+    /// What decimation folds into the band up to the corner must be weaker by this, in dB [default: 60]
     #[arg(long, value_name = "DB", value_parser = positive, requires = "low_pass")]
     attenuation: Option<f64>,
 }

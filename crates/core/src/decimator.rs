@@ -122,7 +122,7 @@ mod tests {
             for i in 0..200 {
                 let all: [f64; 3] =
                     core::array::from_fn(|k| low_pass.step(&mut axes[k], input(i)[k]));
-                let due = i >= wait as usize && (i - wait as usize) % factor as usize == 0;
+                let due = i >= wait as usize && (i - wait as usize).is_multiple_of(factor as usize);
                 assert_eq!(
                     decimator.step(&mut state, input(i)),
                     due.then_some(all),
