@@ -225,6 +225,13 @@ def apply(
     coverage_factor: float | None = None,
     temperature: str | int | None = None,
     within_range: bool = False,
+    bias: Data | None = None,
+    rotate: str | None = None,
+    rotate_uncertainty: str | None = None,
+    low_pass: float | None = None,
+    linear_phase: bool = False,
+    decimate: int | None = None,
+    attenuation: float | None = None,
     dynamic: bool = False,
     model: str | None = None,
     corner: float | None = None,
@@ -245,6 +252,9 @@ def apply(
     are kept as they are. The same function runs in firmware. A calibration over frequency (from a shaker, or the
     table of a laboratory) is used through the constant matrix of a band, or through a filter; both state their error.
 
+    Steps may follow, always in this order: a tracked bias is subtracted, the axes are turned, a low-pass runs,
+    samples are left out. Their delay is stated and taken out.
+
     Args:
         calibration: calibration.json (of three axes or one), a result.json that holds it, or a laboratory's table
             (.csv) over frequency.
@@ -254,14 +264,24 @@ def apply(
         sign: Sign where the file came from with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         band: Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that
             alone.
-        filter: Calibration over frequency: an inverse filter over the whole range (or over band=) Samples at either
-            end of the recording, for which the filter needs others before or after, are left out.
+        filter: Calibration over frequency: an inverse filter (whole range, or band=) Samples at either end of the
+            recording, for which the filter needs others before or after, are left out.
         hold: Below and above the calibrated frequencies, take the sensitivity of the nearest one instead of filtering
             them out.
         coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         temperature: Column of the temperature in °C, for a calibration over temperature.
         within_range: Refuse a recording with samples beyond the range in which the calibration was tested, instead of
             reporting them.
+        bias: Subtract a bias that was tracked over this recording: the result.json of `proofmass bias`.
+        rotate: Turn to the frame of a machine or vehicle: roll, pitch and yaw of the sensor in it, in degrees The
+            frame of the machine is turned about its z axis by yaw, about its new y axis by pitch and about its new x
+            axis by roll (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor.
+        rotate_uncertainty: Standard uncertainties of these angles, in degrees.
+        low_pass: Low-pass of all axes with this corner in hertz: a Butterworth of second order, as `proofmass filter`
+            writes it.
+        linear_phase: Low-pass with one delay at all frequencies, flat up to low_pass=, in place of the Butterworth.
+        decimate: Keep one of M samples behind the low-pass.
+        attenuation: What decimation folds into the band up to the corner must be weaker by this [default: 60].
         dynamic: Acceleration behind one channel (columns=) by the inverse of a fitted model, each sample with its
             uncertainty The calibration is then the result.json of a test with a model, or a calibration over
             frequency that model= is fitted to.
@@ -295,6 +315,13 @@ def export(
     imu_yaml: bool = False,
     number: str = "float",
     band: str | Sequence[float] | None = None,
+    rotate: str | None = None,
+    rotate_uncertainty: str | None = None,
+    low_pass: float | None = None,
+    linear_phase: bool = False,
+    decimate: int | None = None,
+    attenuation: float | None = None,
+    rate: float | None = None,
     method: str | None = None,
     outputs: str | None = None,
     name: str | None = None,
@@ -322,6 +349,16 @@ def export(
         number: Numbers of Rust and C. One of float, double, fixed.
         band: Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that
             alone.
+        rotate: Turn to the frame of a machine or vehicle: roll, pitch and yaw of the sensor in it, in degrees The
+            frame of the machine is turned about its z axis by yaw, about its new y axis by pitch and about its new x
+            axis by roll (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor.
+        rotate_uncertainty: Standard uncertainties of these angles, in degrees.
+        low_pass: Low-pass of all axes with this corner in hertz: a Butterworth of second order, as `proofmass filter`
+            writes it.
+        linear_phase: Low-pass with one delay at all frequencies, flat up to low_pass=, in place of the Butterworth.
+        decimate: Keep one of M samples behind the low-pass.
+        attenuation: What decimation folds into the band up to the corner must be weaker by this [default: 60].
+        rate: Sampling rate in hertz, for low_pass=.
         method: Which gains of `velocity tune` [default: kalman]. One of kalman, observer, two-channel.
         outputs: Smallest and largest number out of the converter, for `number="fixed"`.
         name: Name of the constant or function [default: from the device].

@@ -1,5 +1,6 @@
 //! `proofmass apply`: compensated recording, streamed.
 
+use crate::chain_arguments::ChainArguments;
 use crate::console::Progress;
 use crate::written_file::{Replacement, WrittenFile, read};
 use crate::{Failure, Outcome, console};
@@ -9,6 +10,7 @@ use proofmass::io::{AtomicFile, ColumnRef, Input, Source};
 use proofmass::jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };
+use proofmass::jobs::bias::TrackedBias;
 use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
 use proofmass::jobs::{
     Job, Outcome as _, Record, RecordingReading, StoredResult, frequency_response,
@@ -20,6 +22,9 @@ use std::path::PathBuf;
 /// a = K⁻¹ (output − b), row by row: a recording of any size needs no more memory than a small one. All other columns
 /// are kept as they are. The same function runs in firmware. A calibration over frequency (from a shaker, or the table
 /// of a laboratory) is used through the constant matrix of a band, or through a filter; both state their error.
+///
+/// Steps may follow, always in this order: a tracked bias is subtracted, the axes are turned, a low-pass runs, samples are left out. Their
+/// delay is stated and taken out.
 #[derive(clap::Args)]
 pub(crate) struct Apply {
     /// calibration.json (of three axes or one), a result.json that holds it, or a laboratory's table (.csv) over frequency
@@ -31,7 +36,7 @@ pub(crate) struct Apply {
     /// Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that alone
     #[arg(long, value_name = "LOW,HIGH", value_parser = crate::number_arguments::band_or_frequency)]
     band: Option<[f64; 2]>,
-    /// Calibration over frequency: an inverse filter over the whole range (or over --band)
+    /// Calibration over frequency: an inverse filter (whole range, or --band)
     ///
     /// Samples at either end of the recording, for which the filter needs others before or after, are left out.
     #[arg(long)]
@@ -54,11 +59,16 @@ pub(crate) struct Apply {
     /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them
     #[arg(long)]
     within_range: bool,
+    /// Subtract a bias that was tracked over this recording: the result.json of `proofmass bias`
+    #[arg(long, value_name = "FILE")]
+    bias: Option<PathBuf>,
+    #[command(flatten)]
+    chain: ChainArguments,
     /// Acceleration behind one channel (--columns) by the inverse of a fitted model, each sample with its uncertainty
     ///
     /// The calibration is then the result.json of a test with a model, or a calibration over frequency that --model is
     /// fitted to.
-    #[arg(long, requires = "columns", conflicts_with_all = ["band", "filter", "temperature", "within_range"])]
+    #[arg(long, requires = "columns", conflicts_with_all = ["band", "filter", "temperature", "within_range", "bias", "rotate", "low_pass", "decimate"])]
     dynamic: bool,
     #[command(flatten)]
     turning: Turning,
@@ -88,16 +98,30 @@ impl Apply {
         }
         let source = Source::open(&self.calibration)?;
         let (calibration, calibration_input, findings) =
-            frequency_response::read_calibration(source, self.coverage)?;
+            frequency_response::read_calibration(source, self.coverage).map_err(|e| {
+                match e.to_string().contains("kind \"bias\"") {
+                    true => e.with_hint(
+                        "name the calibration first, and subtract this bias with --bias FILE",
+                    ),
+                    false => e,
+                }
+            })?;
         console::doubt(&calibration_input);
         findings.iter().for_each(console::finding);
-        let inputs = [self.recording.as_path(), self.calibration.as_path()];
-        let beside = |recordings: &[Input], sha256: &str| {
+        let tracked = self.bias.as_deref();
+        let tracked = tracked.map(|path| TrackedBias::read(Source::open(path)?));
+        let (bias, bias_input) = tracked.transpose()?.unzip();
+        bias_input.iter().for_each(console::doubt);
+        let mut inputs = vec![self.recording.as_path(), self.calibration.as_path()];
+        inputs.extend(self.bias.as_deref());
+        let beside = |recordings: &[Input], sha256: &str, steps: &[String]| {
             let mut read = recordings.to_vec();
             read.push(calibration_input.clone());
-            self.file.write_beside(&replacement, &inputs, read, sha256)
+            read.extend(bias_input.clone());
+            self.file
+                .write_beside(&replacement, &inputs, read, (sha256, steps))
         };
-        let data = ApplyData::new(
+        let mut data = ApplyData::new(
             &calibration,
             Source::open(&self.recording)?,
             Destination::File {
@@ -106,6 +130,9 @@ impl Apply {
                 beside: &beside,
             },
         );
+        if let Some(bias) = &bias {
+            data = data.with_bias(bias);
+        }
         let outcome = self.job().evaluate(&data, &Progress::new())?;
         let device = match calibration.device().line() {
             none if none.is_empty() => "a device that it does not name".to_owned(),
@@ -142,7 +169,7 @@ impl Apply {
         if file.is_kept() {
             let read = vec![recording.input.clone(), model.input.clone()];
             self.file
-                .write_beside(replacement, &inputs, read, &file.sha256())?;
+                .write_beside(replacement, &inputs, read, (&file.sha256(), &[]))?;
         }
         file.commit()?;
         for q in outcome.quantities() {
@@ -163,6 +190,7 @@ impl Apply {
         let mut job = ApplyJob::default();
         job.reading = self.reading.clone();
         job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
+        job.chain = self.chain.chain();
         job.method = match (self.filter, self.band) {
             (true, band) => {
                 let mut design = FilterDesign::default();
@@ -186,6 +214,12 @@ impl Apply {
         outcome.findings().iter().for_each(console::finding);
         if let Some(statement) = outcome.statement() {
             console::note(statement);
+        }
+        if let Some(chain) = outcome.chain() {
+            console::note(format!("steps: {}", chain.steps.join("; ")));
+            for line in chain.statements() {
+                console::note(line);
+            }
         }
         console::note(format!(
             "written: {} ({} samples, columns {})",

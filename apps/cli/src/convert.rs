@@ -49,9 +49,10 @@ impl Convert {
         let replacement = self.file.begin()?;
         let read_files = self.devices.iter().chain(&recordings);
         let inputs: Vec<&Path> = read_files.map(PathBuf::as_path).collect();
-        let beside = |recordings: &[Input], sha256: &str| {
+        let beside = |recordings: &[Input], sha256: &str, steps: &[String]| {
             let read = recordings.to_vec();
-            self.file.write_beside(&replacement, &inputs, read, sha256)
+            self.file
+                .write_beside(&replacement, &inputs, read, (sha256, steps))
         };
         let open = |path| move || Source::open(path);
         let openings: Vec<_> = recordings.iter().map(open).collect();

@@ -1,12 +1,13 @@
 //! `proofmass export` and `proofmass filter`: calibrations, filters and gains for firmware and for other programs.
 
+use crate::chain_arguments::ChainArguments;
 use crate::number_arguments::positive;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{
-    AnyCalibration, AtomicFile, ExportForm, ExportNumber, ExportOptions, FirmwareBlock,
-    LARGEST_DOCUMENT, Source, export, export_block,
+    AnyCalibration, AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions,
+    FirmwareBlock, LARGEST_DOCUMENT, LowPassBehind, Source, export, export_block, export_chain,
 };
-use proofmass::jobs::apply::calibration_of_band;
+use proofmass::jobs::apply::{LowPassForm, calibration_of_band};
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::path::{Path, PathBuf};
 
@@ -30,6 +31,11 @@ pub(crate) struct Export {
     /// Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that alone
     #[arg(long, value_name = "LOW,HIGH", value_parser = crate::number_arguments::band_or_frequency)]
     band: Option<[f64; 2]>,
+    #[command(flatten)]
+    chain: ChainArguments,
+    /// Sampling rate in hertz, for --low-pass
+    #[arg(long, value_name = "HZ", value_parser = positive, requires = "low_pass")]
+    rate: Option<f64>,
     /// Which gains of `velocity tune` [default: kalman]
     #[arg(long, value_enum)]
     method: Option<GainsOf>,
@@ -126,13 +132,20 @@ impl Export {
         let (bytes, input) = Source::open(&self.calibration)?.into_bytes(LARGEST_DOCUMENT)?;
         let form = self.form.chosen();
         let mut options = ExportOptions::default();
-        options.name = self.name;
+        options.name = self.name.clone();
         options.outputs = self.outputs;
         console::doubt(&input);
         options.source = Some(input);
         options.number = self.number.into();
         let calibration = AnyCalibration::from_json(&bytes);
         let text = if calibration.is_err() && proofmass::io::is_result(&bytes) {
+            if !self.chain.chain().is_empty() {
+                return Err(
+                    Failure::new("steps follow a calibration, and this result is none")
+                        .detail(name)
+                        .hint("export the calibration with them, and this result by itself"),
+                );
+            }
             let found = firmware(&bytes, self.method.unwrap_or_default());
             let found = found.map_err(|e| e.detail(name))?;
             options.notes = found.notes;
@@ -144,7 +157,7 @@ impl Export {
             }
             let calibration = calibration.map_err(|e| e.at(&self.calibration))?;
             match (calibration, self.band) {
-                (AnyCalibration::Constant(file), None) => export(&file, form, &options)?,
+                (AnyCalibration::Constant(file), None) => self.chained(*file, form, options)?,
                 (AnyCalibration::FrequencyResponse(_), None) => {
                     return Err(Failure::new(
                         "the calibration is one over frequency: no single matrix stands for all of it",
@@ -156,7 +169,7 @@ impl Export {
                     let (file, notes) =
                         calibration_of_band(&calibration, band).map_err(|e| e.detail(name))?;
                     options.notes = notes;
-                    export(&file, form, &options)?
+                    self.chained(file, form, options)?
                 }
                 _ => {
                     return Err(
@@ -167,6 +180,55 @@ impl Export {
             }
         };
         write(&text, self.output.as_deref(), &[self.calibration.as_path()])
+    }
+}
+
+impl Export {
+    /// A calibration with what follows it: the rotation within its matrix, low-pass and decimation behind it.
+    fn chained(
+        &self,
+        file: CalibrationFile,
+        form: ExportForm,
+        mut options: ExportOptions,
+    ) -> Result<String, Failure> {
+        let chain = self.chain.chain();
+        let name = self.calibration.display().to_string();
+        chain
+            .check(file.axes())
+            .map_err(|e| e.detail(name.clone()))?;
+        options.notes.extend(chain.notes());
+        let file = match &chain.rotation {
+            Some(rotation) => file
+                .turned(&rotation.matrix()?)
+                .map_err(|e| e.at(&self.calibration))?,
+            None => file,
+        };
+        let Some(low_pass) = chain.low_pass else {
+            return Ok(export(&file, form, &options)?);
+        };
+        if low_pass.form != LowPassForm::Butterworth {
+            return Err(
+                Failure::new("a low-pass of linear phase is not written out")
+                    .detail(name)
+                    .hint("leave out --linear-phase: the Butterworth low-pass runs on the chip"),
+            );
+        }
+        let Some(rate) = self.rate else {
+            return Err(Failure::new(
+                "a low-pass needs the sampling rate, which a calibration does not state",
+            )
+            .detail(name)
+            .hint("add --rate HZ"));
+        };
+        let behind = LowPassBehind {
+            corner: low_pass.corner,
+            rate,
+            factor: chain.decimation.unwrap_or(1),
+        };
+        if let Some(finding) = chain.folds(rate)? {
+            console::finding(&finding);
+        }
+        Ok(export_chain(&file, &behind, form, &options)?)
     }
 }
 

@@ -237,6 +237,18 @@ const HEADINGS: &[(&str, &[Group])] = &[
                 &["band", "filter", "hold", "coverage-factor"],
             ),
             (
+                "What follows the calibration",
+                &[
+                    "bias",
+                    "rotate",
+                    "rotate-uncertainty",
+                    "low-pass",
+                    "linear-phase",
+                    "decimate",
+                    "attenuation",
+                ],
+            ),
+            (
                 "Acceleration back from one channel",
                 &["dynamic", "model", "corner", "quiet"],
             ),
@@ -505,7 +517,14 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "corner",
             "quiet",
             "within-range",
+            "rotate-uncertainty",
+            "linear-phase",
+            "attenuation",
         ],
+    ),
+    (
+        "export",
+        &["rotate-uncertainty", "linear-phase", "attenuation"],
     ),
     ("uncertainty", &["check-digits", "effects"]),
     ("validate", &["threshold", "stream"]),

@@ -5,6 +5,7 @@ mod argument_file;
 mod bias;
 mod calibrate;
 mod certificate;
+mod chain_arguments;
 mod clock;
 mod compare;
 mod console;

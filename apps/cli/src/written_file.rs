@@ -90,9 +90,10 @@ impl WrittenFile {
         replacement: &Replacement,
         inputs: &[&Path],
         read: Vec<Input>,
-        sha256: &str,
+        (sha256, steps): (&str, &[String]),
     ) -> proofmass::io::Result<()> {
         let mut provenance = Provenance::new(sha256, read);
+        provenance.steps = steps.to_vec();
         provenance.replaces.clone_from(&replacement.replaced);
         if let Some(key) = &replacement.signer {
             provenance = provenance.signed(key);

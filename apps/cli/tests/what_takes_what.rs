@@ -342,6 +342,23 @@ fn law_every_cell_of_the_table_is_true() {
         results.insert(heading, (at(name), &one));
     }
 
+    // The same sensor as the calibration of three axes, at rest for as long as its bias was tracked.
+    write(
+        &at("bias-rest.csv"),
+        "t_s,x_count,y_count,z_count",
+        (0..6000).map(|i| {
+            let counts = |j: usize, a: f64| b[j] + k[j] * a;
+            vec![
+                0.01 * f64::from(i),
+                counts(0, 0.0),
+                counts(1, 0.0),
+                counts(2, G),
+            ]
+        }),
+    );
+    let raw_of_bias = at("bias-rest.csv");
+    let three_calibrated = at("three").join("result.json");
+
     // Every cell.
     let cells = cells();
     assert_eq!(cells.len(), 1 + results.len(), "{cells:?}");
@@ -376,6 +393,12 @@ fn law_every_cell_of_the_table_is_true() {
                     words.extend(["--temperature", "T"]);
                 }
                 words.extend(banded("--band"));
+                // What is no calibration follows one.
+                if band && calibration == text(&tracked.join("result.json")) {
+                    words = vec!["apply", text(&three_calibrated), text(&raw_of_bias)];
+                    words.extend(["-o", text(&out), "--columns", "x_count,y_count,z_count"]);
+                    words.extend(["--bias", calibration]);
+                }
                 words
             }
             "`export`" => [&["export", calibration, "--c"], &banded("--band")[..]].concat(),
@@ -454,7 +477,7 @@ fn law_every_cell_of_the_table_is_true() {
             let said = stderr(&plain);
             let good = match cell.as_str() {
                 "yes" => plain.status.success(),
-                "`--band`" | "`--calibration-band`" => {
+                "`--band`" | "`--calibration-band`" | "`--bias`" => {
                     plain.status.code() == Some(1)
                         && said.contains(cell.trim_matches('`'))
                         && run(command, &result, with, true, warm).status.success()

@@ -24,6 +24,7 @@
 mod bias_filter;
 pub mod check;
 mod compensation;
+mod decimator;
 pub mod encoder;
 mod error;
 mod fixed_point;
@@ -35,6 +36,7 @@ pub mod numeric;
 mod octave_allan;
 mod sensor_model;
 pub mod state_space;
+mod tait_bryan;
 pub mod velocity;
 mod visible;
 mod watch;
@@ -43,6 +45,7 @@ pub use bias_filter::{BiasFilter, BiasState};
 pub use compensation::{
     AxisCompensation, Compensation, Curvature, LARGEST_NONLINEARITY, THERMAL_ORDER, ThermalTerms,
 };
+pub use decimator::{Decimator, DecimatorState};
 pub use error::Error;
 pub use fixed_point::{FixedPoint, FixedRange, FixedThermal, TEMPERATURE_BITS};
 pub use float::Float;
@@ -51,5 +54,6 @@ pub use low_pass::{Butterworth, LowPassState, MovingAverage};
 pub use matrix3::{Matrix3, dot, norm};
 pub use octave_allan::{AllanSum, OctaveAllan, OctaveDeviation};
 pub use sensor_model::SensorModel;
+pub use tait_bryan::TaitBryan;
 pub use visible::Visible;
 pub use watch::{Unwatched, Watch};

@@ -102,6 +102,27 @@ impl<F: Float> Butterworth<F> {
         let (b, a) = (&self.numerator, &self.denominator);
         (b[1] + two * b[2]) / (b[0] + b[1] + b[2]) - (a[0] + two * a[1]) / (F::ONE + a[0] + a[1])
     }
+
+    /// |H| at a frequency over the sampling rate.
+    pub fn gain(&self, frequency: f64) -> f64 {
+        let angle = core::f64::consts::TAU * frequency;
+        let (s, c) = (libm::sin(angle), libm::cos(angle));
+        let size = |k: [f64; 3]| {
+            // k₀ + k₁ z⁻¹ + k₂ z⁻², turned by z: its modulus is the same.
+            libm::hypot((k[0] + k[2]) * c + k[1], (k[0] - k[2]) * s)
+        };
+        let b = self.numerator.map(|v| v.to_f64());
+        let [first, second] = self.denominator.map(|v| v.to_f64());
+        size(b) / size([1.0, first, second])
+    }
+
+    /// Samples after which less than a share of any step is left to come: 2 |p|ⁿ of the pair of poles p bounds it.
+    ///
+    /// **Accuracy** `law_no_more_than_the_share_is_left`.
+    pub fn settling(&self, share: f64) -> f64 {
+        let radius = 0.5 * libm::log(self.denominator[1].to_f64());
+        1.0 + libm::ceil(libm::log(0.5 * share) / radius)
+    }
 }
 
 /// Mean of the last N samples.
@@ -208,6 +229,43 @@ mod tests {
             "{highest}"
         );
         assert!((response[1999] - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn law_no_more_than_the_share_is_left() {
+        for corner in [0.2, 1.0, 20.0, 200.0, 400.0, 490.0] {
+            let f = Butterworth::<f64>::new(corner, 1000.0).unwrap();
+            for share in [1e-1, 1e-3] {
+                let settled = f.settling(share) as usize;
+                let mut state = LowPassState::at(0.0);
+                let rest = (0..settled + 20_000)
+                    .map(|_| f.step(&mut state, 1.0) - 1.0)
+                    .skip(settled)
+                    .fold(0.0f64, |a, v| a.max(v.abs()));
+                assert!(rest <= share, "{corner} {share}: {rest}");
+                // Nor is it given up much later than needed: a third of it is not enough.
+                let mut state = LowPassState::at(0.0);
+                let early = (0..settled)
+                    .map(|_| f.step(&mut state, 1.0) - 1.0)
+                    .skip(settled / 3)
+                    .fold(0.0f64, |a, v| a.max(v.abs()));
+                assert!(
+                    corner > 200.0 || settled < 12 || early > share,
+                    "{corner} {share}: {early}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn crosscheck_gain_from_the_complex_response() {
+        for corner in [1.0, 20.0, 400.0] {
+            let f = Butterworth::<f64>::new(corner, 1000.0).unwrap();
+            for frequency in [0.0, 0.3, 20.0, 200.0, 499.0] {
+                let (gain, _) = response(&f, std::f64::consts::TAU * frequency / 1000.0);
+                assert!((f.gain(frequency / 1000.0) - gain).abs() < 1e-8, "{gain}");
+            }
+        }
     }
 
     #[test]

@@ -176,6 +176,44 @@ impl CalibrationFile {
         calibration_schema()
     }
 
+    /// The same with accelerations in another frame, a' = R a: its matrix is K Rᵀ, whose inverse is R K⁻¹.
+    ///
+    /// Bias and temperature are those of the outputs, and stay. The estimate is of K in the frame of the sensor, and is left out. The range
+    /// in which it was tested is one of its own axes, and is left out too.
+    ///
+    /// # Errors
+    /// One axis, or curvature: that is along the axes of the sensor.
+    pub fn turned(&self, rotation: &Matrix3<f64>) -> Result<Self> {
+        if self.axes() != 3 {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "a rotation turns three axes, and the calibration is of one",
+            )
+            .with_hint("leave the rotation out, or give a calibration of three axes"));
+        }
+        if self.curvature.is_some() {
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                "the calibration has curvature, which is along the axes of the sensor: a rotation has no place in its matrix",
+            )
+            .with_hint("write it without the rotation, and turn the acceleration that it gives"));
+        }
+        let row = |r: &Vec<f64>| <[f64; 3]>::try_from(r.as_slice()).ok();
+        let rows: Option<Vec<[f64; 3]>> = self.k.iter().map(row).collect();
+        let rows = rows.and_then(|rows| <[[f64; 3]; 3]>::try_from(rows).ok());
+        let k =
+            rows.ok_or_else(|| Error::new(ErrorKind::Format, "K has no three rows of three"))?;
+        let estimate = Estimate::new(Vec::new(), Vec::new())
+            .map_err(|e| Error::new(ErrorKind::Configuration, e.to_string()))?;
+        let turned = Matrix3(k).product(&rotation.transpose());
+        Ok(Self {
+            k: turned.0.map(|row| row.to_vec()).to_vec(),
+            estimate,
+            acceleration_range: None,
+            ..self.clone()
+        })
+    }
+
     /// Number of axes: three, or one.
     pub fn axes(&self) -> usize {
         self.b.len()

@@ -5,6 +5,7 @@
 
 mod c;
 mod c_fixed;
+mod chain;
 mod firmware;
 mod imu;
 mod json;
@@ -13,6 +14,7 @@ mod rust;
 mod vectors;
 
 use crate::{AnyCompensation, CalibrationFile, Error, ErrorKind, Input, Result, Unit};
+pub use chain::{LowPassBehind, export_chain};
 pub use firmware::{FirmwareBlock, LONGEST_AVERAGE, export_block};
 use proofmass_core::FixedRange;
 pub use vectors::SelfCheck;

@@ -103,8 +103,8 @@ pub use device::{Ambient, Device};
 pub use digest::sha256;
 pub use error::{Error, ErrorKind, Result};
 pub use export::{
-    ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, SelfCheck, export,
-    export_block,
+    ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, LowPassBehind,
+    SelfCheck, export, export_block, export_chain,
 };
 pub use findings::CATALOGUE;
 pub use foreign_coefficients::{CoefficientForm, import_coefficients};
@@ -145,7 +145,7 @@ pub use table::{Cell, RowWriter, Table};
 pub use thermometer::Thermometer;
 pub use time_base::{TimeBase, TimeSource, backwards};
 pub use time_unit::{ClockUnit, SaidBy, TimeUnit};
-pub use time_window::TimeWindow;
+pub use time_window::{TimeWindow, zero_of_times};
 pub use trace::Trace;
 pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};

@@ -116,7 +116,22 @@ impl Rewriter {
     /// # Errors
     /// As [`Rewriter::block`]; rows that the block does not have.
     pub fn rows(&mut self, block: &RowBlock, rows: Range<usize>, values: &[&[f64]]) -> Result<()> {
-        let count = rows.len();
+        self.every(block, rows, 1, values)
+    }
+
+    /// Writes every so many of some rows of a block, the first included; `values` are those of these.
+    ///
+    /// # Errors
+    /// As [`Rewriter::rows`].
+    pub fn every(
+        &mut self,
+        block: &RowBlock,
+        rows: Range<usize>,
+        step: usize,
+        values: &[&[f64]],
+    ) -> Result<()> {
+        let step = step.max(1);
+        let count = rows.len().div_ceil(step);
         let fits = values.len() == self.plan.headings.len()
             && values.iter().all(|v| v.len() == count)
             && rows.end <= block.rows()
@@ -132,7 +147,7 @@ impl Rewriter {
             .into_par_iter()
             .map(|i| {
                 let piece = i * PIECE..count.min((i + 1) * PIECE);
-                self.plan.rows(block, rows.start, values, piece)
+                self.plan.rows(block, (rows.start, step), values, piece)
             })
             .collect();
         // The first refusal in the order of rows, and nothing written of its block.
@@ -231,22 +246,24 @@ impl Plan {
         ))
     }
 
-    /// Rows of a piece, counted from row `first` of the block, which `values` begin with.
+    /// Rows of a piece, counted in steps from row `first` of the block, which `values` begin with.
     fn rows(
         &self,
         block: &RowBlock,
-        first: usize,
+        (first, step): (usize, usize),
         values: &[&[f64]],
         piece: Range<usize>,
     ) -> Result<Vec<u8>> {
-        let texts = piece.clone().map(|r| block.text(first + r).len() + 1);
+        let texts = piece
+            .clone()
+            .map(|r| block.text(first + r * step).len() + 1);
         let room = texts.sum::<usize>();
         // A double takes up to 24 characters, and seldom fewer than 16 after a computation.
         let mut out = Vec::with_capacity(room + piece.len() * 20 * values.len());
         let mut digits = ryu::Buffer::new();
         for row in piece {
-            let text = block.text(first + row);
-            let line = block.line(first + row);
+            let text = block.text(first + row * step);
+            let line = block.line(first + row * step);
             let plain = self.is_plain(text);
             let mut fields = Fields::new(text, self.separator);
             for (column, place) in self.places.iter().enumerate() {

@@ -7,6 +7,15 @@ use crate::stamp::Stamp;
 /// From which time on a recording counts from its first stamp.
 pub(crate) const FAR: f64 = 1e5;
 
+/// From where the times of a recording count whose first stamp is this, s: from the zero of its column, or from the stamp where that is
+/// far from zero.
+pub fn zero_of_times(first: f64) -> f64 {
+    match first.abs() >= FAR {
+        true => first,
+        false => 0.0,
+    }
+}
+
 /// Rows from one time on and before another; times count as those of the recording do.
 ///
 /// Times are in seconds from the zero of the time column, from its first stamp where that lies beyond 10⁵ s, and from the first row
@@ -71,6 +80,11 @@ impl TimeWindow {
         self.origin_stamp
     }
 
+    /// The time of the column that counts as zero, s; `None` before the first row, and where a rate tells the times.
+    pub fn zero(&self) -> Option<f64> {
+        self.origin
+    }
+
     /// Which rows of a block lie in the window.
     pub(crate) fn inside(&mut self, block: &RowBlock) -> Vec<bool> {
         let [from, to] = self.between;
@@ -95,9 +109,9 @@ impl TimeWindow {
             return None;
         }
         if self.origin.is_none() {
-            let far = value.abs() >= FAR;
-            self.origin = Some(if far { value } else { 0.0 });
-            self.origin_stamp = stamp.filter(|_| far);
+            let zero = zero_of_times(value);
+            self.origin = Some(zero);
+            self.origin_stamp = stamp.filter(|_| zero != 0.0);
         }
         match (stamp, self.origin_stamp) {
             (Some(stamp), Some(origin)) => Some(stamp.since(origin) / scale),

@@ -36,6 +36,9 @@ pub struct Provenance {
     pub sha256: String,
     /// Files it was computed from.
     pub(crate) inputs: Vec<Input>,
+    /// What was done to the samples, step by step in this order, where it is more than a compensation.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<String>,
     /// SHA-256 of the file that stood there before: a run that was killed while it replaced it left that one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replaces: Option<String>,
@@ -55,6 +58,7 @@ impl Provenance {
             software: Software::default(),
             sha256: sha256.into(),
             inputs,
+            steps: Vec::new(),
             replaces: None,
             signature: None,
         }
@@ -72,7 +76,7 @@ impl Provenance {
         self
     }
 
-    /// What a signature is of: form, program, digest, and a line for each input in order.
+    /// What a signature is of: form, program, digest, and a line for each input and each step in order.
     pub fn statement(&self) -> String {
         let mut text = format!(
             "{} {}\nsoftware {} {}\noutput {}\n",
@@ -84,6 +88,9 @@ impl Provenance {
         );
         for input in self.inputs.iter().flat_map(Input::files) {
             text += &format!("input {} {}\n", quoted(&input.sha256), quoted(&input.path));
+        }
+        for step in &self.steps {
+            text += &format!("step {}\n", quoted(step));
         }
         text
     }
@@ -602,6 +609,20 @@ fn ends(path: &Path) -> Vec<PathBuf> {
 mod tests {
     use super::*;
     use crate::OutputFolder;
+
+    /// Steps are part of what is signed; a file without them has the statement that it had before there were any.
+    #[test]
+    fn law_steps_are_part_of_the_statement() {
+        let mut provenance = Provenance::new("00", Vec::new());
+        let plain = provenance.statement();
+        provenance.steps = vec!["calibration".to_owned(), "low-pass".to_owned()];
+        let told = provenance.statement();
+        assert!(told.starts_with(&plain) && told.len() > plain.len());
+        provenance.steps.reverse();
+        assert_ne!(provenance.statement(), told);
+        let back = Provenance::from_json(&provenance.to_json().unwrap()).unwrap();
+        assert_eq!(back, provenance);
+    }
 
     #[test]
     fn law_one_flipped_byte_is_named() {

@@ -1,15 +1,20 @@
 //! A recording compensated with a calibration, row by row.
 
 mod band;
+mod chain;
 mod compensation;
 mod outcome;
 mod page;
+mod steps;
 
 pub use crate::destination::Destination;
 pub use band::calibration_of_band;
+pub use chain::{Chain, LowPass, LowPassForm, Rotation};
 pub use compensation::{CompensationMethod, CompensationStream};
 pub use outcome::{ApplyOutcome, FilterFigures};
+pub use steps::ChainFigures;
 
+use crate::bias::TrackedBias;
 use crate::block_clock::BlockClock;
 use crate::outcome::Job;
 use crate::recording::RecordingReading;
@@ -23,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Mutex;
+use steps::Steps;
 
 /// What to do with a sample beyond the range in which the calibration was tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,11 +81,15 @@ pub struct ApplyJob {
     /// Column of the temperature in °C, for a calibration that follows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ColumnRef>,
+    /// What follows the calibration: rotation, low-pass, decimation.
+    #[serde(skip_serializing_if = "Chain::is_empty")]
+    pub chain: Chain,
 }
 
 /// A calibration, a recording that is seen once, and where the compensated one goes.
 pub struct ApplyData<'a> {
     calibration: &'a AnyCalibration,
+    bias: Option<&'a TrackedBias>,
     once: Mutex<Option<(Source, Destination<'a>)>>,
 }
 
@@ -88,8 +98,16 @@ impl<'a> ApplyData<'a> {
     pub fn new(calibration: &'a AnyCalibration, recording: Source, to: Destination<'a>) -> Self {
         Self {
             calibration,
+            bias: None,
             once: Mutex::new(Some((recording, to))),
         }
+    }
+
+    /// The same with a bias that was tracked over this recording, which is subtracted behind the calibration.
+    #[must_use]
+    pub fn with_bias(mut self, bias: &'a TrackedBias) -> Self {
+        self.bias = Some(bias);
+        self
     }
 }
 
@@ -107,6 +125,15 @@ impl Job for ApplyJob {
         let name = source.name().display().to_string();
         let about = |t: Trouble| t.detail(name.clone());
         let calibration = data.calibration;
+        let axes = match calibration {
+            AnyCalibration::FrequencyResponse(file) => file.axes.len(),
+            AnyCalibration::Constant(file) => file.axes(),
+            _ => return Err(Trouble::request("a calibration of an unknown kind")),
+        };
+        self.chain.check(axes)?;
+        if let Some(bias) = data.bias {
+            bias.belongs_to(calibration, axes)?;
+        }
         let mut source = self.reading.choice.stream_of(source);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let (mut columns, mut headings) = (Vec::new(), Vec::new());
@@ -130,7 +157,7 @@ impl Job for ApplyJob {
         let temperature = self.thermometer(calibration, &layout).map_err(about)?;
         let signals = columns.clone();
         columns.extend(temperature.map(|(index, _)| index));
-        let (clock, timed) = self.clock(&layout, &mut columns)?;
+        let (clock, timed) = self.clock(&layout, data.bias.is_some(), &mut columns)?;
         let timed = timed.as_ref().map(|(index, unit)| (*index, unit));
         let mut reading = self.reading.of_stream(&layout, &signals, timed)?;
         reading.temperature =
@@ -141,6 +168,10 @@ impl Job for ApplyJob {
             temperature: temperature.map(|(_, told)| told),
             clock,
             compensation: None,
+            bias: data.bias,
+            steps: None,
+            first_row: 0,
+            origin: None,
             factors,
             waiting: WaitingRows::new(headings.len()),
             figures: outcome::Figures::default(),
@@ -161,8 +192,20 @@ impl Job for ApplyJob {
                     .with_hint("add --time COLUMN or --rate HZ"));
             }
         };
-        if !matches!(self.method, CompensationMethod::Filter(_)) {
-            // Only a filter cares for gaps.
+        if data.bias.is_some() {
+            let Some(clock) = &work.clock else {
+                return Err(
+                    Trouble::request("a bias over time needs the times of the samples")
+                        .detail(name)
+                        .with_hint("add --time COLUMN or --rate HZ"),
+                );
+            };
+            if let (None, Some([from, _])) = (clock.per_second, reading.between_s) {
+                work.first_row = (from * clock.nominal).ceil().max(0.0) as u64;
+            }
+        }
+        if !self.needs_times() && data.bias.is_none() {
+            // Only filters care for gaps, and a bias for times.
             work.clock = None;
         }
         let mut reader = RowReader::new(source, layout, &columns)?
@@ -170,7 +213,8 @@ impl Job for ApplyJob {
             .between(window);
         let size = reader.size().unwrap_or(0);
         while let Some(block) = reader.next_block()? {
-            work.block(Rc::new(block), watch)?;
+            let origin = reader.window().and_then(|w| w.zero());
+            work.block(Rc::new(block), origin, watch)?;
             watch.step("compensation", reader.bytes_read(), size)?;
         }
         work.end_of_stretch()?;
@@ -179,6 +223,7 @@ impl Job for ApplyJob {
         let Work {
             compensation,
             figures,
+            steps,
             mut writer,
             clock,
             ..
@@ -199,7 +244,8 @@ impl Job for ApplyJob {
             Destination::File { beside, .. } => {
                 writer.settle()?;
                 if let Some(sha256) = &sha256 {
-                    beside(std::slice::from_ref(&recording), sha256)?;
+                    let chain = steps.as_ref().map_or(&[][..], |s| &s.figures.steps);
+                    beside(std::slice::from_ref(&recording), sha256, chain)?;
                 }
                 writer.commit()?;
             }
@@ -210,10 +256,12 @@ impl Job for ApplyJob {
             &figures,
             compensation.as_ref(),
             calibration,
+            steps.as_ref(),
         ));
         Ok(ApplyOutcome::new(
             self,
             (compensation.as_ref(), calibration),
+            steps.map(|s| s.figures),
             figures,
             headings,
             (recording, sha256),
@@ -253,10 +301,14 @@ impl ApplyJob {
         }
     }
 
-    /// What tells the times of the samples, which only a filter needs; a time column is added to those that are read.
-    fn clock(&self, layout: &Layout, columns: &mut Vec<usize>) -> Result<Timed> {
-        let filters = matches!(self.method, CompensationMethod::Filter(_));
-        if !filters && self.reading.between.is_none() {
+    /// Whether a filter asks for the rate.
+    fn needs_times(&self) -> bool {
+        matches!(self.method, CompensationMethod::Filter(_)) || self.chain.low_pass.is_some()
+    }
+
+    /// What tells the times of the samples, which only a filter or a bias needs; a time column is added to those that are read.
+    fn clock(&self, layout: &Layout, bias: bool, columns: &mut Vec<usize>) -> Result<Timed> {
+        if !self.needs_times() && !bias && self.reading.between.is_none() {
             return Ok((None, None));
         }
         let reading = &self.reading;
@@ -290,6 +342,13 @@ struct Work<'a> {
     clock: Option<BlockClock>,
     /// Made at the first block, which tells the rate.
     compensation: Option<CompensationStream>,
+    bias: Option<&'a TrackedBias>,
+    /// What follows it, made with it; none where nothing follows.
+    steps: Option<Steps<'a>>,
+    /// Number of the next row that is read, where a rate tells the times.
+    first_row: u64,
+    /// Time of the column that counts as zero, s.
+    origin: Option<f64>,
     factors: Vec<f64>,
     waiting: WaitingRows,
     figures: outcome::Figures,
@@ -298,11 +357,11 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    fn block(&mut self, block: Rc<RowBlock>, watch: &dyn Watch) -> Result<()> {
+    fn block(&mut self, block: Rc<RowBlock>, origin: Option<f64>, watch: &dyn Watch) -> Result<()> {
         let outputs = self.factors.len();
         let mut breaks = Vec::new();
         if let Some(clock) = self.clock.as_mut().filter(|c| c.per_second.is_some()) {
-            breaks = clock.breaks(block.column(outputs)).map_err(|(row, what)| {
+            breaks = clock.breaks(block.column(outputs + usize::from(self.temperature.is_some()))).map_err(|(row, what)| {
                 Trouble::data(what)
                     .detail(format!("{}:{}", self.name, block.line(row)))
                     .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
@@ -313,8 +372,18 @@ impl Work<'_> {
             let rate = rate.filter(|r| r.is_finite());
             let method = self.job.method;
             let made = CompensationStream::new(self.calibration, method, rate, watch)?;
-            self.waiting.begin(made.half());
+            if self.bias.is_some() || !self.job.chain.is_empty() {
+                let steps = Steps::new(&self.job.chain, self.bias, rate)
+                    .map_err(|e| e.detail(self.name.clone()))?;
+                self.waiting.keep_every(steps.every());
+                self.steps = Some(steps);
+            }
+            let skip = made.half();
             self.compensation = Some(made);
+            self.begin(skip);
+        }
+        if self.origin.is_none() && block.rows() > 0 {
+            self.origin = origin.or_else(|| self.zero_of(&block));
         }
         let mut edges = vec![0];
         edges.extend(breaks.iter().copied().filter(|b| *b > 0));
@@ -354,36 +423,85 @@ impl Work<'_> {
                 .with_hint("sweep a larger range, or have such samples reported"));
             }
         }
+        self.times(block, &rows);
         if let Some(compensation) = &mut self.compensation {
             let values = match &temperature {
                 Some(temperature) => compensation.push_at(&slices, temperature),
                 None => compensation.push(&slices),
             };
-            self.waiting.wait(block, rows);
-            self.accept(values)?;
+            self.waiting.wait(block, rows.clone());
+            self.accept(values, Some((block, rows)))?;
         }
         Ok(())
     }
 
     /// Writes the waiting rows as far as their values are there.
-    fn accept(&mut self, values: Vec<Vec<f64>>) -> Result<()> {
-        self.waiting.accept(values);
-        while let Some(ready) = self.waiting.take() {
-            let slices: Vec<&[f64]> = ready.values.iter().map(Vec::as_slice).collect();
+    ///
+    /// A calibration with a range gives its values at once: those of `rows`.
+    fn accept(
+        &mut self,
+        mut values: Vec<Vec<f64>>,
+        rows: Option<(&Rc<RowBlock>, Range<usize>)>,
+    ) -> Result<()> {
+        if values.first().is_some_and(|v| !v.is_empty()) {
+            let slices: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
             let beyond = self.figures.count(self.calibration, &slices);
             if let (Some(row), OutOfRange::Refuse) = (beyond, self.job.out_of_range) {
-                let line = ready.block.line(ready.rows.start + row);
+                let line = rows.map(|(block, rows)| block.line(rows.start + row));
+                let place = line.map_or(String::new(), |line| format!(":{line}"));
                 return Err(Trouble::new(
                     TroubleKind::Data,
                     "a sample is beyond the range in which the calibration was tested",
                 )
-                .detail(format!("{}:{line}", self.name))
+                .detail(format!("{}{place}", self.name))
                 .with_hint("calibrate over a larger range, or have such samples reported"));
             }
-            self.figures.written += ready.rows.len() as u64;
-            self.writer.rows(&ready.block, ready.rows, &slices)?;
+        }
+        if let Some(steps) = &mut self.steps {
+            values = steps.push(values, &self.name)?;
+        }
+        self.waiting.accept(values);
+        while let Some(ready) = self.waiting.take() {
+            let slices: Vec<&[f64]> = ready.values.iter().map(Vec::as_slice).collect();
+            self.figures.written += slices.first().map_or(0, |v| v.len() as u64);
+            self.writer
+                .every(&ready.block, ready.rows, ready.every, &slices)?;
         }
         Ok(())
+    }
+
+    /// Tells the steps the times of rows, where one of them subtracts a bias.
+    fn times(&mut self, block: &Rc<RowBlock>, rows: &Range<usize>) {
+        let (Some(steps), Some(clock), true) = (&mut self.steps, &self.clock, self.bias.is_some())
+        else {
+            return;
+        };
+        let column = self.factors.len() + usize::from(self.temperature.is_some());
+        let (first, zero) = (self.first_row, self.origin.unwrap_or(0.0));
+        steps.rows(rows.clone().enumerate().map(|(i, row)| {
+            let time = match clock.per_second {
+                Some(scale) => block.column(column)[row] / scale - zero,
+                None => (first + i as u64) as f64 / clock.nominal,
+            };
+            (time, block.line(row))
+        }));
+        self.first_row += rows.len() as u64;
+    }
+
+    /// Where the times of a recording count from: its first stamp, where that is far from zero.
+    fn zero_of(&self, block: &RowBlock) -> Option<f64> {
+        let scale = self.clock.as_ref()?.per_second?;
+        let column = self.factors.len() + usize::from(self.temperature.is_some());
+        Some(proofmass_io::zero_of_times(block.column(column)[0] / scale))
+    }
+
+    /// A stretch begins, whose first rows have no value.
+    fn begin(&mut self, skip: usize) {
+        let skip = match &mut self.steps {
+            Some(steps) => steps.begin(skip),
+            None => skip,
+        };
+        self.waiting.begin(skip);
     }
 
     fn end_of_stretch(&mut self) -> Result<()> {
@@ -392,8 +510,8 @@ impl Work<'_> {
         };
         let half = compensation.half();
         let rest = compensation.finish();
-        self.accept(rest)?;
-        self.waiting.begin(half);
+        self.accept(rest, None)?;
+        self.begin(half);
         Ok(())
     }
 }

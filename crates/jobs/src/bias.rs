@@ -4,11 +4,13 @@ mod noise;
 mod outcome;
 mod page;
 mod recording;
+mod tracked;
 
 pub use noise::AxisNoise;
 pub(crate) use outcome::OnChip;
 pub use outcome::{BiasOutcome, BiasRest};
 pub use recording::BiasRecording;
+pub use tracked::TrackedBias;
 
 use crate::findings;
 use crate::outcome::Job;

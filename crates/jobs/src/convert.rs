@@ -278,7 +278,7 @@ impl Job for ConvertJob {
             Destination::File { beside, .. } => {
                 written.settle()?;
                 if let Some(sha256) = &sha256 {
-                    beside(&inputs, sha256)?;
+                    beside(&inputs, sha256, &[])?;
                 }
                 written.commit()?;
             }

@@ -3,6 +3,9 @@
 use proofmass_io::Input;
 use std::path::Path;
 
+/// Told the recordings, the digest of what was written, and the steps of a chain.
+pub type Beside<'a> = dyn Fn(&[Input], &str, &[String]) -> proofmass_io::Result<()> + 'a;
+
 /// Where a recording goes that a job writes.
 #[non_exhaustive]
 pub enum Destination<'a> {
@@ -12,8 +15,8 @@ pub enum Destination<'a> {
         path: &'a Path,
         /// Files that may not be overwritten, the recordings first.
         inputs: &'a [&'a Path],
-        /// Told the recordings and the digest of the whole file before that stands in its place.
-        beside: &'a dyn Fn(&[Input], &str) -> proofmass_io::Result<()>,
+        /// Called with the digest of the whole file before that stands in its place.
+        beside: &'a Beside<'a>,
     },
     /// Memory.
     Bytes(&'a mut Vec<u8>),

@@ -71,7 +71,7 @@ pub mod verification;
 pub use any_job::{AnyData, AnyJob, result_kinds};
 pub use bench_runs::{BenchFiles, BenchRuns};
 pub use channels::{Channel, ChannelReading, RecordedChannel, RecordedChannels, WantedChannel};
-pub use destination::Destination;
+pub use destination::{Beside, Destination};
 pub use device_output::DeviceOutput;
 pub use outcome::{Job, Outcome, QUANTITIES, section};
 pub use proofmass_core::{Unwatched, Watch};

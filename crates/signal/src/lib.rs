@@ -12,6 +12,7 @@ pub mod sine;
 pub mod clock;
 mod density;
 mod detrend;
+mod linear_phase;
 mod multitaper;
 mod oscillator;
 mod power_sum;
@@ -27,6 +28,7 @@ mod window;
 
 pub use density::Density;
 pub use detrend::{Detrend, Trend};
+pub use linear_phase::LinearPhase;
 pub use multitaper::{Multitaper, Tapers, slepian};
 pub use oscillator::relative_displacement;
 pub use pulse_shape::PulseShape;

@@ -1,7 +1,7 @@
-//! Writes the exported constants that `tests/filters.rs` compiles: `cargo run -p proofmass-example-c --example exported`.
+//! Writes the exported constants that `tests/filters.rs` and `tests/chain.rs` compile: `cargo run -p proofmass-example-c --example exported`.
 
-use proofmass_example_c::filters;
-use proofmass_io::{ExportForm, ExportNumber, ExportOptions, export_block};
+use proofmass_example_c::{chain, chained, filters};
+use proofmass_io::{ExportForm, ExportNumber, ExportOptions, export_block, export_chain};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/exported"));
@@ -17,5 +17,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let text = export_block(&block, ExportForm::Rust, &options)?;
         std::fs::write(folder.join(format!("{name}.rs")), text)?;
     }
+    let mut options = ExportOptions::default();
+    options.name = Some("chain".to_owned());
+    options.number = ExportNumber::Double;
+    let text = export_chain(&chained()?, &chain(), ExportForm::Rust, &options)?;
+    std::fs::write(folder.join("chain.rs"), text)?;
     Ok(())
 }

@@ -5,8 +5,10 @@
 //! cc -std=c99 accelerometer.c -o accelerometer
 //! ```
 
+mod chain;
 mod filters;
 
+pub use chain::{chain, chained};
 pub use filters::filters;
 
 use proofmass_io::{CalibrationFile, CurvatureBlock, ThermalBlock, Unit};

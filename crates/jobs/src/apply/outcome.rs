@@ -1,9 +1,11 @@
 //! What became of a compensated recording.
 
-use super::{ApplyJob, CompensationMethod, CompensationStream, page};
+use super::steps::Steps;
+use super::{ApplyJob, ChainFigures, CompensationMethod, CompensationStream, page};
 use crate::findings;
-use crate::outcome::Outcome;
+use crate::outcome::{Outcome, section};
 use crate::record::Record;
+use crate::trouble::Result;
 use crate::value_range::widened;
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{
@@ -11,7 +13,7 @@ use proofmass_io::{
 };
 use proofmass_report::Report;
 use proofmass_uncertainty::findings::gaps_in_record;
-use proofmass_uncertainty::{Finding, Quantity, Severity};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 
 /// Counts while the rows go by.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,6 +21,8 @@ pub(super) struct Figures {
     pub(super) read: u64,
     pub(super) written: u64,
     pub(super) gaps: u64,
+    /// Samples that came out of the calibration.
+    pub(super) compensated: u64,
     pub(super) beyond: u64,
     /// Temperatures beyond those of the coefficients, with the lowest and the highest of all.
     pub(super) beyond_temperature: u64,
@@ -52,6 +56,7 @@ impl Figures {
         calibration: &AnyCalibration,
         values: &[&[f64]],
     ) -> Option<usize> {
+        self.compensated += values.first().map_or(0, |v| v.len() as u64);
         if let [one] = values {
             self.accelerations = widened(self.accelerations, one.iter().copied());
         }
@@ -96,8 +101,25 @@ pub(super) fn findings(
     figures: &Figures,
     compensation: Option<&CompensationStream>,
     calibration: &AnyCalibration,
+    steps: Option<&Steps<'_>>,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
+    if let Some(steps) = steps {
+        findings.extend(steps.finding.clone());
+        if let (Some([before, behind]), true) = (steps.left_out(), figures.gaps > 0) {
+            findings.push(
+                gaps_in_record(
+                    "; the low-pass begins anew behind each gap",
+                    &format!(
+                        "{} gaps, {before} samples without a result behind each and {behind} before it",
+                        figures.gaps
+                    ),
+                    "a low-pass with a higher corner loses less at each",
+                )
+                .at(Severity::Note),
+            );
+        }
+    }
     if let (true, Some([low, high])) = (figures.beyond > 0, range(calibration)) {
         findings.push(findings::beyond_calibrated_range(
             figures.beyond,
@@ -105,7 +127,7 @@ pub(super) fn findings(
             high,
             "m/s²",
             "the model is extrapolated there",
-            &format!("of {} samples", figures.written),
+            &format!("of {} samples", figures.compensated),
         ));
     }
     if let (AnyCalibration::Constant(file), Some([low, high])) = (calibration, figures.temperatures)
@@ -186,6 +208,8 @@ pub struct ApplyOutcome {
     least_known: Option<Quantity>,
     /// Whether the calibration follows the temperature in its bias alone.
     scale_at_one_temperature: bool,
+    /// What followed the calibration.
+    chain: Option<ChainFigures>,
     findings: Vec<Finding>,
 }
 
@@ -193,6 +217,7 @@ impl ApplyOutcome {
     pub(super) fn new(
         job: &ApplyJob,
         (compensation, calibration): (Option<&CompensationStream>, &AnyCalibration),
+        chain: Option<ChainFigures>,
         figures: Figures,
         columns: Vec<String>,
         (recording, sha256): (Input, Option<String>),
@@ -225,8 +250,14 @@ impl ApplyOutcome {
                 }
                 _ => false,
             },
+            chain,
             findings,
         }
+    }
+
+    /// What followed the calibration, step by step; `None` where nothing did.
+    pub fn chain(&self) -> Option<&ChainFigures> {
+        self.chain.as_ref()
     }
 
     /// Rows written.
@@ -333,11 +364,25 @@ impl Outcome for ApplyOutcome {
         let by_covariance = self.least_known.as_ref();
         let by_covariance =
             by_covariance.map(|q| statement("calibration_error", "m/s²", 0.0, q.expanded(0.95)));
-        by_frequency.into_iter().chain(by_covariance).collect()
+        let mut stated: Vec<StatedQuantity> =
+            by_frequency.into_iter().chain(by_covariance).collect();
+        if let Some(chain) = &self.chain {
+            let normal = DegreesOfFreedom::INFINITE.coverage_factor(0.95);
+            let of_bias = chain.bias_uncertainty;
+            stated.extend(of_bias.map(|u| statement("bias_error", "m/s²", 0.0, normal * u)));
+            let of_angles = chain.rotation_uncertainty;
+            stated.extend(of_angles.map(|u| statement("rotation_error", "1", 0.0, normal * u)));
+        }
+        stated
     }
 
     fn findings(&self) -> &[Finding] {
         &self.findings
+    }
+
+    fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
+        let chain = self.chain.as_ref().map(|c| section("chain", c));
+        chain.into_iter().collect()
     }
 
     fn page(&self, page: Report) -> Report {

@@ -1,6 +1,6 @@
 //! The page of a compensated recording.
 
-use super::ApplyOutcome;
+use super::{ApplyOutcome, ChainFigures};
 use crate::page::measures::measures;
 use proofmass_report::{Block, Cell, KeyFigure, Report, Section};
 
@@ -20,6 +20,10 @@ pub(super) fn add(page: Report, apply: &ApplyOutcome) -> Report {
             None => format!("{rows}."),
         })
         .section(result(apply).summarised());
+    let page = match apply.chain() {
+        Some(chain) => page.section(steps(chain)),
+        None => page,
+    };
     let Some(band) = apply.band() else {
         return page;
     };
@@ -38,6 +42,53 @@ pub(super) fn add(page: Report, apply: &ApplyOutcome) -> Report {
             .block(rows(&band.matrix))
             .block(rows(&band.inverse)),
     )
+}
+
+/// The steps in their order, and what they leave to be known.
+fn steps(chain: &ChainFigures) -> Section {
+    let list = chain.steps.iter().enumerate();
+    let list: Vec<String> = list.map(|(i, step)| format!("{}. {step}", i + 1)).collect();
+    let percent = |v: f64| Cell::number(format!("{:.4}", 100.0 * v));
+    let time = |v: f64| Cell::number(format!("{:.3}", 1e6 * v));
+    let mut rows = vec![
+        (
+            "delay of all steps at low frequency",
+            time(chain.delay),
+            "µs",
+        ),
+        (
+            "left when the samples are in their rows",
+            time(chain.delay_left),
+            "µs",
+        ),
+    ];
+    if let Some(rate) = chain.rate {
+        rows.push((
+            "rate of what is written",
+            Cell::number(format!("{rate:.6}")),
+            "Hz",
+        ));
+    }
+    if let Some(ripple) = chain.ripple {
+        rows.push(("ripple of the gain up to the corner", percent(ripple), "%"));
+    }
+    if let Some(folded) = chain.folded {
+        rows.push(("gain of what decimation folds", percent(folded), "%"));
+    }
+    if let Some(u) = chain.bias_uncertainty {
+        let u = Cell::number(format!("{u:.3e}"));
+        rows.push(("standard uncertainty of the bias", u, "m/s²"));
+    }
+    if let Some(u) = chain.rotation_uncertainty {
+        rows.push((
+            "standard uncertainty by the angles, of the acceleration",
+            percent(u),
+            "%",
+        ));
+    }
+    Section::new("Steps")
+        .block(Block::Code(list.join("\n")))
+        .table(measures("What the steps leave", "part", rows))
 }
 
 fn result(apply: &ApplyOutcome) -> Section {

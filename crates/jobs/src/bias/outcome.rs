@@ -38,6 +38,16 @@ impl OnChip {
     /// Section of result.json.
     pub(crate) const SECTION: &'static str = "bias_filter";
 
+    /// Time between samples, s.
+    pub(super) fn period(&self) -> f64 {
+        1.0 / self.rate
+    }
+
+    /// Q over time of x, y, z, (m/s²)²/s: the density of the walk, and more than that of a Gauss–Markov process between two times.
+    pub(super) fn walk(&self) -> [f64; 3] {
+        self.coefficients.map(|[_, q, _]| q * self.rate)
+    }
+
     /// The filter of the chip, with the state at the end of the recording.
     pub(crate) fn firmware(self) -> Firmware {
         Firmware {

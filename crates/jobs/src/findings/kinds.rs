@@ -29,6 +29,14 @@ findings! {
         advice "leave --columns away, since the calibration names its columns; or be sure that the wires were exchanged",
         false_alarms "none: the names are compared";
 
+    /// Decimation folds into the band what the low-pass does not keep out.
+    alias_not_suppressed(factor: u32, reached: f64, from: f64, corner: f64, asked: f64) =
+        "alias-not-suppressed", [Decision],
+        what "a decimation by {factor} folds {from:.6} Hz to {corner} Hz, and the low-pass makes that weaker by {reached:.1} dB only",
+        evidence "{asked} dB were asked for",
+        advice "lower the corner, leave out fewer samples, or take a low-pass of linear phase; where the recording holds nothing up there, ask for less attenuation",
+        false_alarms "none: the gain of the low-pass is computed, and the recording is not looked at";
+
     /// A compensation filter deviates from the inverse of the sensitivity.
     filter_too_short(taps: usize, departure: f64) =
         "filter-too-short", [Warning],

@@ -9,7 +9,7 @@ use proofmass_core::Gravity;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_io::{AnyCalibration, Source, Unit};
-use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination};
+use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination, Rotation};
 use proofmass_jobs::bias::{AxisNoise, BiasData, BiasJob};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
@@ -285,21 +285,34 @@ pub fn apply(kind: &str) {
         &Record::default(),
     )
     .into();
-    for (calibration, method, text) in [
+    let rotation = Rotation {
+        angles: [0.1, -0.2, 0.3],
+        uncertainty: [0.01; 3],
+    };
+    for (calibration, method, rotation, text) in [
         (
             calibration,
             CompensationMethod::Model,
+            None,
+            "acc_x_count,acc_y_count,acc_z_count\n1,2,3\n",
+        ),
+        (
+            calibration,
+            CompensationMethod::Model,
+            Some(rotation),
             "acc_x_count,acc_y_count,acc_z_count\n1,2,3\n",
         ),
         (
             &over_frequency,
             CompensationMethod::Band([100.0, 200.0]),
+            None,
             "u_V\n0.1\n",
         ),
     ] {
         check(kind, &|watch| {
             let mut job = ApplyJob::default();
             job.method = method;
+            job.chain.rotation = rotation;
             if method != CompensationMethod::Model {
                 job.reading.columns = Some(vec!["u".into()]);
             }
