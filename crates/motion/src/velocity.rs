@@ -21,8 +21,8 @@ use crate::findings;
 use crate::rest::{model_at_rest, rests_once};
 use crate::tuning::Constants;
 use crate::{
-    KalmanModel, LowCorner, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport,
-    Tuned, TunedValue, Tuning, VelocityTrace, conditions, ripple,
+    EncoderMap, KalmanModel, LowCorner, Method, MotionRecord, Pairing, ReadingSource, Ripple,
+    SlipReport, Tuned, TunedValue, Tuning, VelocityTrace, conditions, ripple,
 };
 use disagreement::Disagreement;
 use ground::{
@@ -110,19 +110,18 @@ pub fn estimate_turning(
     check_sensors(record, method.as_slice())?;
     let tuning = &Tuning::default();
     let settled = beside_corner(record, method, circumference, tuning, watch)?;
+    let asked = (method, circumference, turn);
+    let settled = beside_disc(settled, record, asked, tuning, watch)?;
+    // A disc that is not known speaks against the accelerometer: it is taken out before.
     if method.is_none()
         && settled.result.low_corner.is_none()
-        && let Some(alone) = encoder_alone::better(record, &settled.result, watch)?
+        && let Some(alone) = encoder_alone::better(&settled.plain, &settled.result, watch)?
     {
-        return Ok(alone);
+        return Ok(match &settled.map {
+            Some(map) => disc::beside(alone, record, map),
+            None => alone,
+        });
     }
-    let settled = beside_disc(
-        settled,
-        record,
-        (method, circumference, turn),
-        tuning,
-        watch,
-    )?;
     Ok(settled.result)
 }
 
@@ -134,6 +133,10 @@ pub(super) struct Settled {
     pub(super) ground: Option<Ground>,
     /// The record less the map of its encoder, with the slow accelerations given back, and with the blows that were found.
     pub(super) record: MotionRecord,
+    /// The same before rests and blows were looked for.
+    plain: MotionRecord,
+    /// The map that was subtracted.
+    map: Option<EncoderMap>,
 }
 
 /// The one way of all questions to a tuned record.
@@ -198,6 +201,7 @@ fn beside_disc(
             let corrected = map.corrected(record)?;
             let mut again = once(&corrected, method, circumference, tuning, watch)?;
             again.result = disc::beside(again.result, record, &map);
+            again.map = Some(map);
             Ok(again)
         }
     }
@@ -213,6 +217,7 @@ fn once(
 ) -> Result<Settled, Error> {
     let (mut slip, mut pairing) = sensors(record);
     let mut findings = conditions(record);
+    let plain = record.clone();
     let settled = rests_once(&with_blows(record, slip.as_ref()));
     let record = &settled;
     let margin = margin(record);
@@ -374,6 +379,8 @@ fn once(
         result,
         ground,
         record: settled,
+        plain,
+        map: None,
     })
 }
 
