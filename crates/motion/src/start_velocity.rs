@@ -7,11 +7,11 @@ use proofmass_core::check::within;
 use proofmass_uncertainty::adjustment::ScaledRoot;
 
 /// Readings of the shortest fit; each next one takes twice as many.
-const FEWEST: usize = 8;
+const FEWEST: usize = 16;
 /// Readings of the longest fit.
 const MOST: usize = 8192;
-/// Standard uncertainties within which the velocity of a longer fit has to agree with those of all shorter ones.
-const AGREES: f64 = 2.0;
+/// Standard uncertainties by which a fit may differ from the one to half as many readings: beyond them the polynomial does not hold.
+const HOLDS: f64 = 4.0;
 
 /// A velocity with its standard uncertainty.
 type Stated = (f64, f64);
@@ -38,9 +38,10 @@ impl MotionRecord {
     ///
     /// Readings less the integral of the accelerometer are a polynomial of the start and of its offset: v₀ + b t of a speed,
     /// x₀ + v₀ t + ½ b t² of a position (without an accelerometer b is the acceleration of the axis). It is fitted by least squares to the
-    /// first 8, 16, 32, … readings; the longest fit whose velocity agrees with those of all shorter ones is used.
+    /// first 16, 32, 64, … readings, as long as it holds; what a fit differs from the one to half as many adds to its uncertainty, and the fit
+    /// with the least is used.
     ///
-    /// **Assumes** white noise of both sensors; rounding counts as δ²/12 at least. The noise of an acceleration is taken from the differences
+    /// **Assumes** white noise of both sensors; rounding counts as δ²/12 at least, and once while a count stays. The noise of an acceleration is taken from the differences
     /// of neighbours, which motion makes larger.
     /// **Accuracy** `coverage_start_of_moving_axes`.
     pub fn start_velocity(&self) -> Stated {
@@ -57,15 +58,27 @@ impl MotionRecord {
             .take_while(|n| *n < total.min(MOST))
             .collect();
         sizes.push(total.min(MOST));
-        let (mut best, mut low, mut high) = (None, f64::NEG_INFINITY, f64::INFINITY);
+        let mut best: Option<Stated> = None;
+        let mut shorter: Option<Stated> = None;
         for n in sizes {
-            let Some((v, u)) = self.fitted(&departures[..n]) else {
+            let Some((v, own)) = self.fitted(&departures[..n]) else {
                 continue;
             };
-            (low, high) = (low.max(v - AGREES * u), high.min(v + AGREES * u));
-            if low > high && best.is_some() {
+            let (moved, held, before) = shorter.map_or((0.0, true, own), |(other, u)| {
+                let moved = v - other;
+                (moved, moved.abs() <= HOLDS * u.max(own), u)
+            });
+            if !held {
                 break;
             }
+            shorter = Some((v, own));
+            // Bending that the polynomial does not follow shows as a difference to the shorter fit first.
+            // Without an accelerometer the axis bends as it likes: the shorter fit says how far that is known.
+            let known = match self.accelerometer {
+                true => own,
+                false => own.max(before),
+            };
+            let u = known.hypot(moved);
             if best.is_none_or(|(_, least)| u < least) {
                 best = Some((v, u));
             }
@@ -73,8 +86,8 @@ impl MotionRecord {
         best.unwrap_or((0.0, 0.0))
     }
 
-    /// Time, and reading less what the accelerometer shows of the motion since the first sample.
-    fn departures(&self) -> Vec<(f64, f64)> {
+    /// Time, reading less what the accelerometer shows of the motion since the first sample, and the reading itself.
+    fn departures(&self) -> Vec<(f64, f64, f64)> {
         let t = self.sample_time;
         let first = self.reading.iter().flatten().next().copied();
         let zero = match self.source {
@@ -94,7 +107,7 @@ impl MotionRecord {
                     ReadingSource::Position => x,
                     ReadingSource::Speed => v,
                 };
-                list.push((t * k as f64, r - zero - moved));
+                list.push((t * k as f64, r - zero - moved, *r));
                 if list.len() == MOST {
                     break;
                 }
@@ -104,7 +117,7 @@ impl MotionRecord {
     }
 
     /// The velocity of a polynomial through the departures, at the first sample.
-    fn fitted(&self, departures: &[(f64, f64)]) -> Option<Stated> {
+    fn fitted(&self, departures: &[(f64, f64, f64)]) -> Option<Stated> {
         let n = departures.len();
         let span = departures.last()?.0.max(self.sample_time);
         let wanted = match self.source {
@@ -119,7 +132,7 @@ impl MotionRecord {
         };
         let mut g = [[0.0; 3]; 3];
         let mut right = [0.0; 3];
-        for &(time, departure) in departures {
+        for &(time, departure, _) in departures {
             let row = row(time);
             for i in 0..unknowns {
                 right[i] += row[i] * departure;
@@ -145,13 +158,17 @@ impl MotionRecord {
         let cofactor = solved(&unit)[wanted];
         let left: f64 = departures
             .iter()
-            .map(|(time, departure)| {
+            .map(|(time, departure, _)| {
                 let fit: f64 = row(*time).iter().zip(&found).map(|(r, c)| r * c).sum();
                 (departure - fit) * (departure - fit)
             })
             .sum();
-        let rounding = self.increment.map_or(0.0, |d| d * d / 12.0);
-        let noise = (left / (n - unknowns).max(1) as f64).max(rounding);
+        let mut noise = left / (n - unknowns).max(1) as f64;
+        if let Some(increment) = self.increment {
+            // While a count stays the same its rounding is no new one.
+            let new = 1 + departures.windows(2).filter(|w| w[0].2 != w[1].2).count();
+            noise = noise.max(increment * increment / 12.0) * n as f64 / new as f64;
+        }
         // A velocity is the coefficient over the span where the readings are positions.
         let scale = if wanted == 1 { 1.0 / span } else { 1.0 };
         let walked = WALK * self.sample_time * span * self.sample_noise();

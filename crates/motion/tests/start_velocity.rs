@@ -45,7 +45,7 @@ fn coverage_start_of_moving_axes() {
     for (source, increment, alone, largest) in [
         (ReadingSource::Speed, None, false, 2e-3),
         (ReadingSource::Position, None, false, 2e-3),
-        (ReadingSource::Position, Some(1e-3), false, 4e-3),
+        (ReadingSource::Position, Some(1e-3), false, 8e-3),
         (ReadingSource::Position, Some(1e-4), false, 2e-3),
         (ReadingSource::Position, Some(1e-3), true, 3e-2),
         (ReadingSource::Speed, None, true, 2e-2),
