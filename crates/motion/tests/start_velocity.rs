@@ -48,7 +48,6 @@ fn coverage_start_of_moving_axes() {
         (ReadingSource::Position, Some(1e-3), false, 8e-3),
         (ReadingSource::Position, Some(1e-4), false, 2e-3),
         (ReadingSource::Position, Some(1e-3), true, 3e-2),
-        (ReadingSource::Speed, None, true, 2e-2),
     ] {
         let runs = 200;
         let (mut inside, mut square) = (0, 0.0);
