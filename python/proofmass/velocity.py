@@ -66,6 +66,8 @@ def estimate(
     between: Sequence[float] | None = None,
     encoder_map: Data | None = None,
     at_rest: bool = False,
+    initial_velocity: float | None = None,
+    initial_velocity_uncertainty: float | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -135,6 +137,9 @@ def estimate(
         encoder_map: Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity
             map`.
         at_rest: The axis stands still at the first sample.
+        initial_velocity: Velocity at the first sample that is used, m/s (rad/s of an angle) [default: that of the
+            first readings].
+        initial_velocity_uncertainty: Its standard uncertainty, m/s (rad/s of an angle) [default: 0, exact].
         time: Time column by name or number.
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -191,6 +196,8 @@ def compare(
     between: Sequence[float] | None = None,
     encoder_map: Data | None = None,
     at_rest: bool = False,
+    initial_velocity: float | None = None,
+    initial_velocity_uncertainty: float | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -267,6 +274,9 @@ def compare(
         encoder_map: Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity
             map`.
         at_rest: The axis stands still at the first sample.
+        initial_velocity: Velocity at the first sample that is used, m/s (rad/s of an angle) [default: that of the
+            first readings].
+        initial_velocity_uncertainty: Its standard uncertainty, m/s (rad/s of an angle) [default: 0, exact].
         time: Time column by name or number.
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -330,6 +340,8 @@ def tune(
     between: Sequence[float] | None = None,
     encoder_map: Data | None = None,
     at_rest: bool = False,
+    initial_velocity: float | None = None,
+    initial_velocity_uncertainty: float | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -398,6 +410,9 @@ def tune(
         encoder_map: Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity
             map`.
         at_rest: The axis stands still at the first sample.
+        initial_velocity: Velocity at the first sample that is used, m/s (rad/s of an angle) [default: that of the
+            first readings].
+        initial_velocity_uncertainty: Its standard uncertainty, m/s (rad/s of an angle) [default: 0, exact].
         time: Time column by name or number.
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -455,6 +470,8 @@ def map(
     between: Sequence[float] | None = None,
     encoder_map: Data | None = None,
     at_rest: bool = False,
+    initial_velocity: float | None = None,
+    initial_velocity_uncertainty: float | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
@@ -528,6 +545,9 @@ def map(
         encoder_map: Map of the encoder that is subtracted from the positions: result.json of `proofmass velocity
             map`.
         at_rest: The axis stands still at the first sample.
+        initial_velocity: Velocity at the first sample that is used, m/s (rad/s of an angle) [default: that of the
+            first readings].
+        initial_velocity_uncertainty: Its standard uncertainty, m/s (rad/s of an angle) [default: 0, exact].
         time: Time column by name or number.
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).

@@ -164,6 +164,8 @@ const HEADINGS: &[(&str, &[Group])] = &[
                     "latency",
                     "still",
                     "at-rest",
+                    "initial-velocity",
+                    "initial-velocity-uncertainty",
                 ],
             ),
             (
@@ -467,6 +469,8 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "axis",
             "latency",
             "at-rest",
+            "initial-velocity",
+            "initial-velocity-uncertainty",
             "between",
             "reference-unit",
             "reference-time",

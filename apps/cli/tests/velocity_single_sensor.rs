@@ -472,6 +472,6 @@ fn every_method_is_reached_from_the_command_line() {
     let out = folder.path().join("out");
     all.extend(["-o".to_owned(), text(&out).to_owned()]);
     succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
-    // Those that were named, and the four that are tuned.
-    assert_eq!(rows(&out.join("errors.csv")).len(), 28 + 4);
+    // Those that were named, and the five that are tuned of an axis that is slow for its counts.
+    assert_eq!(rows(&out.join("errors.csv")).len(), 28 + 5);
 }

@@ -24,7 +24,8 @@ use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
 use proofmass_motion::{
-    Method, MotionRecord, ReadingNoise, Tuning, compare, conditions, estimate_turning, tune,
+    Method, MotionRecord, ReadingNoise, Tuning, compare_turning, conditions, estimate_turning,
+    tune_turning,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -204,12 +205,12 @@ impl Job for VelocityCompareJob {
                 "without the first {skip} s nothing of {duration:.3} s is left to compare"
             )));
         }
-        let result = compare(
+        let result = compare_turning(
             data.record,
             data.reference,
             &self.methods,
             &decimations,
-            skip,
+            (skip, data.turn),
             watch,
         )
         .map_err(|e| explain(e, data.name))?;
@@ -271,7 +272,8 @@ impl Job for VelocityTuneJob {
                 variance: increment * increment / 12.0,
             };
         }
-        let result = tune(data.record, &tuning, watch).map_err(|e| explain(e, data.name))?;
+        let result = tune_turning(data.record, data.turn, &tuning, watch)
+            .map_err(|e| explain(e, data.name))?;
         Ok(VelocityTuning::new(data, tuning, result))
     }
 }

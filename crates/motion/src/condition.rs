@@ -174,7 +174,9 @@ fn start(record: &MotionRecord) -> Option<Finding> {
     let fastest = record.acceleration[..=l]
         .iter()
         .fold(0.0f64, |m, a| m.max(a.abs()));
-    let explained = record.increment.unwrap_or(0.0) / span + fastest * span;
+    let explained = record.increment.unwrap_or(0.0) / span
+        + fastest * span
+        + record.initial_velocity_uncertainty;
     ((mean - v0).abs() > 3.0 * explained).then(|| findings::start_in_motion(mean, span, v0))
 }
 

@@ -207,7 +207,7 @@ impl<'a> Counted<'a> {
             }
         }
         let velocity = match self.record.initial_velocity {
-            Some(v) => (v, 0.0),
+            Some(v) => (v, self.record.initial_velocity_uncertainty),
             None => (0.0, 3.0 * fastest * self.increment / dt),
         };
         let mut state = filter.start(last, velocity, (0.0, model.offset), 0.0);

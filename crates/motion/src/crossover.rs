@@ -270,19 +270,20 @@ pub fn crossover_by_smoother(
     skip: usize,
 ) -> Result<Crossover, Error> {
     let reference = model.smooth(record)?;
-    // A part of a recording starts in motion; its start would weigh more than its gains.
+    crossover_beside(filter, record, &reference.velocity, skip)
+}
+
+/// The same beside any reference velocity.
+pub(crate) fn crossover_beside(
+    filter: Filter,
+    record: &MotionRecord,
+    velocity: &[f64],
+    skip: usize,
+) -> Result<Crossover, Error> {
+    // The start that every run has, found once.
     let mut started = record.clone();
-    if started.initial_velocity.is_none() {
-        started.initial_velocity = reference.velocity.first().copied();
-    }
-    crossover(
-        filter,
-        Criterion::Reference {
-            velocity: &reference.velocity,
-            skip,
-        },
-        &started,
-    )
+    started.initial_velocity = Some(record.start_velocity().0);
+    crossover(filter, Criterion::Reference { velocity, skip }, &started)
 }
 
 /// Kalman gains without a truth: the q at which the on-line filter comes closest to the smoother of the tuned model.

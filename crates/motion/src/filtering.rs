@@ -108,7 +108,10 @@ pub(crate) fn start<const N: usize>(
         last = (k, x);
     }
     let unknown = 9.0 * fastest * fastest + r;
-    let (v, v_variance) = record.initial_velocity.map_or((0.0, unknown), |v| (v, 0.0));
+    let u = record.initial_velocity_uncertainty;
+    let (v, v_variance) = record
+        .initial_velocity
+        .map_or((0.0, unknown), |v| (v, u * u));
     let wait = first_at as f64 * record.sample_time;
     let (x, x_variance) = match record.source {
         ReadingSource::Position => (first, 1e6 * r + unknown * wait * wait),

@@ -57,6 +57,7 @@ mod samples;
 mod search;
 mod slip;
 mod smoother;
+mod start_velocity;
 mod step_input;
 mod stretch;
 mod threshold;
@@ -106,7 +107,8 @@ pub use threshold::{leave_out_threshold, speed_increment};
 pub use timed::{edge_counts, edge_places, time_edges};
 pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};
 pub use velocity::{
-    BesideReference, CompareResult, EstimateResult, TuneResult, TunedAtRate, compare, estimate,
-    estimate_turning, published_sweep, single_sensor_methods, tune,
+    BesideReference, CompareResult, EstimateResult, TuneResult, TunedAtRate, compare,
+    compare_turning, estimate, estimate_turning, published_sweep, single_sensor_methods, tune,
+    tune_turning,
 };
 pub use whiteness::Whiteness;

@@ -296,7 +296,7 @@ impl Method {
             Self::TrackingLoop { bandwidth } => {
                 let pll = TrackingLoop::<f64>::new(bandwidth, slow)?;
                 let mut state: Option<ObserverState<f64>> = None;
-                let v0 = record.initial_velocity.unwrap_or(0.0);
+                let v0 = record.start_velocity().0;
                 let v = at_readings(record, |x, _| match &mut state {
                     None => {
                         state = Some(ObserverState::new(x, v0, 0.0));
@@ -309,7 +309,7 @@ impl Method {
             Self::ResolverLoop { bandwidth } => resolver_loop(record, bandwidth, slow)?,
             Self::Integration { rule, offset } => {
                 let integrator = Integrator::<f64>::new(rule, dt)?;
-                let mut state = IntegratorState::new(record.initial_velocity.unwrap_or(0.0));
+                let mut state = IntegratorState::new(record.start_velocity().0);
                 let v = record
                     .acceleration
                     .iter()
@@ -322,7 +322,7 @@ impl Method {
                 offset,
             } => {
                 let newmark = Newmark::<f64>::new(gamma, beta, dt)?;
-                let mut state = NewmarkState::new(0.0, record.initial_velocity.unwrap_or(0.0));
+                let mut state = NewmarkState::new(0.0, record.start_velocity().0);
                 let v = record
                     .acceleration
                     .iter()

@@ -9,6 +9,7 @@ pub use alignment::{
 
 use crate::LowCorner;
 use proofmass_core::Error;
+use proofmass_core::check::within;
 use serde::{Deserialize, Serialize};
 
 /// What the slow, drift-free sensor reads.
@@ -39,8 +40,10 @@ pub struct MotionRecord {
     pub accelerometer: bool,
     /// Increment δ of the reading, when it is quantised: gives R = δ²/12.
     pub increment: Option<f64>,
-    /// Velocity at the first sample; `None` when unknown, zero for a start from rest.
+    /// Velocity at the first sample, where it is stated, zero for a start from rest; `None` where the first readings tell it.
     pub initial_velocity: Option<f64>,
+    /// Its standard uncertainty; zero for one that is exact.
+    pub initial_velocity_uncertainty: f64,
     /// Edges between the samples, where they were timed; `reading` then is the count at each sample.
     pub edges: Option<TimedEdges>,
     /// Way of one turn, where the reading is the angle of a resolver.
@@ -144,6 +147,7 @@ impl MotionRecord {
             accelerometer: true,
             increment: None,
             initial_velocity: None,
+            initial_velocity_uncertainty: 0.0,
             edges: None,
             turn: None,
             start: 0.0,
@@ -238,6 +242,12 @@ impl MotionRecord {
                 });
             }
         }
+        within(
+            "uncertainty of the initial velocity",
+            self.initial_velocity_uncertainty,
+            0.0,
+            f64::MAX,
+        )?;
         if n < 4 {
             return Err(Error::TooFew {
                 name: "samples",

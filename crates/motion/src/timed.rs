@@ -203,7 +203,7 @@ pub(crate) fn mixed_time(record: &MotionRecord, timeout: f64) -> Result<(Vec<f64
     let captures = captures(record)?;
     let filter = MixedTime::<f64>::new(captures.increment, 1.0 / captures.tick, timeout)?;
     let mut state = None::<MixedTimeState<f64>>;
-    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut v = record.start_velocity().0;
     let (mut velocity, mut delays) = (Vec::new(), Vec::new());
     for (clock, edges) in &captures.samples {
         match (&mut state, edges) {
@@ -236,7 +236,7 @@ pub(crate) fn fixed_position(record: &MotionRecord, n: usize) -> Result<(Vec<f64
     let captures = captures(record)?;
     let filter = FixedPosition::<f64>::new(n as f64 * captures.increment, 1.0 / captures.tick)?;
     let mut past: VecDeque<Edge> = VecDeque::new();
-    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut v = record.start_velocity().0;
     let (mut velocity, mut delays) = (Vec::new(), Vec::new());
     for (_, edges) in &captures.samples {
         match edges {

@@ -10,8 +10,10 @@ mod low_corner;
 mod tune;
 
 pub use beside_reference::BesideReference;
-pub use compare::{CompareResult, TunedAtRate, compare, published_sweep, single_sensor_methods};
-pub use tune::{TuneResult, tune};
+pub use compare::{
+    CompareResult, TunedAtRate, compare, compare_turning, published_sweep, single_sensor_methods,
+};
+pub use tune::{TuneResult, tune, tune_turning};
 
 use crate::diffuse::Trajectory;
 use crate::edges::on_edges;
@@ -19,8 +21,8 @@ use crate::findings;
 use crate::rest::{model_at_rest, rests_once};
 use crate::tuning::Constants;
 use crate::{
-    KalmanModel, LowCorner, Method, MotionRecord, Pairing, ReadingSource, Ripple, SlipReport,
-    Tuned, TunedValue, Tuning, VelocityTrace, conditions, ripple,
+    EncoderMap, KalmanModel, LowCorner, Method, MotionRecord, Pairing, ReadingSource, Ripple,
+    SlipReport, Tuned, TunedValue, Tuning, VelocityTrace, conditions, ripple,
 };
 use disagreement::Disagreement;
 use ground::{
@@ -106,58 +108,118 @@ pub fn estimate_turning(
 ) -> Result<EstimateResult, Error> {
     record.check()?;
     check_sensors(record, method.as_slice())?;
-    let corner = record.low_corner;
-    let (mut result, mut ground) = match corner {
-        None => once(record, method, circumference, watch)?,
-        Some(corner) => low_corner::beside(record, corner, method, circumference, watch)?,
+    let tuning = &Tuning::default();
+    let settled = beside_corner(record, method, circumference, tuning, watch)?;
+    let asked = (method, circumference, turn);
+    let settled = beside_disc(settled, record, asked, tuning, watch)?;
+    // A disc that is not known speaks against the accelerometer: it is taken out before.
+    if method.is_none()
+        && settled.result.low_corner.is_none()
+        && let Some(alone) = encoder_alone::better(&settled.plain, &settled.result, watch)?
+    {
+        return Ok(match &settled.map {
+            Some(map) => disc::beside(alone, record, map),
+            None => alone,
+        });
+    }
+    Ok(settled.result)
+}
+
+/// What estimate, tuning and comparison share: the record as everything runs over it, and all that was found of it.
+pub(super) struct Settled {
+    /// The estimate.
+    pub(super) result: EstimateResult,
+    /// The ground of what was tuned; none where a model was given.
+    pub(super) ground: Option<Ground>,
+    /// The record less the map of its encoder, with the slow accelerations given back, and with the blows that were found.
+    pub(super) record: MotionRecord,
+    /// The same before rests and blows were looked for.
+    plain: MotionRecord,
+    /// The map that was subtracted.
+    map: Option<EncoderMap>,
+}
+
+/// The one way of all questions to a tuned record.
+pub(super) fn settled(
+    record: &MotionRecord,
+    turn: Option<f64>,
+    tuning: &Tuning,
+    watch: &dyn Watch,
+) -> Result<Settled, Error> {
+    let settled = beside_corner(record, None, None, tuning, watch)?;
+    beside_disc(settled, record, (None, None, turn), tuning, watch)
+}
+
+/// The estimate beside the corner of the accelerometer that is stated or found.
+fn beside_corner(
+    record: &MotionRecord,
+    method: Option<Method>,
+    circumference: Option<f64>,
+    tuning: &Tuning,
+    watch: &dyn Watch,
+) -> Result<Settled, Error> {
+    let asked = (method, circumference);
+    let mut settled = match record.low_corner {
+        None => once(record, method, circumference, tuning, watch)?,
+        Some(corner) => low_corner::beside(record, corner, asked, tuning, watch)?,
     };
-    let found = match &ground {
+    let found = match &settled.ground {
         Some(ground) => low_corner::seen(record, ground, watch)?,
         None => None,
     };
     if let Some(found) = found {
-        let share = |r: &EstimateResult| r.slip.as_ref().map_or(0.0, |s| s.slip_share);
-        let (mut other, mut others) =
-            low_corner::beside(record, found, method, circumference, watch)?;
-        if let Some(ground) = others.as_ref().filter(|_| share(&other) > 0.0)
+        let share = |s: &Settled| s.result.slip.as_ref().map_or(0.0, |s| s.slip_share);
+        let mut other = low_corner::beside(record, found, asked, tuning, watch)?;
+        if let Some(ground) = other.ground.as_ref().filter(|_| share(&other) > 0.0)
             && let Some(refined) = low_corner::refined(record, found, ground, watch)?
         {
-            (other, others) = low_corner::beside(record, refined, method, circumference, watch)?;
+            other = low_corner::beside(record, refined, asked, tuning, watch)?;
         }
         // What makes more of the record slip is no better model of it.
-        if share(&other) <= share(&result) + 0.02 {
-            (result, ground) = (other, others);
+        if share(&other) <= share(&settled) + 0.02 {
+            settled = other;
         }
     }
-    if method.is_none()
-        && result.low_corner.is_none()
-        && let Some(alone) = encoder_alone::better(record, &result, watch)?
-    {
-        return Ok(alone);
-    }
-    let (Some(ground), Some(turn), None) = (ground, turn, result.low_corner) else {
-        return Ok(result);
+    Ok(settled)
+}
+
+/// The same less the errors of the encoder that repeat every turn, where its turn is known and they are seen.
+fn beside_disc(
+    settled: Settled,
+    record: &MotionRecord,
+    (method, circumference, turn): (Option<Method>, Option<f64>, Option<f64>),
+    tuning: &Tuning,
+    watch: &dyn Watch,
+) -> Result<Settled, Error> {
+    let (Some(ground), Some(turn), None) = (&settled.ground, turn, settled.result.low_corner)
+    else {
+        return Ok(settled);
     };
     match disc::seen(record, ground, turn, watch)? {
-        None => Ok(result),
+        None => Ok(settled),
         Some(map) => {
             let corrected = map.corrected(record)?;
-            let (again, _) = once(&corrected, method, circumference, watch)?;
-            Ok(disc::beside(again, record, &map))
+            let mut again = once(&corrected, method, circumference, tuning, watch)?;
+            again.result = disc::beside(again.result, record, &map);
+            again.map = Some(map);
+            Ok(again)
         }
     }
 }
 
-/// The estimate from the readings as they are, and the ground of what was tuned.
+/// The estimate from the readings as they are.
 fn once(
     record: &MotionRecord,
     method: Option<Method>,
     circumference: Option<f64>,
+    tuning: &Tuning,
     watch: &dyn Watch,
-) -> Result<(EstimateResult, Option<Ground>), Error> {
+) -> Result<Settled, Error> {
     let (mut slip, mut pairing) = sensors(record);
     let mut findings = conditions(record);
-    let record = &rests_once(&with_blows(record, slip.as_ref()));
+    let plain = record.clone();
+    let settled = rests_once(&with_blows(record, slip.as_ref()));
+    let record = &settled;
     let margin = margin(record);
     let mut ground = None;
     let given = match method {
@@ -188,7 +250,7 @@ fn once(
             (model, None, trace, smoother, (run.offset, run.innovations))
         }
         None => {
-            let found = Ground::of(record, (slip, pairing), &Tuning::default(), watch)?;
+            let found = Ground::of(record, (slip, pairing), tuning, watch)?;
             let found = &*ground.insert(found);
             let (part, samples) = (&found.part, &found.samples);
             let mut tuned = found.tuned.clone();
@@ -313,7 +375,13 @@ fn once(
         low_corner: None,
         findings,
     };
-    Ok((result, ground))
+    Ok(Settled {
+        result,
+        ground,
+        record: settled,
+        plain,
+        map: None,
+    })
 }
 
 /// An on-line method on the record with gain and latency put right; their uncertainty adds what moving each by it does.

@@ -80,6 +80,10 @@ pub trait Estimator<T: Float> {
     /// At rest, with this acceleration; the position is where the last reading was.
     fn start(&self, acceleration: T) -> Self::State;
 
+    /// In motion, at this velocity with its standard uncertainty. What knows no uncertainty takes the velocity as it is; the Kalman
+    /// filters weigh it against the readings.
+    fn start_moving(&self, velocity: (T, T), acceleration: T) -> Self::State;
+
     /// Velocity at the time of this sample, less the delay the estimator states.
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T;
 
@@ -108,6 +112,13 @@ impl<T: Float, const N: usize> Estimator<T> for PositionDifference<T, N> {
         }
     }
 
+    fn start_moving(&self, (velocity, _): (T, T), _acceleration: T) -> Self::State {
+        Last {
+            inner: self.window_of(velocity),
+            velocity,
+        }
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         if let Some(way) = sample.way {
             Self::rebase(&mut state.inner, way);
@@ -124,6 +135,13 @@ impl<T: Float> Estimator<T> for FixedTime<T> {
         Last {
             inner: FixedTimeState::new(0),
             velocity: T::ZERO,
+        }
+    }
+
+    fn start_moving(&self, (velocity, _): (T, T), _acceleration: T) -> Self::State {
+        Last {
+            inner: FixedTimeState::new(0),
+            velocity,
         }
     }
 
@@ -159,6 +177,13 @@ impl<T: Float> Estimator<T> for MixedTime<T> {
         }
     }
 
+    fn start_moving(&self, velocity: (T, T), _acceleration: T) -> Self::State {
+        MixedTimeMemory {
+            inner: None,
+            reading: Some(velocity),
+        }
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         match (&mut state.inner, sample.edge) {
             (Some(inner), edge) => {
@@ -183,6 +208,10 @@ impl<T: Float> Estimator<T> for Observer<T> {
         ObserverState::new(T::ZERO, T::ZERO, acceleration)
     }
 
+    fn start_moving(&self, (velocity, _): (T, T), acceleration: T) -> Self::State {
+        ObserverState::new(T::ZERO, velocity, acceleration)
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         match sample.way {
             Some(way) => {
@@ -201,6 +230,10 @@ impl<T: Float> Estimator<T> for TrackingLoop<T> {
         ObserverState::new(T::ZERO, T::ZERO, T::ZERO)
     }
 
+    fn start_moving(&self, (velocity, _): (T, T), _acceleration: T) -> Self::State {
+        ObserverState::new(T::ZERO, velocity, T::ZERO)
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         let alone = AxisSample {
             acceleration: T::ZERO,
@@ -215,6 +248,10 @@ impl<T: Float> Estimator<T> for AdaptiveObserver<T> {
 
     fn start(&self, acceleration: T) -> Self::State {
         AdaptiveObserverState::new(T::ZERO, T::ZERO, acceleration)
+    }
+
+    fn start_moving(&self, (velocity, _): (T, T), acceleration: T) -> Self::State {
+        AdaptiveObserverState::new(T::ZERO, velocity, acceleration)
     }
 
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
@@ -233,6 +270,10 @@ impl<T: Float> Estimator<T> for TwoChannel<T> {
 
     fn start(&self, acceleration: T) -> Self::State {
         TwoChannelState::new(T::ZERO, T::ZERO, acceleration)
+    }
+
+    fn start_moving(&self, (velocity, _): (T, T), acceleration: T) -> Self::State {
+        TwoChannelState::new(T::ZERO, velocity, acceleration)
     }
 
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
@@ -263,6 +304,13 @@ impl<T: Float, const N: usize> Estimator<T> for Kalman<T, N> {
         KalmanState::new([T::ZERO; N], variances, acceleration)
     }
 
+    fn start_moving(&self, (velocity, uncertainty): (T, T), acceleration: T) -> Self::State {
+        let mut state = self.start(acceleration);
+        state.x[1] = velocity;
+        state.p[1][1] = uncertainty * uncertainty;
+        state
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         self.predict(state, sample.acceleration);
         if let Some(way) = sample.way {
@@ -285,6 +333,12 @@ impl<T: Float, const N: usize> Estimator<T> for SteadyKalman<T, N> {
         KalmanState::new([T::ZERO; N], [T::ZERO; N], acceleration)
     }
 
+    fn start_moving(&self, (velocity, _): (T, T), acceleration: T) -> Self::State {
+        let mut state = self.start(acceleration);
+        state.x[1] = velocity;
+        state
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         if let Some(way) = sample.way {
             state.x[0] -= way;
@@ -305,6 +359,11 @@ impl<T: Float> Estimator<T> for CountingKalman<T> {
         let wide = T::from_f64(1e3) * self.velocity_unit();
         let offset = self.acceleration_unit();
         CountingKalman::start(self, 0, (T::ZERO, wide), (T::ZERO, offset), acceleration)
+    }
+
+    fn start_moving(&self, velocity: (T, T), acceleration: T) -> Self::State {
+        let offset = self.acceleration_unit();
+        CountingKalman::start(self, 0, velocity, (T::ZERO, offset), acceleration)
     }
 
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
@@ -334,6 +393,10 @@ impl<T: Float> Estimator<T> for Integrator<T> {
         IntegratorState::new(T::ZERO)
     }
 
+    fn start_moving(&self, (velocity, _): (T, T), _acceleration: T) -> Self::State {
+        IntegratorState::new(velocity)
+    }
+
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {
         self.step(state, sample.acceleration)
     }
@@ -344,6 +407,10 @@ impl<T: Float> Estimator<T> for Newmark<T> {
 
     fn start(&self, _acceleration: T) -> Self::State {
         NewmarkState::new(T::ZERO, T::ZERO)
+    }
+
+    fn start_moving(&self, (velocity, _): (T, T), _acceleration: T) -> Self::State {
+        NewmarkState::new(T::ZERO, velocity)
     }
 
     fn estimate(&self, state: &mut Self::State, sample: &AxisSample<T>) -> T {

@@ -86,6 +86,22 @@ impl<T: Float, const N: usize> PositionDifference<T, N> {
         })
     }
 
+    /// As if the axis had come to zero at an even velocity: the window of the last N positions there.
+    pub(super) fn window_of(&self, velocity: T) -> PositionDifferenceState<T, N> {
+        self.start_moving(velocity * T::from_f64(self.dt), velocity)
+    }
+
+    /// As if the axis had come at an even velocity to this position, which is that of the first sample.
+    pub fn start_moving(&self, position: T, velocity: T) -> PositionDifferenceState<T, N> {
+        let step = velocity * T::from_f64(self.dt);
+        let mut back = position;
+        let x = core::array::from_fn(|_| {
+            back -= step;
+            back
+        });
+        PositionDifferenceState { x, newest: 0 }
+    }
+
     /// Velocity at the time of this position.
     pub fn step(&self, state: &mut PositionDifferenceState<T, N>, position: T) -> T {
         state.newest = if state.newest == 0 {

@@ -36,6 +36,9 @@ pub(super) struct Head {
     pub(super) alone: bool,
     increment: Option<f64>,
     initial_velocity: Option<f64>,
+    /// Velocity at the first sample by the record: stated, or that of the first readings, with its standard uncertainty.
+    #[serde(default)]
+    start_velocity: Option<(f64, f64)>,
     /// Latency of the accelerometer that was stated, s.
     #[serde(default)]
     stated_latency: f64,
@@ -60,6 +63,7 @@ impl Head {
             alone: !record.accelerometer,
             increment: record.increment,
             initial_velocity: record.initial_velocity,
+            start_velocity: Some(record.start_velocity()),
             stated_latency: data.latency,
             quantities: quantities
                 .into_iter()
@@ -98,6 +102,8 @@ impl Head {
                 "unit": self.unit("m"),
                 "increment_m": self.increment,
                 "initial_velocity_m_per_s": self.initial_velocity,
+                "start_velocity_m_per_s": self.start_velocity.map(|v| v.0),
+                "start_velocity_standard_uncertainty_m_per_s": self.start_velocity.map(|v| v.1),
             }),
         )
     }

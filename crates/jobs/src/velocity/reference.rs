@@ -172,8 +172,12 @@ impl Reference {
             let record = &mut bench.record;
             record.reading = record.reading[from..to].to_vec();
             record.acceleration = record.acceleration[from..to].to_vec();
-            if from > 0 {
-                record.initial_velocity = None;
+            if from > 0 && record.initial_velocity.is_some() {
+                return Err(Trouble::request(format!(
+                    "the velocity at the first sample is stated, and the reference begins {} s later",
+                    from as f64 * dt
+                ))
+                .with_hint("leave --initial-velocity or --at-rest out, or begin with the reference by --between FROM TO"));
             }
             bench.start += from as f64 * dt;
             record.check()?;

@@ -119,6 +119,23 @@ pub struct AxisSensors {
     /// The axis stands still at the first sample
     #[cfg_attr(feature = "clap", arg(long))]
     pub at_rest: bool,
+    /// Velocity at the first sample that is used, m/s (rad/s of an angle) [default: that of the first readings]
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "M/S",
+            allow_negative_numbers = true,
+            conflicts_with = "at_rest"
+        )
+    )]
+    pub initial_velocity: Option<f64>,
+    /// Its standard uncertainty, m/s (rad/s of an angle) [default: 0, exact]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "M/S", requires = "initial_velocity")
+    )]
+    pub initial_velocity_uncertainty: Option<f64>,
     /// Time column by name or number
     #[cfg_attr(feature = "clap", arg(long, value_name = "COLUMN"))]
     pub time: Option<String>,
@@ -264,6 +281,7 @@ impl AxisSensors {
             ))
             .with_hint("limits of ± 5 % are a standard uncertainty of 2.9; leave it out where nothing is known"));
         }
+        let start = self.start()?;
         let resting = !self.reading.is_named() && !self.acceleration.is_empty();
         if resting && self.still.is_none() {
             return Err(Trouble::data(
@@ -436,6 +454,14 @@ impl AxisSensors {
         }
         if let Some(gaps) = longest_stretch(&acceleration.time) {
             let Samples { time, value } = &mut acceleration;
+            if let (Some(_), true) = (start, gaps.used.start > 0) {
+                return Err(Trouble::request(format!(
+                    "the velocity at the first sample is stated, and a gap makes {} s the first sample that is used",
+                    time[gaps.used.start] + origin
+                ))
+                .detail(self.recording.clone())
+                .with_hint("add --between FROM TO, a stretch without the gap, and state the velocity at FROM, or leave --initial-velocity or --at-rest out"));
+            }
             *time = time[gaps.used.clone()].to_vec();
             *value = value[gaps.used.clone()].to_vec();
             findings.push(gaps.finding);
@@ -453,6 +479,7 @@ impl AxisSensors {
             findings.push(found.finding(rate));
         }
 
+        let stated_start = start;
         let (mut record, start) = self.common(&reading, &acceleration, resting)?;
         if let (true, Some([from, to])) = (resting, still) {
             for (k, r) in record.reading.iter_mut().enumerate() {
@@ -478,8 +505,8 @@ impl AxisSensors {
             record = timed(&record, &reading, increment, start)
                 .map_err(|e| Trouble::from(e).detail(self.recording.clone()))?;
         }
-        if self.at_rest {
-            record.initial_velocity = Some(0.0);
+        if let Some((velocity, uncertainty)) = stated_start {
+            record.start_at(velocity, uncertainty)?;
         }
         if self.reading.is_analogue() && !resting && told.source() == ReadingSource::Position {
             findings.extend(thin(&mut record));
@@ -522,6 +549,40 @@ impl AxisSensors {
             reference.attach(&mut bench, &samples)?;
         }
         Ok(bench)
+    }
+
+    /// The velocity at the first sample with its standard uncertainty, where it is stated.
+    fn start(&self) -> Result<Option<(f64, f64)>, Trouble> {
+        let uncertainty = self.initial_velocity_uncertainty;
+        let Some(velocity) = self.initial_velocity else {
+            if uncertainty.is_some() {
+                return Err(Trouble::request(
+                    "--initial-velocity-uncertainty is about a velocity that is not stated",
+                )
+                .with_hint("add --initial-velocity M/S"));
+            }
+            return Ok(self.at_rest.then_some((0.0, 0.0)));
+        };
+        if self.at_rest {
+            return Err(Trouble::request(
+                "--at-rest and --initial-velocity both state the velocity at the first sample",
+            )
+            .with_hint("leave one of them out"));
+        }
+        if !velocity.is_finite() {
+            return Err(
+                Trouble::request(format!("--initial-velocity {velocity} is no velocity"))
+                    .with_hint("give metres per second (rad/s of an angle)"),
+            );
+        }
+        let u = uncertainty.unwrap_or(0.0);
+        if !(u >= 0.0 && u.is_finite()) {
+            return Err(Trouble::request(format!(
+                "--initial-velocity-uncertainty {u} is no standard uncertainty"
+            ))
+            .with_hint("give metres per second (rad/s of an angle), zero or more"));
+        }
+        Ok(Some((velocity, u)))
     }
 
     /// The corner that is stated.

@@ -84,8 +84,8 @@ impl Solution {
 }
 
 impl Sums {
-    /// Least squares for a subset; `None` when the readings do not determine it. A stated uncertainty of the gain is one
-    /// more reading of it.
+    /// Least squares for a subset; `None` when the readings do not determine it. A stated uncertainty of the gain or of the
+    /// start is one more reading of it.
     pub fn solve(&self, record: &MotionRecord, unknowns: Unknowns) -> Option<Solution> {
         self.solve_held(record, unknowns, 1.0)
     }
@@ -97,15 +97,11 @@ impl Sums {
         unknowns: Unknowns,
         factor: f64,
     ) -> Option<Solution> {
-        let columns = columns(record, unknowns);
-        match record.gain_uncertainty.filter(|_| unknowns.gain) {
-            None => solve(&self.g, columns),
-            Some(u) => {
-                let mut g = self.g;
-                g[GAIN][GAIN] += factor / (u * u);
-                solve(&g, columns)
-            }
+        let mut g = self.g;
+        for (column, u) in held(record, unknowns) {
+            g[column][column] += factor / (u * u);
         }
+        solve(&g, columns(record, unknowns))
     }
 
     /// Least squares for a subset with the common factor of at least `least` at which ln L is largest, ln L there, and the
@@ -118,11 +114,16 @@ impl Sums {
     ) -> Option<(Solution, f64, f64)> {
         let mut solution = self.solve_held(record, unknowns, 0.0)?;
         let (mut value, mut factor) = self.concentrated(solution.rss, 0.0, least);
-        if let Some(u) = record.gain_uncertainty.filter(|_| unknowns.gain) {
-            // What holds the gain counts in the unit of the pass, which follows from what is left of the readings.
+        let holds = held(record, unknowns);
+        if !holds.is_empty() {
+            // What holds a constant counts in the unit of the pass, which follows from what is left of the readings.
             for _ in 0..4 {
                 solution = self.solve_held(record, unknowns, factor)?;
-                let held = solution.gain().map_or(0.0, |(g, _)| g * g / (u * u));
+                let square = |&(column, u): &(usize, f64)| {
+                    let found = solution.of(column).map_or(0.0, |(value, _)| value / u);
+                    found * found
+                };
+                let held: f64 = holds.iter().map(square).sum();
                 let left = (solution.rss - factor * held).max(0.0);
                 (value, factor) = self.concentrated(left, held, least);
             }
@@ -137,7 +138,7 @@ impl Sums {
     }
 
     /// ln L at its maximum over a common factor of all variances of at least `least`, and that factor. `held` is the square
-    /// of the gain over its stated uncertainty, which no factor of the noise moves.
+    /// of the gain and of the start over their stated uncertainties, which no factor of the noise moves.
     fn concentrated(&self, rss: f64, held: f64, least: f64) -> (f64, f64) {
         let n = self.n as f64;
         let factor = (rss / n).max(least);
@@ -146,10 +147,27 @@ impl Sums {
     }
 }
 
+/// Standard uncertainty of a start that is stated as not exact.
+fn held_start(record: &MotionRecord) -> Option<f64> {
+    let u = record.initial_velocity_uncertainty;
+    record.initial_velocity.map(|_| u).filter(|u| *u > 0.0)
+}
+
+/// The constants of a subset that a stated uncertainty holds, each by one more reading of it.
+fn held(record: &MotionRecord, unknowns: Unknowns) -> Vec<(usize, f64)> {
+    let gain = record.gain_uncertainty.filter(|_| unknowns.gain);
+    let gain = gain.map(|u| (GAIN, u));
+    let start = held_start(record).map(|u| (START_VELOCITY, u));
+    gain.into_iter().chain(start).collect()
+}
+
 /// The columns of a subset: always the start, as far as it is unknown.
 pub(super) fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
     [
-        (START_VELOCITY, record.initial_velocity.is_none()),
+        (
+            START_VELOCITY,
+            record.initial_velocity.is_none() || held_start(record).is_some(),
+        ),
         (START_POSITION, record.source == ReadingSource::Position),
         (OFFSET, unknowns.offset),
         (GAIN, unknowns.gain),

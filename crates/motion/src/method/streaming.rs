@@ -39,8 +39,8 @@ pub(super) fn window<const N: usize>(
 ) -> Result<(Vec<f64>, f64), Error> {
     let filter = PositionDifference::<f64, N>::savitzky_golay(degree, dt)?;
     let mut state: Option<PositionDifferenceState<f64, N>> = None;
-    let v = at_readings(record, |x, _| {
-        let state = state.get_or_insert_with(|| PositionDifferenceState::new(x));
+    let v = at_readings(record, |x, v| {
+        let state = state.get_or_insert_with(|| filter.start_moving(x, v));
         filter.step(state, x)
     });
     Ok((v, filter.delay()))
@@ -66,7 +66,7 @@ pub(super) fn resolver_loop(
     let tracking = ResolverLoop::<f64>::tracking(b, 1.0, dt)?;
     let stride = record.reading_stride();
     let first = record.reading.iter().position(Option::is_some).unwrap_or(0);
-    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut v = record.start_velocity().0;
     let mut state: Option<ObserverState<f64>> = None;
     let mut velocity = Vec::with_capacity(record.reading.len());
     for (k, reading) in record.reading.iter().enumerate() {
@@ -92,7 +92,7 @@ pub(super) fn at_readings(
     let stride = record.reading_stride();
     let step = stride as f64 * record.sample_time;
     let first = positions.iter().position(Option::is_some).unwrap_or(0);
-    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut v = record.start_velocity().0;
     let mut x = 0.0;
     let mut velocity = Vec::with_capacity(positions.len());
     for (k, p) in positions.iter().enumerate() {
@@ -112,7 +112,7 @@ pub(super) fn at_samples(
 ) -> Vec<f64> {
     let positions = record.positions();
     let dt = record.sample_time;
-    let mut v = record.initial_velocity.unwrap_or(0.0);
+    let mut v = record.start_velocity().0;
     let mut x = positions.iter().flatten().next().copied().unwrap_or(0.0);
     let mut before = record.acceleration[0];
     let mut velocity = Vec::with_capacity(positions.len());
@@ -134,7 +134,7 @@ pub(super) fn observe(record: &MotionRecord, observer: &Observer<f64>) -> Vec<f6
     let positions = record.positions();
     let dt = record.sample_time;
     let x0 = positions.iter().flatten().next().copied().unwrap_or(0.0);
-    let v0 = record.initial_velocity.unwrap_or(0.0);
+    let v0 = record.start_velocity().0;
     let mut state = ObserverState::new(x0, v0, record.acceleration[0]);
     let mut velocity = vec![v0];
     let mut before = record.acceleration[0];
@@ -155,10 +155,7 @@ pub(super) fn steady(record: &MotionRecord, model: &KalmanModel) -> Result<Vec<f
         ($kalman:expr, $n:literal) => {{
             let gain = $kalman.steady_for(at)?;
             let mut state = start::<$n>(record, $kalman.r, 0.0);
-            let first = record.reading.iter().flatten().next().copied();
-            if at == 0 || record.initial_velocity.is_none() {
-                state.x[at] = first.unwrap_or(0.0);
-            }
+            state.x[1] = record.start_velocity().0;
             velocity.push(state.x[1]);
             for (p, a) in record.reading.iter().zip(&record.acceleration).skip(1) {
                 velocity.push(gain.step(&mut state, *p, *a));

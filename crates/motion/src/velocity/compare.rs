@@ -1,13 +1,10 @@
 //! Methods side by side at several rates.
 
 use super::beside_reference::BesideReference;
-use super::ground::{Ground, check_sensors, sensors, with_blows};
-use super::low_corner;
-use super::tune::{TuneResult, tune};
-use crate::edges::on_edges;
+use super::ground::{check_sensors, sensors, with_blows};
+use super::tune::{TuneResult, gains};
+use super::{EstimateResult, once, settled};
 use crate::findings;
-use crate::rest::model_at_rest;
-use crate::tuning::Constants;
 use crate::{
     Family, IntegratorRule, Method, MethodRow, MotionRecord, Pairing, ReadingSource, Tuning,
     agreement, compare_methods, conditions,
@@ -114,8 +111,8 @@ pub fn single_sensor_methods(source: ReadingSource) -> Vec<Method> {
 /// Compares methods at decimated rates; every rate also gets the fused methods tuned on its own samples.
 ///
 /// `truth` is a velocity per sample, or the smoother of the full rate stands in. An empty `methods` stands for
-/// the single-sensor methods and the published sweep. The start of integration alone is the record's, or the
-/// first reference when it is unknown: it is the drift that counts.
+/// the single-sensor methods and the published sweep. Noise, gains, slip, corner and encoder map are those of [`estimate`](crate::estimate),
+/// and at the full rate its filter and its smoother are the tuned rows.
 ///
 /// # Errors
 /// Of the record, the search and the methods.
@@ -127,16 +124,47 @@ pub fn compare(
     skip: f64,
     watch: &dyn Watch,
 ) -> Result<CompareResult, Error> {
+    compare_turning(record, truth, methods, decimations, (skip, None), watch)
+}
+
+/// The same for an encoder whose turn is known, as [`estimate_turning`](crate::estimate_turning) has it.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_turning(
+    record: &MotionRecord,
+    truth: Option<&[f64]>,
+    methods: &[Method],
+    decimations: &[usize],
+    (skip, turn): (f64, Option<f64>),
+    watch: &dyn Watch,
+) -> Result<CompareResult, Error> {
+    record.check()?;
     check_sensors(record, methods)?;
-    let low_corner::Settled {
-        record, finding, ..
-    } = &low_corner::settled(record, &Tuning::default(), watch)?;
-    let mut findings: Vec<Finding> = finding.iter().cloned().collect();
+    // Of a record that is not to be tuned a truth still tells the errors.
+    let shared = match settled(record, turn, &Tuning::default(), watch) {
+        Ok(shared) => Ok(shared),
+        Err(error) if error.is_cancelled() || truth.is_none() => return Err(error),
+        Err(error) => Err(error),
+    };
+    let mut findings = Vec::new();
+    let (base, pairing) = match &shared {
+        Ok(shared) => {
+            let first = ["low-corner-found", "encoder-map-subtracted"];
+            let told = shared.result.findings.iter();
+            findings.extend(told.filter(|f| first.contains(&f.code())).cloned());
+            (shared.record.clone(), shared.result.pairing.clone())
+        }
+        Err(_) => {
+            let (slip, pairing) = sensors(record);
+            (with_blows(record, slip.as_ref()), pairing)
+        }
+    };
     findings.extend(conditions(record));
-    let (slip, pairing) = sensors(record);
-    let record = &with_blows(record, slip.as_ref());
     findings.extend(pairing.iter().flat_map(|p| p.findings.iter().cloned()));
+    let slip = shared.as_ref().ok().and_then(|s| s.result.slip.as_ref());
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
+    let record = &base;
     let chosen: Vec<Method> = if methods.is_empty() {
         let alone = single_sensor_methods(record.source).into_iter();
         if record.rests_only() {
@@ -161,44 +189,18 @@ pub fn compare(
     } else {
         methods.to_vec()
     };
-    let reference = match truth {
-        Some(truth) => truth.to_vec(),
-        None if record.rests_only() => model_at_rest(record).smooth(record)?.velocity,
-        None => {
-            findings.push(findings::smoother_as_reference());
-            let told = (slip.clone(), pairing.clone());
-            let Ground {
-                part, mut tuned, ..
-            } = Ground::of(record, told, &Tuning::default(), watch)?;
-            match on_edges(&mut tuned, &part, record, watch)? {
-                Some((_, run)) => run.smoothed.0,
-                None => {
-                    let constants = match slip.as_ref().is_some_and(|s| !s.slip.is_empty()) {
-                        true => Constants::Held,
-                        false => Constants::Fitted,
-                    };
-                    tuned.smooth(record, constants)?.velocity
-                }
+    let reference = match (truth, &shared) {
+        (Some(truth), _) => truth.to_vec(),
+        (None, Ok(shared)) => {
+            if !record.rests_only() {
+                findings.push(findings::smoother_as_reference());
             }
+            shared.result.smoother.velocity.clone()
         }
+        (None, Err(error)) => return Err(error.clone()),
     };
-    let mut started = record.clone();
-    if started.initial_velocity.is_none() {
-        started.initial_velocity = reference.first().copied();
-    }
-    let (alone, others): (Vec<Method>, Vec<Method>) = chosen
-        .into_iter()
-        .partition(|m| m.family() == Family::Acceleration);
     watch.step("methods", 0, 2)?;
-    let mut rows = compare_methods(record, &reference, &others, decimations, skip)?;
-    watch.step("methods", 1, 2)?;
-    rows.extend(compare_methods(
-        &started,
-        &reference,
-        &alone,
-        decimations,
-        skip,
-    )?);
+    let mut rows = compare_methods(record, &reference, &chosen, decimations, skip)?;
     watch.step("methods", 2, 2)?;
     let mut tuned = Vec::new();
     for &n in decimations {
@@ -208,19 +210,34 @@ pub fn compare(
         let slow = record.decimated(n)?;
         let rate = 1.0 / slow.sample_time;
         let named = (1e4 * rate).round() / 1e4;
-        match tune(&slow, &Tuning::default(), watch) {
-            Ok(result) => {
+        // At the full rate the tuning is the one of the estimate; a slower one is of the same record.
+        let slower;
+        let at_rate = match (n, &shared) {
+            (1, Ok(shared)) => Ok(shared),
+            (1, Err(error)) => Err(error.clone()),
+            _ => {
+                slower = once(&slow, None, None, &Tuning::default(), watch);
+                slower.as_ref().map_err(Error::clone)
+            }
+        };
+        match at_rate.and_then(|s| gains(s, watch).map(|g| (s, g))) {
+            Ok((settled, result)) => {
                 let right = result.tuned.corrected(record);
                 let mut own = compare_methods(&right, &reference, &result.methods(), &[n], skip)?;
-                if result.tuned.coloured.is_some() {
-                    // The smoother knows the part of the noise that is correlated in time, a filter on line does not.
-                    let run = result.tuned.smooth(&slow, Constants::Fitted)?;
-                    let truth: Vec<f64> = reference.iter().step_by(n).copied().collect();
-                    let first = (skip / slow.sample_time).ceil().max(0.0) as usize;
-                    for row in own.iter_mut().filter(|r| r.family == Family::OffLine) {
-                        row.agreement = agreement(&run.velocity, &truth, slow.sample_time, first)?;
-                        row.velocity.clone_from(&run.velocity);
-                    }
+                let truth: Vec<f64> = reference.iter().step_by(n).copied().collect();
+                let first = (skip / slow.sample_time).ceil().max(0.0) as usize;
+                // Smoother and filter of the estimate, with all that it knows of noise and constants.
+                let EstimateResult {
+                    trace, smoother, ..
+                } = &settled.result;
+                for row in &mut own {
+                    let run = match row.family {
+                        Family::OffLine => smoother,
+                        _ if row.method == trace.method => trace,
+                        _ => continue,
+                    };
+                    row.agreement = agreement(&run.velocity, &truth, slow.sample_time, first)?;
+                    row.velocity.clone_from(&run.velocity);
                 }
                 rows.extend(own);
                 let at_rate = result.tuned.findings.iter().cloned();

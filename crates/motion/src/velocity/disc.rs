@@ -22,7 +22,7 @@ const LARGEST: f64 = 0.1;
 /// [`Error::Cancelled`]. A record that does not tell the lines apart has no map.
 pub(super) fn seen(
     record: &MotionRecord,
-    ground: Ground,
+    ground: &Ground,
     turn: f64,
     watch: &dyn Watch,
 ) -> Result<Option<EncoderMap>, Error> {
@@ -51,7 +51,7 @@ pub(super) fn seen(
     // What slips is no more looked through by one pass: a large map passes for slip.
     let slip = ground.slip.as_ref().map_or(0.0, |s| s.slip_share);
     if slip == 0.0 {
-        match search.shows(record, ground) {
+        match search.shows(record, ground.clone()) {
             Ok(true) => {}
             Ok(false) => return Ok(None),
             Err(error) => return told(error),

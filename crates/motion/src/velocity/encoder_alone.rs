@@ -4,7 +4,7 @@ use super::{EstimateResult, once};
 use crate::counting::{counts, is_slow};
 use crate::findings;
 use crate::floor::variance;
-use crate::{Method, MotionRecord, ReadingSource};
+use crate::{Method, MotionRecord, ReadingSource, Tuning};
 use proofmass_core::{Error, Watch};
 
 /// Motion over noise of the accelerometer, in variance, below which it is asked whether the readings alone tell the velocity better.
@@ -39,10 +39,10 @@ pub(super) fn better(
         gain_uncertainty: None,
         ..record.clone()
     };
-    let (mut alone, _) = match once(&readings, None, None, watch) {
+    let mut alone = match once(&readings, None, None, &Tuning::default(), watch) {
         Err(error) if error.is_cancelled() => return Err(error),
         Err(_) => return Ok(None),
-        Ok(alone) => alone,
+        Ok(alone) => alone.result,
     };
     let Some(found) = &alone.tuned else {
         return Ok(None);

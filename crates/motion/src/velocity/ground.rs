@@ -52,6 +52,7 @@ pub(crate) fn sensors(record: &MotionRecord) -> (Option<SlipReport>, Option<Pair
 }
 
 /// What is told of a record before its velocity: slip, pairing, and the noise of the part without slip.
+#[derive(Clone)]
 pub(crate) struct Ground {
     pub(crate) slip: Option<SlipReport>,
     pub(crate) pairing: Option<Pairing>,

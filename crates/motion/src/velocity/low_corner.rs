@@ -1,7 +1,7 @@
 //! The low-frequency corner of the accelerometer beside an estimate: the one that is stated, or the one that the readings tell.
 
-use super::ground::{Ground, paired_tuning, sensors, tuning_part, with_blows};
-use super::{EstimateResult, once};
+use super::ground::{Ground, paired_tuning, tuning_part};
+use super::{Settled, once};
 use crate::diffuse::{Noise, Prepared, Unknowns};
 use crate::findings;
 use crate::search::line;
@@ -32,7 +32,8 @@ pub(super) fn seen(
     ground: &Ground,
     watch: &dyn Watch,
 ) -> Result<Option<LowCorner>, Error> {
-    if !of_positions(record) || record.low_corner.is_some() {
+    // One that was given back already is looked for no more.
+    if !of_positions(record) || record.low_corner.is_some() || record.noise_walk > 0.0 {
         return Ok(None);
     }
     let slips = ground.slip.as_ref().is_some_and(|s| !s.slip.is_empty());
@@ -244,72 +245,6 @@ fn tuned(part: &MotionRecord, watch: &dyn Watch) -> Result<Option<Tuned>, Error>
     }
 }
 
-/// A record whose slow accelerations were given back.
-pub(super) struct Settled {
-    pub(super) record: MotionRecord,
-    /// The corner that took them, where there is one.
-    pub(super) corner: Option<LowCorner>,
-    /// What is told of it, where nobody stated it.
-    pub(super) finding: Option<Finding>,
-    /// What a corner was looked for on, where there is none.
-    pub(super) ground: Option<Ground>,
-}
-
-/// The record with the slow accelerations given back, of the corner that is stated or that the readings tell, which is told then.
-///
-/// # Errors
-/// [`Error::Cancelled`].
-pub(super) fn settled(
-    record: &MotionRecord,
-    tuning: &Tuning,
-    watch: &dyn Watch,
-) -> Result<Settled, Error> {
-    let as_it_is = |ground: Option<Ground>| Settled {
-        record: record.clone(),
-        corner: None,
-        finding: None,
-        ground,
-    };
-    // One that was given back already is looked through no more.
-    if !record.accelerometer || record.rests_only() || record.noise_walk > 0.0 {
-        return Ok(as_it_is(None));
-    }
-    let ground = |record: &MotionRecord| {
-        let told = sensors(record);
-        let record = with_blows(record, told.0.as_ref());
-        match Ground::of(&record, told, tuning, watch) {
-            Ok(ground) => Ok(Some(ground)),
-            Err(error) if error.is_cancelled() => Err(error),
-            Err(_) => Ok(None),
-        }
-    };
-    let stated = record.low_corner;
-    let plain = match (stated, of_positions(record)) {
-        (None, true) => ground(record)?,
-        _ => None,
-    };
-    let found = match &plain {
-        Some(plain) => seen(record, plain, watch)?,
-        None => None,
-    };
-    let Some(corner) = stated.or(found) else {
-        return Ok(as_it_is(plain));
-    };
-    let offset = offset_behind(record, corner);
-    let right = record.given_back(&corner, offset);
-    let tuned = ground(&right)?.map(|g| g.tuned);
-    let right = match tuned.as_ref().and_then(|t| behind(t, corner)) {
-        Some(rest) => record.given_back(&corner, offset + rest),
-        None => right,
-    };
-    Ok(Settled {
-        record: right,
-        corner: Some(corner),
-        finding: found.map(|corner| told(&corner)),
-        ground: None,
-    })
-}
-
 /// Blocks of which the slope of the offset is the median over their pairs.
 const BLOCKS: usize = 120;
 /// Seconds over which a velocity is that of the readings, for the offset behind a corner.
@@ -378,20 +313,22 @@ fn told(corner: &LowCorner) -> Finding {
 pub(super) fn beside(
     record: &MotionRecord,
     corner: LowCorner,
-    method: Option<Method>,
-    circumference: Option<f64>,
+    (method, circumference): (Option<Method>, Option<f64>),
+    tuning: &Tuning,
     watch: &dyn Watch,
-) -> Result<(EstimateResult, Option<Ground>), Error> {
+) -> Result<Settled, Error> {
     let estimate = |offset: f64| {
         let right = record.given_back(&corner, offset);
-        once(&right, method, circumference, watch)
+        once(&right, method, circumference, tuning, watch)
     };
     let mut offset = offset_behind(record, corner);
-    let (mut result, mut ground) = estimate(offset)?;
-    if let Some(rest) = result.tuned.as_ref().and_then(|t| behind(t, corner)) {
+    let mut settled = estimate(offset)?;
+    let tuned = settled.result.tuned.as_ref();
+    if let Some(rest) = tuned.and_then(|t| behind(t, corner)) {
         offset += rest;
-        (result, ground) = estimate(offset)?;
+        settled = estimate(offset)?;
     }
+    let result = &mut settled.result;
     if corner.uncertainty > 0.0 {
         let off = LowCorner {
             frequency: corner.frequency + corner.uncertainty,
@@ -425,5 +362,5 @@ pub(super) fn beside(
     if record.low_corner.is_none() {
         result.findings.insert(0, told(&corner));
     }
-    Ok((result, ground))
+    Ok(settled)
 }
