@@ -281,7 +281,7 @@ def apply(
             writes it.
         linear_phase: Low-pass with one delay at all frequencies, flat up to low_pass=, in place of the Butterworth.
         decimate: Keep one of M samples behind the low-pass.
-        attenuation: What decimation folds into the band up to the corner must be weaker by this [default: 60].
+        attenuation: What decimation folds into the band up to the corner must be weaker by this, in dB [default: 60].
         dynamic: Acceleration behind one channel (columns=) by the inverse of a fitted model, each sample with its
             uncertainty The calibration is then the result.json of a test with a model, or a calibration over
             frequency that model= is fitted to.
@@ -357,7 +357,7 @@ def export(
             writes it.
         linear_phase: Low-pass with one delay at all frequencies, flat up to low_pass=, in place of the Butterworth.
         decimate: Keep one of M samples behind the low-pass.
-        attenuation: What decimation folds into the band up to the corner must be weaker by this [default: 60].
+        attenuation: What decimation folds into the band up to the corner must be weaker by this, in dB [default: 60].
         rate: Sampling rate in hertz, for low_pass=.
         method: Which gains of `velocity tune` [default: kalman]. One of kalman, observer, two-channel.
         outputs: Smallest and largest number out of the converter, for `number="fixed"`.
