@@ -87,6 +87,10 @@ schemas:
 packages:
     packaging/build
 
+# The crates as they would be published, built and tested from each other alone.
+packages-unpacked:
+    packaging/unpacked
+
 # Everything that a publication would do, but for the publication.
 publish-dry-run:
     cargo publish --workspace --dry-run --locked

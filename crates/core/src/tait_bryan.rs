@@ -12,7 +12,7 @@ use crate::{Error, Float, Matrix3};
 /// a_machine = R a_sensor,   R = R_z(ψ) R_y(θ) R_x(φ)
 /// ```
 ///
-/// **Units** rad. **Source** `[ISO8855]` 2.1 and 5.2.
+/// **Units** rad. **Source** `[ISO8855]`, axes and angles.
 ///
 /// ```
 /// use proofmass_core::TaitBryan;
