@@ -9,6 +9,7 @@ use proofmass::io::{
 };
 use proofmass::jobs::apply::{LowPassForm, calibration_of_band};
 use proofmass::jobs::firmware::{GainsOf, firmware};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
@@ -45,7 +46,7 @@ pub(crate) struct Export {
     /// Name of the constant or function [default: from the device]
     #[arg(long)]
     name: Option<String>,
-    /// File to write, replaced if it is there [default: standard output]
+    /// File to write, replaced if proofmass wrote it [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -112,11 +113,25 @@ impl From<Number> for ExportNumber {
     }
 }
 
+/// Whether what stands there was exported: every form names the program near its beginning.
+fn is_ours(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).map(|file| file.take(1 << 16).read_to_end(&mut head));
+    read.is_ok() && String::from_utf8_lossy(&head).contains("proofmass")
+}
+
 /// To the file that was named, or to standard output.
 fn write(text: &str, output: Option<&Path>, inputs: &[&Path]) -> Result<Outcome, Failure> {
     match output {
         None => console::print(text)?,
         Some(path) => {
+            if console::stands(path) && !console::may_replace(path, is_ours(path)) {
+                return Err(Failure::new(format!(
+                    "{} is there, and was not written by `proofmass`",
+                    path.display()
+                ))
+                .hint("name another file, or remove it"));
+            }
             let mut output = AtomicFile::create(path, inputs)?;
             output.write_all(text.as_bytes())?;
             output.commit()?;
@@ -250,7 +265,7 @@ pub(crate) struct Filter {
     /// Name of the constant or function [default: from the filter]
     #[arg(long)]
     name: Option<String>,
-    /// File to write, replaced if it is there [default: standard output]
+    /// File to write, replaced if proofmass wrote it [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }

@@ -27,6 +27,14 @@ fn law_every_form_is_written_and_wrong_wishes_are_explained() {
             "{form} names no source"
         );
     }
+    // What it wrote is written anew; a file of somebody stays.
+    let again = folder.path().join("--c");
+    succeed(&["export", text(&calibration), "--rust", "-o", text(&again)]);
+    let own = folder.path().join("recording.csv");
+    std::fs::write(&own, "t,x\n0,1\n").unwrap();
+    let said = refuse(&["export", text(&calibration), "--c", "-o", text(&own)]);
+    assert!(said.contains("was not written by `proofmass`"), "{said}");
+    assert_eq!(std::fs::read_to_string(&own).unwrap(), "t,x\n0,1\n");
     let fixed = ["--c", "--number", "fixed"];
     let args = |more: &[&'static str]| -> Vec<String> {
         let mut all = vec!["export".to_owned(), text(&calibration).to_owned()];

@@ -166,6 +166,20 @@ fn known_stated_start_is_where_the_integral_begins() {
         let wrong = codes(&result).contains(&"start-in-motion".to_owned());
         assert_eq!(wrong, v < 0.0);
     }
+    // A wrong one is told with its uncertainty too, and asks for a decision.
+    let with = [
+        &SPEED[..],
+        &[
+            "--initial-velocity=-1.2",
+            "--initial-velocity-uncertainty",
+            "0.01",
+        ],
+    ]
+    .concat();
+    let result = asked("estimate", &file, &folder.path().join("wrong"), &with);
+    let findings = result["findings"].as_array().unwrap().iter();
+    let mut told = findings.filter(|f| f["code"] == "start-in-motion");
+    assert_eq!(told.next().unwrap()["severity"], "decision");
 }
 
 #[test]

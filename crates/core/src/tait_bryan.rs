@@ -18,7 +18,7 @@ use crate::{Error, Float, Matrix3};
 /// use proofmass_core::TaitBryan;
 /// // A sensor that stands upright on its back edge: pitched up by 90°, it has its own x axis along the vertical of the machine.
 /// let mounting = TaitBryan::new(0.0, -90f64.to_radians(), 0.0)?;
-/// let a = mounting.matrix().times([9.8, 0.0, 0.0]);
+/// let a = mounting.matrix::<f64>().times([9.8, 0.0, 0.0]);
 /// assert!(a[0].abs() < 1e-15 && (a[2] - 9.8).abs() < 1e-14);
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```

@@ -307,19 +307,28 @@ impl ClockEstimator {
         let clock = self.estimator.finish()?;
         self.list_gaps();
         Some(Clock {
+            wraps: self.wrap_count,
+            ..clock.into()
+        })
+    }
+}
+
+impl From<clock::Clock> for Clock {
+    fn from(clock: clock::Clock) -> Self {
+        Self {
             rate_hz: clock.rate_hz,
             rate_u_hz: clock.rate_u_hz,
             jitter_s: clock.jitter_s,
             scatter_s: clock.scatter_s,
             resolution_s: clock.resolution_s,
             bursts: clock.bursts,
-            wraps: self.wrap_count,
+            wraps: 0,
             gaps: clock.gaps,
             missing: clock.missing,
             untested: clock.untested,
             crossing: clock.crossing,
             steps: clock.steps,
             change: clock.change,
-        })
+        }
     }
 }

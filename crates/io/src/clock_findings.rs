@@ -10,6 +10,11 @@ pub(crate) const WRAPPED: &str = "clock-wrapped";
 /// Share of a sampling step from which on the resolution of the stamps is told.
 const COARSE: f64 = 0.1;
 
+/// What is to be doubted about times that went by and are the clock of a filter; where samples are missing says who counted them.
+pub fn doubtful_times(clock: &proofmass_signal::clock::Clock) -> Vec<Finding> {
+    of(&(*clock).into(), &[], &[], false)
+}
+
 /// Findings about a clock; `on_the_line` tells that its stamps were replaced by those of its line.
 pub(crate) fn of(clock: &Clock, wraps: &[Wrap], gaps: &[Gap], on_the_line: bool) -> Vec<Finding> {
     let period = 1.0 / clock.rate_hz;

@@ -89,6 +89,7 @@ pub use calibration_file::{
     AnyCompensation, CalibrationFile, CurvatureBlock, SINGLE_AXIS, TRIAXIAL, ThermalBlock,
 };
 pub use clock::{Clock, Gap};
+pub use clock_findings::doubtful_times;
 pub use conversion::{
     Conversion, ConversionPlan, Filling, RowClock, Survey, Surveyed, TargetForm, TimedLayout,
     TimedRows,

@@ -229,6 +229,9 @@ impl Job for ApplyJob {
             ..
         } = work;
         let rate = clock.as_ref().and_then(BlockClock::rate);
+        if let Some(clock) = clock.filter(|_| self.needs_times()) {
+            findings.extend(clock.doubts());
+        }
         reading.time.rate_hz = rate.or(self.reading.rate);
         let recording = reader.finish()?.with_reading(reading);
         let kept = writer.file().is_none_or(|file| file.is_kept());
@@ -238,7 +241,10 @@ impl Job for ApplyJob {
                 "nothing is left of the recording: no segment without a gap is as long as the filter",
             )
             .detail(format!("{} samples", figures.read)))
-            .with_hint("record for longer, or use --band for a constant matrix"));
+            .with_hint(match self.method {
+                CompensationMethod::Filter(_) => "record for longer, or use --band for a constant matrix",
+                _ => "record for longer, raise the corner of the low-pass, or widen --between",
+            }));
         }
         match to {
             Destination::File { beside, .. } => {

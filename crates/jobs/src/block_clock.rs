@@ -1,8 +1,9 @@
 //! The clock of a recording that goes by block by block.
 
 use crate::trouble::Trouble;
-use proofmass_io::TimeWindow;
+use proofmass_io::{TimeWindow, doubtful_times};
 use proofmass_signal::clock::ClockEstimator;
+use proofmass_uncertainty::Finding;
 
 /// Times that all are the same.
 pub(crate) fn stands_still(name: &str) -> Trouble {
@@ -108,6 +109,12 @@ impl BlockClock {
             from.is_some_and(|from| column[row] / scale - from > shortest)
         });
         Ok(breaks)
+    }
+
+    /// What is to be doubted about the stamps that went by.
+    pub(crate) fn doubts(&self) -> Vec<Finding> {
+        let stamped = self.per_second.and_then(|_| self.estimator.clock());
+        stamped.as_ref().map(doubtful_times).unwrap_or_default()
     }
 
     /// Samples per second by the line through all stamps.

@@ -501,11 +501,15 @@ fn refuses_steps_that_cannot_be_taken() {
     );
     refused(
         &|j| j.chain.rotation = rotation([90.0, 0.0, 0.0], [0.0; 3]),
-        &["angle of a rotation, rad"],
+        &["angle of the rotation is 5156.6", "more than a turn"],
     );
     refused(
         &|j| j.chain.rotation = rotation([0.0; 3], [0.0, -1.0, 0.0]),
-        &["standard uncertainty of an angle cannot be -1"],
+        &["standard uncertainty of an angle of the rotation cannot be -57.29"],
+    );
+    refused(
+        &|j| j.chain.rotation = rotation([0.0; 3], [0.0, 0.0, 1.6]),
+        &["cannot be 91.6", "from 0° to 30°"],
     );
     for factor in [0, 1] {
         refused(
@@ -537,15 +541,17 @@ fn refuses_steps_that_cannot_be_taken() {
             &["not below half of the sampling rate, 500", "raw.csv"],
         );
     }
-    refused(
-        &|j| {
-            let mut low_pass = LowPass::new(60.0);
-            low_pass.form = LowPassForm::LinearPhase;
-            j.chain.low_pass = Some(low_pass);
-            j.chain.decimation = Some(10);
-        },
-        &["leaves 100.000000 Hz", "lower the corner"],
-    );
+    for form in [LowPassForm::Butterworth, LowPassForm::LinearPhase] {
+        refused(
+            &|j| {
+                let mut low_pass = LowPass::new(60.0);
+                low_pass.form = form;
+                j.chain.low_pass = Some(low_pass);
+                j.chain.decimation = Some(10);
+            },
+            &["leaves 100.000000 Hz", "lower the corner"],
+        );
+    }
     refused(
         &|j| {
             j.chain.low_pass = Some(LowPass::new(10.0));
@@ -597,4 +603,31 @@ fn law_steps_are_told_in_the_result() {
     let asked = serde_json::to_string(&job).expect("JSON");
     let back: ApplyJob = serde_json::from_str(&asked).expect("a request");
     assert_eq!(back, job);
+}
+
+/// A filter works at one rate: where the rate drifts away, that is told, and an even clock raises nothing.
+#[test]
+fn law_a_rate_that_changes_is_told_where_a_low_pass_runs() {
+    let even = recording(3000, wave);
+    // The same rows, whose stamps come closer and closer.
+    let bent: Vec<String> = even
+        .lines()
+        .enumerate()
+        .map(|(i, line)| match line.split_once(',') {
+            Some((t, rest)) if i > 0 => {
+                let t: f64 = t.parse().expect("a time");
+                format!("{},{rest}", (1.0 + t).powf(1.3))
+            }
+            _ => line.to_owned(),
+        })
+        .collect();
+    let mut job = job();
+    job.chain.low_pass = Some(LowPass::new(10.0));
+    let told = |text: &str| {
+        let (outcome, _) = ask(&job, text, None).expect("a recording");
+        let mut codes = outcome.findings().iter().map(|f| f.code());
+        codes.any(|code| code == "rate-changes")
+    };
+    assert!(told(&bent.join("\n")));
+    assert!(!told(&even));
 }

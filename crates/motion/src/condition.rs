@@ -154,9 +154,18 @@ pub fn repetition(record: &MotionRecord) -> Option<usize> {
     (n > 1 && count[1] == 0 && near * 10 > inner.len() * 7).then_some(n)
 }
 
+/// Standard uncertainties by which a stated start may differ from that of the first readings: one in 16 000 by chance.
+const BEYOND: f64 = 4.0;
+
 /// A start that is stated to be slower or faster than it is.
 fn start(record: &MotionRecord) -> Option<Finding> {
     let v0 = record.initial_velocity?;
+    if record.accelerometer {
+        let (found, u) = record.start_of_readings();
+        let both = u.hypot(record.initial_velocity_uncertainty);
+        return (u > 0.0 && (found - v0).abs() > BEYOND * both)
+            .then(|| findings::start_in_motion(found, both, v0));
+    }
     let early: Vec<(usize, f64)> = record
         .reading
         .iter()
@@ -177,7 +186,7 @@ fn start(record: &MotionRecord) -> Option<Finding> {
     let explained = record.increment.unwrap_or(0.0) / span
         + fastest * span
         + record.initial_velocity_uncertainty;
-    ((mean - v0).abs() > 3.0 * explained).then(|| findings::start_in_motion(mean, span, v0))
+    ((mean - v0).abs() > 3.0 * explained).then(|| findings::start_in_motion(mean, explained, v0))
 }
 
 #[cfg(test)]

@@ -28,11 +28,11 @@ findings! {
         advice "where the samples themselves are uneven, move the axis faster in a recording: positions at true stamps are then the smoother ones";
 
     /// The first readings contradict the stated initial velocity.
-    start_in_motion(mean: f64, span: f64, stated: f64) =
-        "start-in-motion", [Warning],
+    start_in_motion(found: f64, known: f64, stated: f64) =
+        "start-in-motion", [Decision],
         what "the record does not start at the stated velocity",
-        evidence "{mean:.4} over the first {span:.3} s, stated {stated:.4}",
-        advice "leave the initial velocity unknown";
+        evidence "{found:.4} by the first readings, stated {stated:.4}; {known:.4} is the standard uncertainty of the difference",
+        advice "leave the initial velocity unknown, or state it with its uncertainty";
 
     /// The acceleration is not constant in the stretch that is stated as still.
     still_stretch_moves(scatter: f64, ratio: f64, offset: f64) =

@@ -51,7 +51,7 @@ impl MotionRecord {
         }
     }
 
-    fn start_of_readings(&self) -> Stated {
+    pub(crate) fn start_of_readings(&self) -> Stated {
         let departures = self.departures();
         let total = departures.len();
         let mut sizes: Vec<usize> = std::iter::successors(Some(FEWEST), |n| Some(2 * n))

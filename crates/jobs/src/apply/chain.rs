@@ -3,6 +3,10 @@
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Matrix3, TaitBryan};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Largest standard uncertainty of an angle, rad: 30°.
+const LARGEST_UNCERTAINTY: f64 = TAU / 12.0;
 
 /// What follows the calibration, in this order: a tracked bias is subtracted, the axes are turned, a low-pass runs, samples are left out.
 ///
@@ -82,13 +86,23 @@ impl Rotation {
         let [roll, pitch, yaw] = self.angles;
         let hint = "state roll, pitch and yaw of the sensor in the frame of the machine, as finite angles within a turn";
         let refused = |e| Trouble::from(e).with_hint(hint);
+        // In degrees, as people state them.
+        if let Some(angle) = self.angles.iter().find(|a| a.abs() > TAU) {
+            return Err(Trouble::request(format!(
+                "an angle of the rotation is {}°, more than a turn",
+                angle.to_degrees()
+            ))
+            .with_hint(hint));
+        }
         let turn = TaitBryan::new(roll, pitch, yaw).map_err(refused)?;
-        let wrong = |u: &&f64| !(u.is_finite() && **u >= 0.0);
+        // Beyond it an angle is not known at all, and the law of propagation says nothing.
+        let wrong = |u: &&f64| !(0.0..=LARGEST_UNCERTAINTY).contains(*u);
         match self.uncertainty.iter().find(wrong) {
             Some(u) => Err(Trouble::request(format!(
-                "the standard uncertainty of an angle cannot be {u}"
+                "the standard uncertainty of an angle of the rotation cannot be {}°",
+                u.to_degrees()
             ))
-            .with_hint("state a number from zero on for each of roll, pitch and yaw")),
+            .with_hint("state a number from 0° to 30° for each of roll, pitch and yaw")),
             None => Ok(turn),
         }
     }

@@ -294,6 +294,13 @@ impl Filter {
             ))
             .with_hint("lower the corner, or leave the low-pass out"));
         }
+        if factor > 1 && !(corner < 0.5 * rate / f64::from(factor)) {
+            return Err(Trouble::request(format!(
+                "a decimation by {factor} leaves {:.6} Hz, of which half is not above the corner of {corner} Hz",
+                rate / f64::from(factor)
+            ))
+            .with_hint("lower the corner, or leave out fewer samples"));
+        }
         let (filter, delay) = match low_pass.form {
             LowPassForm::Butterworth => {
                 let low_pass = Butterworth::<f64>::new(corner, rate).map_err(|e| {
@@ -323,15 +330,8 @@ impl Filter {
                     1 => (2.0 * corner).min(0.5 * (corner + 0.5 * rate)),
                     m => rate / f64::from(m) - corner,
                 };
-                if !(stop > corner) {
-                    return Err(Trouble::request(format!(
-                        "a decimation by {factor} leaves {:.6} Hz, of which half is not above the corner of {corner} Hz",
-                        rate / f64::from(factor)
-                    ))
-                    .with_hint("lower the corner, or leave out fewer samples"));
-                }
                 let fir = LinearPhase::low_pass([corner, stop], rate, chain.attenuation)
-                    .map_err(|e| refused(e).with_hint("lower the corner, or leave out fewer samples, so that the low-pass has room to fall"))?;
+                    .map_err(|e| refused(e).with_hint("the low-pass falls too steeply for its length: raise a corner that is far below the rate; lower one that is near the end of the band, or leave out fewer samples"))?;
                 let (late, length) = (fir.delay(), fir.taps().len());
                 figures.steps.push(format!(
                     "low-pass of linear phase, {length} samples: gain within {:.2e} of one up to {corner} Hz, below {:.2e} from {stop:.6} Hz on, {late} samples late",

@@ -24,6 +24,17 @@ use proofmass_motion::{
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
+/// No axis moves faster, m/s or rad/s.
+const FASTEST: f64 = 1e6;
+
+/// A number as a person may have typed it, without hundreds of digits.
+fn typed(number: f64) -> String {
+    match number.abs() > FASTEST {
+        true => format!("{number:e}"),
+        false => number.to_string(),
+    }
+}
+
 /// The two sensors of an axis: files in a store, columns, units, and what is known about the clocks.
 ///
 /// Times are seconds, and count as those of the recording do: from the zero of its time column, from its first stamp where that
@@ -569,18 +580,20 @@ impl AxisSensors {
             )
             .with_hint("leave one of them out"));
         }
-        if !velocity.is_finite() {
-            return Err(
-                Trouble::request(format!("--initial-velocity {velocity} is no velocity"))
-                    .with_hint("give metres per second (rad/s of an angle)"),
-            );
+        if !(velocity.abs() <= FASTEST) {
+            return Err(Trouble::request(format!(
+                "--initial-velocity {} is no velocity",
+                typed(velocity)
+            ))
+            .with_hint("give metres per second (rad/s of an angle)"));
         }
         let u = uncertainty.unwrap_or(0.0);
-        if !(u >= 0.0 && u.is_finite()) {
+        if !(0.0..=FASTEST).contains(&u) {
             return Err(Trouble::request(format!(
-                "--initial-velocity-uncertainty {u} is no standard uncertainty"
+                "--initial-velocity-uncertainty {} is no standard uncertainty",
+                typed(u)
             ))
-            .with_hint("give metres per second (rad/s of an angle), zero or more"));
+            .with_hint("give metres per second (rad/s of an angle), zero or more; leave the velocity out where it is not known"));
         }
         Ok(Some((velocity, u)))
     }

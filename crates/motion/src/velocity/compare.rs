@@ -197,7 +197,7 @@ pub fn compare_turning(
             }
             shared.result.smoother.velocity.clone()
         }
-        (None, Err(error)) => return Err(error.clone()),
+        (None, Err(error)) => return Err(*error),
     };
     watch.step("methods", 0, 2)?;
     let mut rows = compare_methods(record, &reference, &chosen, decimations, skip)?;
@@ -214,7 +214,7 @@ pub fn compare_turning(
         let slower;
         let at_rate = match (n, &shared) {
             (1, Ok(shared)) => Ok(shared),
-            (1, Err(error)) => Err(error.clone()),
+            (1, Err(error)) => Err(*error),
             _ => {
                 slower = once(&slow, None, None, &Tuning::default(), watch);
                 slower.as_ref().map_err(Error::clone)
