@@ -362,7 +362,7 @@ def export(
         method: Which gains of `velocity tune` [default: kalman]. One of kalman, observer, two-channel.
         outputs: Smallest and largest number out of the converter, for `number="fixed"`.
         name: Name of the constant or function [default: from the device].
-        output: File to write, replaced if it is there [default: none is written].
+        output: File to write, replaced if proofmass wrote it [default: none is written].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -393,7 +393,7 @@ def filter(
         c: C99 header without dependencies.
         number: Numbers of Rust and C. One of float, double.
         name: Name of the constant or function [default: from the filter].
-        output: File to write, replaced if it is there [default: none is written].
+        output: File to write, replaced if proofmass wrote it [default: none is written].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

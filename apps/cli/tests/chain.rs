@@ -207,7 +207,7 @@ fn refuses_steps_in_words_and_leaves_nothing_half_written() {
             "whole number from 2 on",
         ),
         (&["--low-pass", "50"], "not below half of the sampling rate"),
-        (&["--rotate", "400,0,0"], "angle of a rotation"),
+        (&["--rotate", "400,0,0"], "400°, more than a turn"),
         (&["--low-pass", "0.01"], "nothing is left"),
         (
             &["--low-pass", "5", "--attenuation", "500"],
