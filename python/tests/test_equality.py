@@ -24,12 +24,6 @@ def test_a_model_of_measurement(model, examples, command_line, tmp_path):
     same_folders(tmp_path / "ours", tmp_path / "theirs")
 
 
-def test_a_wedge(examples, command_line, tmp_path):
-    quiet(proofmass.modes, examples / "wedge" / "wedge-55.toml").write(tmp_path / "ours")
-    command_line("modes", examples / "wedge" / "wedge-55.toml", "-o", tmp_path / "theirs")
-    same_folders(tmp_path / "ours", tmp_path / "theirs")
-
-
 def recordings(simulated):
     noise = next((simulated / "noise").glob("*.csv"))
     axis = next((simulated / "axis").glob("*.csv"))

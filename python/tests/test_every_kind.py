@@ -26,7 +26,7 @@ CALLS = {
     "noise": "noise {sim}/noise/recording.csv --statistic oadev,mdev --probability 0.9",
     "noise-comparison": "noise compare {sim}/noise-1 {sim}/noise-2",
     "uncertainty": "uncertainty {examples}/uncertainty/mass.toml --trials 10000 --seed 3",
-    "modes": "modes {examples}/wedge/wedge-55.toml",
+    "modes": "modes {sim}/wedge.toml",
     "velocity-estimate": "velocity estimate {sim}/axis/recording.csv {axis}",
     "velocity-comparison": "velocity compare {sim}/axis/recording.csv {axis}",
     "velocity-tuning": "velocity tune {sim}/axis/recording.csv {axis}",
@@ -55,6 +55,10 @@ def world(simulated, command_line, examples):
     for motion in ("shock", "random", "step"):
         proofmass.simulate.transducer(motion=motion, output=sim / motion)
     proofmass.simulate.axis(radius=0.02, eccentricity=0.02, output=sim / "wheel")
+    # On a coarse mesh, which takes a second.
+    wedge = (examples / "wedge" / "wedge-55.toml").read_text(encoding="utf-8")
+    coarse = wedge.replace("[modes]", "[modes]\naccuracy = 0.05\nunknowns = 8000")
+    (sim / "wedge.toml").write_text(coarse, encoding="utf-8")
     laboratory = '[laboratory]\nname = "Laboratory"\ntown = "Pisa"\ncountry = "IT"\n'
     (sim / "LAB.toml").write_text(laboratory, encoding="utf-8")
     rng = np.random.default_rng(2)

@@ -73,7 +73,9 @@ fn spelled(argument: &Arg) -> String {
 /// What the argument is, with the words that it takes.
 fn cell(argument: &Arg) -> String {
     let help = argument.get_long_help().or(argument.get_help());
-    let mut text = help.map(|h| escaped(&h.to_string())).unwrap_or_default();
+    let help = help.map(|h| escaped(&h.to_string())).unwrap_or_default();
+    // The first paragraph is the short help, which ends without a full stop.
+    let mut text = help.trim().replace(".\n\n", "\n\n").replace("\n\n", ". ");
     let words: Vec<String> = argument
         .get_possible_values()
         .iter()

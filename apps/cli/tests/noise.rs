@@ -205,6 +205,33 @@ fn refuses_fewer_than_ten_samples() {
     succeed(&["noise", text(&path)]);
 }
 
+/// Unit and clock are asked for in one refusal, and what is given is not asked for again.
+#[test]
+fn refuses_without_unit_and_clock_in_one_message() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bare.csv");
+    let rows: String = samples(2000)
+        .iter()
+        .fold(String::new(), |mut rows, [x, y]| {
+            let _ = writeln!(rows, "{x},{y},{}", 9.81 + x);
+            rows
+        });
+    std::fs::write(&path, rows).unwrap();
+    for stream in [&[][..], &["--stream"]] {
+        let said = |options: &[&str]| refuse(&[&["noise", text(&path)], options, stream].concat());
+        assert!(said(&[]).contains("hint: add --unit m/s2 --rate HZ"));
+        assert!(!said(&["--unit", "m/s2"]).contains("--unit"));
+        assert!(!said(&["--rate", "50"]).contains("--rate"));
+        succeed(
+            &[
+                &["noise", text(&path), "--unit", "m/s2", "--rate", "50"],
+                stream,
+            ]
+            .concat(),
+        );
+    }
+}
+
 #[test]
 fn a_missing_value_is_a_gap_and_damage_is_refused() {
     let folder = tempfile::tempdir().unwrap();

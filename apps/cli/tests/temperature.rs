@@ -296,7 +296,7 @@ fn refuses_temperatures_beyond_the_sweep_where_asked() {
     ];
     let output = succeed(&words);
     assert!(
-        stderr(&output).contains("1 samples lie beyond 0.0 … 40.0 °C"),
+        stderr(&output).contains("1 sample lies beyond 0.0 … 40.0 °C"),
         "{}",
         stderr(&output)
     );

@@ -4,6 +4,7 @@ use super::steps::Steps;
 use super::{ApplyJob, ChainFigures, CompensationMethod, CompensationStream, page};
 use crate::findings;
 use crate::outcome::{Outcome, section};
+use crate::plural::count_lying;
 use crate::record::Record;
 use crate::trouble::Result;
 use crate::value_range::widened;
@@ -122,7 +123,7 @@ pub(super) fn findings(
     }
     if let (true, Some([low, high])) = (figures.beyond > 0, range(calibration)) {
         findings.push(findings::beyond_calibrated_range(
-            figures.beyond,
+            &count_lying(figures.beyond as usize, "sample"),
             low,
             high,
             "m/s²",
@@ -136,7 +137,7 @@ pub(super) fn findings(
     {
         findings.push(
             findings::beyond_calibrated_range(
-                figures.beyond_temperature,
+                &count_lying(figures.beyond_temperature as usize, "sample"),
                 block.range[0],
                 block.range[1],
                 "°C",

@@ -433,6 +433,25 @@ impl Unsaid<'_> {
         Ok(list)
     }
 
+    /// One refusal for all of it where more than one thing is missing, with the options that say it.
+    pub(crate) fn ask(&self, layout: &Layout) -> Result<()> {
+        let list = self.list(layout)?;
+        if list.len() < 2 {
+            return Ok(());
+        }
+        let what: Vec<&str> = list.iter().map(|l| l.0.as_str()).collect();
+        let options: Vec<&str> = list.iter().map(|l| l.1.as_str()).collect();
+        let words = match options.contains(&"--rate HZ") {
+            true => " (--time COLUMN in place of --rate)",
+            false => "",
+        };
+        Err(Error::new(
+            ErrorKind::Configuration,
+            format!("not all of the recording is said: {}", what.join("; ")),
+        )
+        .with_hint(format!("add {}{words}", options.join(" "))))
+    }
+
     /// One refusal for all of it, with the lines to write into the campaign; `place` is what is not known of gravity.
     pub(crate) fn refuse(&self, layout: &Layout, place: bool) -> Result<()> {
         let mut list = self.list(layout)?;

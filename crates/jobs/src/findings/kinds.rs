@@ -15,9 +15,9 @@ findings! {
         false_alarms "none: a file has one digest";
 
     /// Samples of a recording exceed the accelerations, or the temperatures, of the calibration.
-    beyond_calibrated_range(beyond: u64, low: f64, high: f64, unit: &str, treatment: &str, samples: &str) =
+    beyond_calibrated_range(beyond: &str, low: f64, high: f64, unit: &str, treatment: &str, samples: &str) =
         "beyond-calibrated-range", [Note, Warning],
-        what "{beyond} samples lie beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; {treatment}",
+        what "{beyond} beyond {low:.1} … {high:.1} {unit}, where the calibration was tested; {treatment}",
         evidence "{samples}",
         advice "calibrate over a larger range, or refuse such samples";
 

@@ -3,6 +3,7 @@
 use super::stream::{FileBlocks, NoiseStream};
 use super::{NoiseData, NoiseSamples};
 use crate::block_clock::BlockClock;
+use crate::campaign::Unsaid;
 use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
@@ -115,10 +116,12 @@ impl NoiseReading {
         let name = source.name().display().to_string();
         let options = LayoutOptions::default();
         let layout = Layout::of(&mut source, &options)?;
-        if self.rate.is_none() && self.time_index(&layout)?.is_none() {
+        let clock = self.rate.is_some() || self.time_index(&layout)?.is_some();
+        let mut chosen = self.chosen(&layout, &name)?;
+        self.ask(&layout, &chosen, &source)?;
+        if !clock {
             return Err(layout.ask_clock().at(source.name()).into());
         }
-        let mut chosen = self.chosen(&layout, &name)?;
         let thermometer = self.thermometer(&layout, &chosen)?;
         let conversions = self.conversions(&layout, &chosen, &source)?;
         chosen.extend(self.temperature.clone());
@@ -216,6 +219,7 @@ impl NoiseReading {
         let name = source.name().display().to_string();
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let chosen = self.chosen(&layout, &name)?;
+        self.ask(&layout, &chosen, &source)?;
         let mut selected = chosen
             .iter()
             .map(|c| layout.find(c))
@@ -310,6 +314,26 @@ impl NoiseReading {
                 .with_hint("name the columns with --columns"));
         }
         Ok(signals.iter().map(|i| ColumnRef::Index(i + 1)).collect())
+    }
+
+    /// Unit and clock are asked for together where both are missing.
+    fn ask(&self, layout: &Layout, chosen: &[ColumnRef], source: &Source) -> Result<()> {
+        if self.phase {
+            return Ok(());
+        }
+        let signals = chosen
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<Vec<_>, _>>()?;
+        let unsaid = Unsaid {
+            signals: &signals,
+            unit: self.unit,
+            time: self.time_index(layout)?,
+            time_unit: self.time_unit,
+            rate_hz: self.rate,
+            timeless: false,
+        };
+        Ok(unsaid.ask(layout).map_err(|e| e.at(source.name()))?)
     }
 
     /// How the temperature column is read, where one is named.
