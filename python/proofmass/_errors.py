@@ -47,12 +47,12 @@ class ProofmassWarning(UserWarning):
     """
 
     def __init__(self, finding: Any):
+        super().__init__(finding)
         self.finding = finding
         self.code = finding.code
-        super().__init__(f"{finding.code}: {finding}")
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.finding,)
+    def __str__(self) -> str:
+        return f"{self.code}: {self.finding}"
 
 
 def near_to(word: str, known: Iterable[str]) -> str | None:

@@ -43,12 +43,6 @@ def test_an_output_is_the_same_folder(examples, command_line, tmp_path):
     same_folders(tmp_path / "ours", tmp_path / "theirs")
 
 
-def test_a_campaign_of_many_runs(simulated, command_line, tmp_path):
-    quiet(proofmass.calibrate, simulated / "shaker").write(tmp_path / "ours")
-    command_line("calibrate", simulated / "shaker", "-o", tmp_path / "theirs")
-    same_folders(tmp_path / "ours", tmp_path / "theirs")
-
-
 def test_every_export(simulated, command_line, tmp_path):
     result = quiet(proofmass.calibrate, simulated / "positions")
     folder = result.write(tmp_path / "result")

@@ -185,6 +185,16 @@ def test_errors_are_pickled():
     assert (str(again), again.place, again.hint) == (str(error), ("where",), "hint")
 
 
+def test_a_warning_is_made_again_from_its_arguments(examples):
+    import pickle
+
+    finding = proofmass.calibrate(examples / "hand-held").findings[0]
+    warning = proofmass.ProofmassWarning(finding)
+    assert str(warning).startswith(f"{finding.code}: ")
+    for again in (type(warning)(*warning.args), pickle.loads(pickle.dumps(warning))):
+        assert (str(again), again.code) == (str(warning), finding.code)
+
+
 def test_answers_without_a_result(examples):
     assert any(row["format"] == "npy" for row in proofmass.formats())
     assert proofmass.explain("gaps-in-record")["code"] == "gaps-in-record"
