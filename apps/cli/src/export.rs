@@ -6,13 +6,14 @@ use crate::{Failure, Outcome, console};
 use proofmass::io::{
     AnyCalibration, AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions,
     FirmwareBlock, LARGEST_DOCUMENT, LowPassBehind, Source, export, export_block, export_chain,
+    export_memory, is_calibration_memory,
 };
 use proofmass::jobs::apply::{LowPassForm, calibration_of_band};
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
+/// Write a calibration as source code (C, Rust, Python), imu.yaml, JSON or the image of a memory.
 ///
 /// Of a result of `bias`, `velocity tune` or `velocity map` it writes the filter, the gains or the encoder map.
 ///
@@ -69,6 +70,12 @@ struct Form {
     /// Coefficients, units, covariance and check vectors
     #[arg(long)]
     json: bool,
+    /// Image for the memory of the device, with serial number and checksum; needs -o
+    #[arg(long, requires = "output")]
+    memory: bool,
+    /// C99 header that reads such images, of any device
+    #[arg(long)]
+    memory_reader: bool,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -98,6 +105,10 @@ impl Form {
             Self { c: true, .. } => ExportForm::C,
             Self { python: true, .. } => ExportForm::Python,
             Self { imu_yaml: true, .. } => ExportForm::ImuYaml,
+            Self {
+                memory_reader: true,
+                ..
+            } => ExportForm::MemoryReader,
             _ => ExportForm::Json,
         }
     }
@@ -117,13 +128,14 @@ impl From<Number> for ExportNumber {
 fn is_ours(path: &Path) -> bool {
     let mut head = Vec::new();
     let read = std::fs::File::open(path).map(|file| file.take(1 << 16).read_to_end(&mut head));
-    read.is_ok() && String::from_utf8_lossy(&head).contains("proofmass")
+    read.is_ok()
+        && (is_calibration_memory(&head) || String::from_utf8_lossy(&head).contains("proofmass"))
 }
 
 /// To the file that was named, or to standard output.
-fn write(text: &str, output: Option<&Path>, inputs: &[&Path]) -> Result<Outcome, Failure> {
+fn write(bytes: &[u8], output: Option<&Path>, inputs: &[&Path]) -> Result<Outcome, Failure> {
     match output {
-        None => console::print(text)?,
+        None => console::print(&String::from_utf8_lossy(bytes))?,
         Some(path) => {
             if console::stands(path) && !console::may_replace(path, is_ours(path)) {
                 return Err(Failure::new(format!(
@@ -133,7 +145,7 @@ fn write(text: &str, output: Option<&Path>, inputs: &[&Path]) -> Result<Outcome,
                 .hint("name another file, or remove it"));
             }
             let mut output = AtomicFile::create(path, inputs)?;
-            output.write_all(text.as_bytes())?;
+            output.write_all(bytes)?;
             output.commit()?;
             console::note(format!("written: {}", path.display()));
         }
@@ -162,9 +174,16 @@ impl Export {
                 );
             }
             let found = firmware(&bytes, self.method.unwrap_or_default());
-            let found = found.map_err(|e| e.detail(name))?;
+            let found = found.map_err(|e| e.detail(name.clone()))?;
             options.notes = found.notes;
-            export_block(&found.block, form, &options)?
+            if self.form.memory {
+                return Err(
+                    Failure::new("a memory keeps a calibration, and this result is none")
+                        .detail(name)
+                        .hint("--c, --rust and --json write it for the chip"),
+                );
+            }
+            export_block(&found.block, form, &options)?.into_bytes()
         } else {
             if self.method.is_some() {
                 return Err(Failure::new("a calibration has no gains to choose from")
@@ -205,7 +224,7 @@ impl Export {
         file: CalibrationFile,
         form: ExportForm,
         mut options: ExportOptions,
-    ) -> Result<String, Failure> {
+    ) -> Result<Vec<u8>, Failure> {
         let chain = self.chain.chain();
         let name = self.calibration.display().to_string();
         chain
@@ -218,8 +237,16 @@ impl Export {
                 .map_err(|e| e.at(&self.calibration))?,
             None => file,
         };
+        if self.form.memory && chain.low_pass.is_some() {
+            return Err(Failure::new("a memory keeps a calibration, and no low-pass")
+                .detail(name)
+                .hint("leave out --low-pass and --decimate; `proofmass filter` writes the filter by itself"));
+        }
         let Some(low_pass) = chain.low_pass else {
-            return Ok(export(&file, form, &options)?);
+            return Ok(match self.form.memory {
+                true => export_memory(&file, &options)?,
+                false => export(&file, form, &options)?.into_bytes(),
+            });
         };
         if low_pass.form != LowPassForm::Butterworth {
             return Err(
@@ -243,7 +270,7 @@ impl Export {
         if let Some(finding) = chain.folds(rate)? {
             console::finding(&finding);
         }
-        Ok(export_chain(&file, &behind, form, &options)?)
+        Ok(export_chain(&file, &behind, form, &options)?.into_bytes())
     }
 }
 
@@ -325,6 +352,6 @@ impl Filter {
             Real::Double => ExportNumber::Double,
         };
         let text = export_block(&block, form, &options)?;
-        write(&text, self.output.as_deref(), &[])
+        write(text.as_bytes(), self.output.as_deref(), &[])
     }
 }

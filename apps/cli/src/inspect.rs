@@ -2,12 +2,15 @@
 
 use crate::console::Progress;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{AtomicFile, Source};
+use proofmass::io::{AtomicFile, MemoryContent, Source, is_calibration_memory};
 use proofmass::jobs::inspect::{InspectData, InspectJob};
 use proofmass::jobs::{Job, Record, RecordingReading, StoredResult};
+use std::io::Read;
 use std::path::PathBuf;
 
 /// Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
+///
+/// Of the calibration memory of a device, as `export --memory` writes it, it shows the coefficients.
 #[derive(clap::Args)]
 pub(crate) struct Inspect {
     /// Delimited text or a format that `proofmass formats` lists, plain or packed with gzip or zstd; `-` is standard input
@@ -30,6 +33,9 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
+        if let Some(bytes) = self.memory() {
+            return self.show_memory(&bytes);
+        }
         let mut job = match self.damage {
             true => InspectJob::damage(),
             false => InspectJob::default(),
@@ -55,6 +61,34 @@ impl Inspect {
         }
         if let Some(path) = plot {
             console::note(format!("written: {}", path.display()));
+        }
+        Ok(Outcome::Done)
+    }
+
+    /// The bytes of the file where it is a calibration memory; none is as large as what is read of it.
+    fn memory(&self) -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let file = std::fs::File::open(&self.file).ok()?;
+        if !file.metadata().ok()?.is_file() {
+            return None;
+        }
+        file.take(1 << 16).read_to_end(&mut bytes).ok()?;
+        is_calibration_memory(&bytes).then_some(bytes)
+    }
+
+    fn show_memory(&self, bytes: &[u8]) -> Result<Outcome, Failure> {
+        if self.plot.is_some() {
+            return Err(Failure::new("a calibration memory has no signals to draw")
+                .detail(self.file.display().to_string())
+                .hint("leave out --plot"));
+        }
+        let content = MemoryContent::read(bytes).map_err(|e| e.at(&self.file))?;
+        if self.json {
+            let json = serde_json::to_vec_pretty(&content)
+                .map_err(|e| Failure::new(format!("the content cannot be written: {e}")))?;
+            console::print_json(&json)?;
+        } else {
+            console::print(&content.text())?;
         }
         Ok(Outcome::Done)
     }

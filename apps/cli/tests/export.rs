@@ -268,3 +268,42 @@ fn law_the_matrix_of_a_band_is_that_of_apply() {
         assert_eq!(run.unwrap().code(), Some(0));
     }
 }
+
+/// The image of a memory is written, shown again with the coefficients of the calibration, and refused when a bit has changed.
+#[test]
+fn law_a_calibration_goes_to_the_memory_of_a_device_and_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let result = folder.path().join("result");
+    succeed(&["calibrate", &example("hand-held"), "-o", text(&result)]);
+    let calibration = result.join("calibration.json");
+    let image = folder.path().join("memory.bin");
+    succeed(&["export", text(&calibration), "--memory", "-o", text(&image)]);
+    let bytes = std::fs::read(&image).unwrap();
+    assert_eq!(bytes.len(), 128);
+    let output = succeed(&["inspect", text(&image), "--json"]);
+    let seen: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let file: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&calibration).unwrap()).unwrap();
+    assert_eq!(seen["serial"], file["device"]["serial"]);
+    for i in 0..3 {
+        let stored = |v: &serde_json::Value| v.as_f64().unwrap() as f32;
+        assert_eq!(stored(&seen["b"][i]), stored(&file["b"][i]));
+        for j in 0..3 {
+            assert_eq!(stored(&seen["K"][i][j]), stored(&file["K"][i][j]));
+        }
+    }
+    let digest = proofmass::io::sha256(&std::fs::read(&calibration).unwrap());
+    assert!(digest.starts_with(seen["source_sha256_begins"].as_str().unwrap()));
+    // A dump of the whole memory, longer than the image.
+    let mut dump = bytes.clone();
+    dump.resize(256, 0xff);
+    std::fs::write(&image, &dump).unwrap();
+    let shown = String::from_utf8(succeed(&["inspect", text(&image)]).stdout).unwrap();
+    assert!(shown.contains("checksum right") && shown.contains("128 bytes behind it"));
+    succeed(&["export", text(&calibration), "--memory", "-o", text(&image)]);
+    dump[60] ^= 4;
+    std::fs::write(&image, &dump[..128]).unwrap();
+    let said = refuse(&["inspect", text(&image)]);
+    assert!(said.contains("memory.bin") && said.contains("checksum") && said.contains("hint:"));
+    assert!(refuse(&["export", text(&calibration), "--memory"]).contains("--output"));
+}

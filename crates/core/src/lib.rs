@@ -22,6 +22,7 @@
 #![cfg_attr(not(test), no_std)]
 
 mod bias_filter;
+mod calibration_memory;
 pub mod check;
 mod compensation;
 mod decimator;
@@ -42,6 +43,10 @@ mod visible;
 mod watch;
 
 pub use bias_filter::{BiasFilter, BiasState};
+pub use calibration_memory::{
+    CalibrationMemory, LARGEST_MEMORY, MEMORY_MAGIC, MEMORY_SERIAL, MemoryError, MemoryUnit,
+    StoredCompensation,
+};
 pub use compensation::{
     AxisCompensation, Compensation, Curvature, LARGEST_NONLINEARITY, THERMAL_ORDER, ThermalTerms,
 };

@@ -9,6 +9,7 @@ mod chain;
 mod firmware;
 mod imu;
 mod json;
+mod memory;
 mod python;
 mod rust;
 mod vectors;
@@ -16,6 +17,7 @@ mod vectors;
 use crate::{AnyCompensation, CalibrationFile, Error, ErrorKind, Input, Result, Unit};
 pub use chain::{LowPassBehind, export_chain};
 pub use firmware::{FirmwareBlock, LONGEST_AVERAGE, export_block};
+pub(crate) use memory::unit_from;
 use proofmass_core::FixedRange;
 pub use vectors::SelfCheck;
 
@@ -33,6 +35,8 @@ pub enum ExportForm {
     ImuYaml,
     /// Coefficients, units, uncertainty and vectors, for any other program.
     Json,
+    /// A C99 header that reads the calibration memories of [`export_memory`], for any device.
+    MemoryReader,
 }
 
 /// The numbers the exported code computes with.
@@ -81,15 +85,7 @@ pub struct ExportOptions {
 /// # Errors
 /// A calibration that cannot be applied; a form that cannot hold it (integers for outputs that are no counts, `imu.yaml` for raw outputs); a name that is no identifier.
 pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions) -> Result<String> {
-    let model = file.compensation()?;
-    let plan = Plan {
-        file,
-        check: SelfCheck::of(file, &model),
-        model,
-        name: name(file, options)?,
-        source: options.source.as_ref(),
-        notes: &options.notes,
-    };
+    let plan = Plan::of(file, options)?;
     match (form, options.number) {
         (ExportForm::Rust, ExportNumber::Fixed) => Err(unable(
             "integers are written for C only",
@@ -101,7 +97,17 @@ pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions)
         (ExportForm::Python, _) => Ok(python::text(&plan)),
         (ExportForm::ImuYaml, _) => imu::text(&plan),
         (ExportForm::Json, _) => json::text(&plan),
+        (ExportForm::MemoryReader, _) => memory::reader(&plan),
     }
+}
+
+/// The image of a calibration for the memory of a sensor module, a [`proofmass_core::CalibrationMemory`] in bytes.
+///
+/// # Errors
+/// A calibration that cannot be applied; outputs in a unit without a code; a serial number of more than twenty bytes; a coefficient
+/// beyond single precision.
+pub fn export_memory(file: &CalibrationFile, options: &ExportOptions) -> Result<Vec<u8>> {
+    memory::image(&Plan::of(file, options)?)
 }
 
 /// What every form is written from.
@@ -114,7 +120,19 @@ struct Plan<'a> {
     notes: &'a [String],
 }
 
-impl Plan<'_> {
+impl<'a> Plan<'a> {
+    fn of(file: &'a CalibrationFile, options: &'a ExportOptions) -> Result<Self> {
+        let model = file.compensation()?;
+        Ok(Self {
+            file,
+            check: SelfCheck::of(file, &model),
+            model,
+            name: name(file, options)?,
+            source: options.source.as_ref(),
+            notes: &options.notes,
+        })
+    }
+
     /// What a reader of the text must know, line by line.
     fn heading(&self) -> Vec<String> {
         let device = &self.file.device;

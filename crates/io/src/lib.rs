@@ -32,6 +32,7 @@ mod any_calibration;
 mod append_log;
 mod base64;
 mod calibration_file;
+mod calibration_memory;
 mod clock;
 mod clock_findings;
 mod column_head;
@@ -88,6 +89,9 @@ pub use base64::base64;
 pub use calibration_file::{
     AnyCompensation, CalibrationFile, CurvatureBlock, SINGLE_AXIS, TRIAXIAL, ThermalBlock,
 };
+pub use calibration_memory::{
+    MemoryContent, MemoryCurvature, MemoryTemperature, is_calibration_memory,
+};
 pub use clock::{Clock, Gap};
 pub use clock_findings::doubtful_times;
 pub use conversion::{
@@ -105,7 +109,7 @@ pub use digest::sha256;
 pub use error::{Error, ErrorKind, Result};
 pub use export::{
     ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, LowPassBehind,
-    SelfCheck, export, export_block, export_chain,
+    SelfCheck, export, export_block, export_chain, export_memory,
 };
 pub use findings::CATALOGUE;
 pub use foreign_coefficients::{CoefficientForm, import_coefficients};

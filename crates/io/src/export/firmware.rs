@@ -258,7 +258,7 @@ pub fn export_block(
             })?;
             Ok(String::from_utf8_lossy(&bytes).into_owned())
         }
-        ExportForm::Python | ExportForm::ImuYaml => Err(unable(
+        ExportForm::Python | ExportForm::ImuYaml | ExportForm::MemoryReader => Err(unable(
             "a filter is written as C, Rust or JSON",
             "choose --c, --rust or --json",
         )),
