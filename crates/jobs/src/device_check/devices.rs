@@ -1,5 +1,6 @@
 //! Which results are of which device.
 
+use crate::certificate::says;
 use crate::data_sheet::characteristic_of;
 use crate::findings;
 use crate::noise::read_noise;
@@ -145,9 +146,9 @@ impl DeviceResult {
     }
 }
 
-/// What a field says, where it says something.
+/// What a field says, where it says something; the dots of a form do not.
 fn said(text: &Option<String>) -> Option<&str> {
-    text.as_deref().map(str::trim).filter(|t| !t.is_empty())
+    text.as_deref().map(str::trim).filter(|t| says(t))
 }
 
 /// A device with its results, by their places.
