@@ -25,6 +25,7 @@ CALLS = {
     "plan": "plan {sim}/shaker",
     "noise": "noise {sim}/noise/recording.csv --statistic oadev,mdev --probability 0.9",
     "noise-comparison": "noise compare {sim}/noise-1 {sim}/noise-2",
+    "device-check": "device check {sim}/calibrated {sim}/noise-1 --sheet {sim}/device.toml",
     "uncertainty": "uncertainty {examples}/uncertainty/mass.toml --trials 10000 --seed 3",
     "modes": "modes {sim}/wedge.toml",
     "velocity-estimate": "velocity estimate {sim}/axis/recording.csv {axis}",
@@ -61,6 +62,8 @@ def world(simulated, command_line, examples):
     (sim / "wedge.toml").write_text(coarse, encoding="utf-8")
     laboratory = '[laboratory]\nname = "Laboratory"\ntown = "Pisa"\ncountry = "IT"\n'
     (sim / "LAB.toml").write_text(laboratory, encoding="utf-8")
+    sheet = '[[limit]]\nterm = "N"\nmost = 160.0\nunit = "µg/√Hz"\n[[limit]]\ncharacteristic = "misalignment"\nmost = 3\nunit = "%"\n'
+    (sim / "device.toml").write_text(sheet, encoding="utf-8")
     rng = np.random.default_rng(2)
     seconds = np.arange(3600.0)
     heat = 20 + 20 * np.sin(np.pi * seconds / 3600)

@@ -29,7 +29,7 @@ const COMMANDS: &[Group] = &[
             "modes",
         ],
     ),
-    ("Test", &["test", "compare"]),
+    ("Test", &["test", "compare", "device"]),
     ("Noise", &["noise", "bias", "filter"]),
     ("Velocity", &["velocity"]),
     ("Uncertainty", &["uncertainty"]),

@@ -11,6 +11,7 @@ mod compare;
 mod console;
 mod convert;
 mod delivery;
+mod device;
 mod draft_arguments;
 mod explain;
 mod export;
@@ -77,6 +78,7 @@ enum Command {
     Import(import::Import),
     Validate(validate::Validate),
     Compare(compare::Compare),
+    Device(device::Device),
     Certificate(certificate::Certificate),
     Velocity(Box<velocity::Velocity>),
     Noise(Box<noise::Noise>),
@@ -148,6 +150,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Import(command) => command.run(),
         Command::Validate(command) => command.run(),
         Command::Compare(command) => command.run(),
+        Command::Device(command) => command.run(),
         Command::Certificate(command) => command.run(),
         Command::Velocity(command) => command.run(),
         Command::Noise(command) => command.run(),
@@ -441,8 +444,8 @@ mod tests {
         let calls = calls("tasks.md");
         assert_eq!(
             calls.len(),
-            34,
-            "twenty-nine tasks, a picture, two of a certificate, and two calls with a file"
+            35,
+            "thirty tasks, a picture, two of a certificate, and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))

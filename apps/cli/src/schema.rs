@@ -48,6 +48,7 @@ schemas! {
     "inspect-request",
     "noise-request",
     "noise-comparison-request",
+    "device-check-request",
     "velocity-estimate-request",
     "velocity-compare-request",
     "velocity-tune-request",

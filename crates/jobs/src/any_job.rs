@@ -6,6 +6,7 @@ use crate::certificate::{CertificateData, CertificateJob};
 use crate::comparison::{ComparisonData, ComparisonJob};
 use crate::convert::{ConvertData, ConvertJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
+use crate::device_check::{DeviceCheckData, DeviceCheckJob};
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
 use crate::inspect::{InspectData, InspectJob};
 use crate::known_keys::known_keys;
@@ -111,6 +112,8 @@ macro_rules! jobs {
             Noise(NoiseData<'a>),
             /// Noise results of several units.
             NoiseComparison(NoiseComparisonData<'a>),
+            /// Results of devices.
+            DeviceCheck(DeviceCheckData<'a>),
             /// A mesh, or nothing for a wedge by its dimensions.
             Modes(ModesData<'a>),
             /// A recorded shock.
@@ -246,6 +249,8 @@ jobs! {
     Noise(NoiseJob, NoiseData, "noise", |d| only!(d, Noise)),
     /// Noise of several units, held against each other and against limits.
     NoiseComparison(NoiseComparisonJob, NoiseComparisonData, "noise-comparison", |d| only!(d, NoiseComparison)),
+    /// Devices, held against their data sheet.
+    DeviceCheck(DeviceCheckJob, DeviceCheckData, "device-check", |d| only!(d, DeviceCheck)),
     /// Velocity of an axis.
     VelocityEstimate(VelocityEstimateJob, AxisData, "velocity-estimate", |d| only!(d, Axis)),
     /// Methods of velocity estimation side by side.

@@ -2,13 +2,14 @@
 
 mod page;
 
+use crate::data_sheet::{self, DataSheet, ReadLimit};
 use crate::noise::read_noise;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
-use proofmass_noise::{Analysis, NoiseLimit, Sensor, Term, UnitComparison, compare_units};
+use proofmass_noise::{Analysis, NoiseLimit, Sensor, UnitComparison, compare_units};
 use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
@@ -86,38 +87,8 @@ impl NoiseDocument {
     }
 }
 
-#[cfg(feature = "schema")]
-pub(crate) fn limits_schema() -> crate::schema::Readable {
-    crate::schema::Readable::of::<LimitsFile>()
-}
-
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct LimitsFile {
-    /// The limits, one table each.
-    #[serde(default)]
-    limit: Vec<LimitEntry>,
-}
-
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct LimitEntry {
-    /// Coefficient: `N`, `B`, `K`, `R` or `Q`.
-    term: String,
-    /// Largest value.
-    most: f64,
-    /// Unit of the value.
-    unit: String,
-    /// What the data sheet says of it: typical or maximum.
-    meaning: Option<String>,
-    /// Channels that it holds for; all without it.
-    #[serde(default)]
-    channels: Vec<String>,
-}
-
-/// Limits from the text of a TOML file: `[[limit]]` with `term`, `most`, `unit`, and where wanted `meaning` and `channels`.
+/// Limits of noise from the text of a data sheet (TOML): `[[limit]]` with `term`, `most`, `unit`, and where wanted `meaning` and `channels`.
+/// Those of other characteristics are left to a check of the device.
 ///
 /// ```
 /// let text = "[[limit]]\nterm = \"N\"\nmost = 30\nunit = \"µg/√Hz\"\n";
@@ -127,39 +98,26 @@ struct LimitEntry {
 /// ```
 ///
 /// # Errors
-/// No TOML, an unknown key or term, no limit at all.
+/// No TOML, an unknown key or term, no limit of noise at all.
 pub fn limits(text: &str) -> Result<Vec<NoiseLimit>> {
-    let refused = |what: String| {
-        Trouble::request(format!("the limits cannot be read: {what}")).with_hint(
-            "write [[limit]] with term = \"N\", most = 30.0, unit = \"µg/√Hz\", and where wanted meaning and channels",
-        )
-    };
-    let file: LimitsFile = toml::from_str(text).map_err(|e| refused(e.to_string()))?;
-    if file.limit.is_empty() {
-        return Err(refused("there is no [[limit]]".to_owned()));
+    of_noise(&data_sheet::sheet(text)?)
+}
+
+fn of_noise(sheet: &DataSheet) -> Result<Vec<NoiseLimit>> {
+    let read = data_sheet::read_all(&sheet.limit, "limit")?;
+    let limits: Vec<NoiseLimit> = read.iter().filter_map(ReadLimit::noise).collect();
+    if limits.is_empty() {
+        return Err(
+            Trouble::request("the limits cannot be read: there is no [[limit]] of noise").with_hint(
+                "write [[limit]] with term = \"N\", most = 30.0, unit = \"µg/√Hz\"; the others are for `proofmass device check`",
+            ),
+        );
     }
-    file.limit
-        .into_iter()
-        .map(|entry| {
-            let term: Term = entry.term.parse().map_err(refused)?;
-            if !(entry.most > 0.0 && entry.most.is_finite()) {
-                return Err(refused(format!(
-                    "most = {} of {} is not positive",
-                    entry.most,
-                    term.symbol()
-                )));
-            }
-            let mut limit = NoiseLimit::new(term, entry.most, entry.unit);
-            limit.meaning = entry.meaning;
-            limit.channels = entry.channels;
-            meaningful(&limit)?;
-            Ok(limit)
-        })
-        .collect()
+    Ok(limits)
 }
 
 /// Refuses a unit that the coefficient of a limit does not have, and a meaning that there is not or that the unit does not have.
-fn meaningful(limit: &NoiseLimit) -> Result<()> {
+pub(crate) fn meaningful(limit: &NoiseLimit) -> Result<()> {
     let symbol = limit.term.symbol();
     let sensors = [Sensor::Accelerometer, Sensor::Gyroscope];
     if let Some(meaning) = &limit.meaning
@@ -241,9 +199,8 @@ fn known_channels(limit: &NoiseLimit, analyses: &[&Analysis]) -> Result<()> {
 /// As [`limits`], with the name of the file.
 pub fn read_limits(source: Source) -> Result<(Vec<NoiseLimit>, Input)> {
     let name = source.name().display().to_string();
-    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-    let found = limits(&String::from_utf8_lossy(&bytes)).map_err(|e| e.detail(name))?;
-    Ok((found, input))
+    let (sheet, input) = data_sheet::read_sheet(source)?;
+    Ok((of_noise(&sheet).map_err(|e| e.detail(name))?, input))
 }
 
 impl Job for NoiseComparisonJob {

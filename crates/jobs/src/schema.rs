@@ -8,8 +8,8 @@ use crate::StoredResult;
 use crate::any_job::{AnyJob, request_schemas};
 use crate::campaign::{campaign_schemas, schema_address};
 use crate::certificate::CertificateFile;
+use crate::data_sheet::DataSheet;
 use crate::modes::modes_schema;
-use crate::noise_comparison::limits_schema;
 use crate::stored_result::result_extra_schemas;
 use proofmass_io::{
     AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, FREQUENCY_RESPONSE,
@@ -109,8 +109,8 @@ pub fn schemas() -> Vec<FileSchema> {
         ),
         (
             "limits",
-            "Limits for proofmass noise compare",
-            limits_schema(),
+            "device.toml, the data sheet of a device for proofmass device check, or limits for proofmass noise compare",
+            Readable::of::<DataSheet>(),
         ),
         (
             "laboratory",

@@ -5,7 +5,7 @@ use crate::findings;
 use crate::unit_comparison::equal_coefficients;
 use crate::{
     Analysis, ChannelAnalysis, CoefficientFit, Conformity, DeviationCurve, LimitCheck, NoiseLimit,
-    Sensor, Term, TermComparison, Verdict, against_limit,
+    Term, TermComparison, Verdict,
 };
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
@@ -162,13 +162,8 @@ pub fn compare_units(
         }
     }
     for channel in &channels {
-        let Some(sensor) = sensor_of(&channel.unit) else {
-            continue;
-        };
         for limit in limits {
-            if limit.channels.is_empty() || limit.channels.contains(&channel.name) {
-                checked.extend(check(channel, sensor, limit, analyses)?);
-            }
+            checked.extend(check(channel, limit, analyses)?);
         }
     }
     channels.retain(|c| c.units.len() > 1);
@@ -184,12 +179,6 @@ pub fn compare_units(
         limits: checked,
         findings,
     })
-}
-
-fn sensor_of(unit: &str) -> Option<Sensor> {
-    [Sensor::Accelerometer, Sensor::Gyroscope]
-        .into_iter()
-        .find(|s| s.unit() == unit)
 }
 
 /// The channel of a name, in a unit, with coefficients.
@@ -236,23 +225,20 @@ fn compared(name: &str, unit: &str, analyses: &[&Analysis]) -> ComparedChannel {
 
 fn check(
     channel: &ComparedChannel,
-    sensor: Sensor,
     limit: &NoiseLimit,
     analyses: &[&Analysis],
 ) -> Result<Option<CheckedLimit>, Error> {
     let mut meaning = None;
     let mut checks = Vec::new();
     for &unit in &channel.units {
-        let Some((_, fit)) = channel_of(analyses[unit], &channel.name, &channel.unit) else {
+        let Some((of_unit, _)) = channel_of(analyses[unit], &channel.name, &channel.unit) else {
             continue;
         };
-        let Some(conversion) = limit.conversion(sensor, analyses[unit].sample_rate)? else {
+        let Some(check) = limit.check(of_unit, analyses[unit].sample_rate)? else {
             return Ok(None);
         };
-        let verdict = fit.get(limit.term).map(|c| c.verdict);
-        let found = verdict.and_then(|v| against_limit(&v, conversion.value, limit.most));
-        meaning.get_or_insert(conversion.meaning);
-        checks.push((unit, found));
+        meaning.get_or_insert(check.meaning);
+        checks.push((unit, check.found));
     }
     Ok(meaning.map(|meaning| CheckedLimit {
         channel: channel.name.clone(),

@@ -136,7 +136,7 @@ pub use findings::CATALOGUE;
 pub use fit_record::FitRecord;
 pub use front_end::{FrontEnd, LowPass};
 pub use gaps::{GapKind, Gaps, RecordGap, Stretches, stretches};
-pub use limit::{Conformity, LimitCheck, NoiseLimit, against_limit};
+pub use limit::{ChannelCheck, Conformity, LimitCheck, NoiseLimit, against_limit};
 pub use long_record::{ChannelName, LongRecord};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};

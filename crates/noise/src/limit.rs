@@ -1,7 +1,10 @@
 //! A coefficient against the limit of a data sheet, its measurement uncertainty allowed for.
 
-use crate::{InUnit, Sensor, Term, Verdict, in_units};
+use crate::{ChannelAnalysis, InUnit, Sensor, Term, Verdict, in_units};
 use proofmass_core::Error;
+/// How a coefficient stands to a limit, its measurement uncertainty allowed for.
+pub use proofmass_uncertainty::Judgement as Conformity;
+use proofmass_uncertainty::Limits;
 use serde::{Deserialize, Serialize};
 
 /// The largest value a data sheet allows for a coefficient.
@@ -75,6 +78,32 @@ impl NoiseLimit {
         })
     }
 
+    /// A channel of an analysis against this limit; `None` where the limit is not for it: another channel, no coefficients, a unit
+    /// or a meaning of another kind of sensor.
+    ///
+    /// # Errors
+    /// As [`NoiseLimit::conversion`].
+    pub fn check(
+        &self,
+        channel: &ChannelAnalysis,
+        sample_rate: f64,
+    ) -> Result<Option<ChannelCheck>, Error> {
+        let named = self.channels.is_empty() || self.channels.contains(&channel.name);
+        let (true, Some(sensor), Some(fit)) =
+            (named, Sensor::of_unit(&channel.unit), &channel.whittle)
+        else {
+            return Ok(None);
+        };
+        let Some(conversion) = self.conversion(sensor, sample_rate)? else {
+            return Ok(None);
+        };
+        let verdict = fit.get(self.term).map(|c| c.verdict);
+        Ok(Some(ChannelCheck {
+            meaning: conversion.meaning,
+            found: verdict.and_then(|v| against_limit(&v, conversion.value, self.most)),
+        }))
+    }
+
     /// What may be meant by the unit of the limit.
     fn candidates(&self, sensor: Sensor, sample_rate: f64) -> Vec<InUnit> {
         let wanted = written(&self.unit);
@@ -123,18 +152,6 @@ fn written(unit: &str) -> String {
     text
 }
 
-/// How a coefficient stands to a limit, its measurement uncertainty allowed for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Conformity {
-    /// The whole interval lies within the limit.
-    Pass,
-    /// The whole interval lies beyond the limit.
-    Fail,
-    /// The limit lies in the interval.
-    Undecided,
-}
-
 /// A coefficient against a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -145,6 +162,16 @@ pub struct LimitCheck {
     pub interval: (f64, f64),
     /// The verdict.
     pub conformity: Conformity,
+}
+
+/// A channel against a limit.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ChannelCheck {
+    /// What is meant by the unit of the limit.
+    pub meaning: String,
+    /// What was found; `None` where the fit has no such coefficient, or nothing is known of it.
+    pub found: Option<LimitCheck>,
 }
 
 /// Decides on a coefficient with its interval as guard band.
@@ -166,12 +193,6 @@ pub fn against_limit(verdict: &Verdict, factor: f64, most: f64) -> Option<LimitC
     Some(LimitCheck {
         value: verdict.estimate().map(|v| factor * v.abs()),
         interval,
-        conformity: if interval.1 <= most {
-            Conformity::Pass
-        } else if interval.0 > most {
-            Conformity::Fail
-        } else {
-            Conformity::Undecided
-        },
+        conformity: Limits::below(most).ok()?.judge(interval),
     })
 }

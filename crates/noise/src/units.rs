@@ -17,6 +17,12 @@ pub enum Sensor {
 }
 
 impl Sensor {
+    /// The sensor whose rate has this SI unit.
+    pub fn of_unit(unit: &str) -> Option<Self> {
+        let all = [Self::Accelerometer, Self::Gyroscope];
+        all.into_iter().find(|sensor| sensor.unit() == unit)
+    }
+
     /// SI unit of the rate.
     pub fn unit(self) -> &'static str {
         match self {

@@ -94,7 +94,44 @@ pub struct GlobalRisk {
     pub producer: f64,
 }
 
+/// What a whole interval says about limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Judgement {
+    /// The whole interval lies within the limits.
+    Pass,
+    /// The whole interval lies beyond a limit.
+    Fail,
+    /// A limit lies in the interval.
+    Undecided,
+}
+
 impl Limits {
+    /// Judges with the interval as guard band on either side: guarded acceptance, guarded rejection, and what is neither.
+    ///
+    /// With a two-sided interval at probability p an item beyond a limit passes with a probability of at most (1 − p)/2, and
+    /// one within the limits fails with at most that: 2.5 % at 95 %.
+    ///
+    /// ```
+    /// use proofmass_uncertainty::{Judgement, Limits};
+    /// let limits = Limits::below(2.0)?;
+    /// assert_eq!(limits.judge((1.2, 1.8)), Judgement::Pass);
+    /// assert_eq!(limits.judge((1.8, 2.4)), Judgement::Undecided);
+    /// assert_eq!(limits.judge((2.1, 2.7)), Judgement::Fail);
+    /// # Ok::<(), proofmass_core::Error>(())
+    /// ```
+    ///
+    /// **Source** `[JCGM106] 8.3`.
+    pub fn judge(&self, (low, high): (f64, f64)) -> Judgement {
+        if self.contains(low) && self.contains(high) {
+            Judgement::Pass
+        } else if self.lower.is_some_and(|l| high < l) || self.upper.is_some_and(|u| low > u) {
+            Judgement::Fail
+        } else {
+            Judgement::Undecided
+        }
+    }
+
     /// Between two limits.
     ///
     /// # Errors

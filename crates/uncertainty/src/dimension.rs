@@ -194,6 +194,26 @@ pub fn unit_symbols() -> impl Iterator<Item = UnitSymbol> {
     })
 }
 
+/// How many of one unit are one of another: the factor that a number is multiplied by. `None` where one is no unit, or where
+/// they are of two kinds.
+///
+/// A temperature counts as a difference of temperatures.
+///
+/// ```
+/// use proofmass_uncertainty::unit_ratio;
+/// assert_eq!(unit_ratio("m/s²", "mgn"), Some(1.0 / 9.80665e-3));
+/// assert_eq!(unit_ratio("rad", "%"), Some(100.0));
+/// assert_eq!(unit_ratio("Hz", "m"), None);
+/// ```
+pub fn unit_ratio(from: &str, to: &str) -> Option<f64> {
+    let (from, to) = (Dimension::parse(from)?, Dimension::parse(to)?);
+    if !from.is_like(&to) {
+        return None;
+    }
+    let ratio = from.factor? / to.factor?;
+    (ratio.is_finite() && ratio > 0.0).then_some(ratio)
+}
+
 /// A power as it stands behind a unit.
 fn raised(power: i8) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];

@@ -155,7 +155,7 @@ pub use agreement::En;
 pub use between_scatter::{
     BetweenScatter, CommonErrors, Linearised, MeanOfRepeats, NoiseDof, Repeats, WithCommonErrors,
 };
-pub use conformity::{Conformity, DecisionRule, GlobalRisk, Limits, Measured};
+pub use conformity::{Conformity, DecisionRule, GlobalRisk, Judgement, Limits, Measured};
 pub use coverage::DegreesOfFreedom;
 pub use distribution::Distribution;
 pub use effective_dof::welch_satterthwaite;
@@ -252,7 +252,7 @@ mod evaluation;
 #[cfg(feature = "model")]
 mod model;
 #[cfg(feature = "model")]
-pub use dimension::{UnitSymbol, unit_symbols};
+pub use dimension::{UnitSymbol, unit_ratio, unit_symbols};
 #[cfg(feature = "model")]
 pub use evaluation::{
     Evaluate, LinearOutput, Method, ModelResult, OutputConformity, OutputResult, Statement,

@@ -54,6 +54,7 @@ pub fn law_a_message_fits_the_call(arguments: &[&str], said: &str) {
             ..,
         ] => vec![*group, *test],
         ["noise", "compare", ..] => vec!["noise", "compare"],
+        ["device", question, ..] => vec!["device", *question],
         ["records", "add", what, ..] => vec!["records", "add", *what],
         ["records", what, ..] => vec!["records", *what],
         [command, ..] => vec![*command],
@@ -83,7 +84,9 @@ pub fn law_a_message_fits_the_call(arguments: &[&str], said: &str) {
     // Where a campaign was named, its keys are what to change.
     let of_campaigns = ["calibrate", "plan", "modes"].contains(&commands[0]);
     let campaign = |p: &Path| p.is_dir() || p.extension().is_some_and(|e| e == "toml");
-    let limits = arguments.contains(&"--limits");
+    let limits = ["--limits", "--sheet"]
+        .iter()
+        .any(|o| arguments.contains(o));
     if limits || of_campaigns && arguments.iter().any(|a| campaign(Path::new(a))) {
         return;
     }

@@ -14,6 +14,54 @@ findings! {
         advice "give every recording once: a copy is no repeat, and what varies from one recording to the next looks smaller than it is",
         false_alarms "none: a file has one digest";
 
+    /// Limits of a data sheet of which no result says anything.
+    limit_not_shown(count: usize, limits: &str) =
+        "limit-not-shown", [Warning],
+        what "limits of the data sheet that no result shows: {count}; they are neither met nor exceeded",
+        evidence "{limits}",
+        advice "measure what is missing, and give the folder of that result too; docs/devices.md lists which test shows what",
+        false_alarms "none: the quantities of the results are compared by name";
+
+    /// A limit in a unit that the quantity cannot be converted to.
+    limit_not_convertible(device: &str, characteristic: &str, unit: &str, stated: &str) =
+        "limit-not-convertible", [Warning],
+        what "device {device}: the limit of {characteristic} is in {unit}, and what the results state cannot be converted to it",
+        evidence "{stated}",
+        advice "write the limit in a unit of the same kind, or measure outputs in the unit of the data sheet",
+        false_alarms "none: the dimensions of the units are compared";
+
+    /// A limit holds in a band of which the results show a part.
+    limit_band_not_covered(device: &str, characteristic: &str, low: f64, high: f64, first: f64, last: f64) =
+        "limit-band-not-covered", [Warning],
+        what "device {device}: the limit of {characteristic} holds from {low} to {high} Hz, and was not measured in the whole band",
+        evidence "measured from {first} to {last} Hz",
+        advice "measure at the ends of the band as well; what lies between two frequencies is not looked at",
+        false_alarms "none: the frequencies are compared";
+
+    /// Two results of one quantity of one device differ by more than their uncertainties explain.
+    results_contradict(device: &str, quantity: &str, evidence: &str) =
+        "results-contradict", [Decision],
+        what "device {device}: two results state {quantity} differently, and their uncertainties do not explain it",
+        evidence "{evidence}",
+        advice "find out which one holds (another temperature, another mounting, a changed device), and leave the other one out; until then the limit is undecided",
+        false_alarms "1 % of pairs that agree, or as the request says, where the two share no cause";
+
+    /// The guard bands leave no value that could pass.
+    guard_band_too_wide(device: &str, characteristic: &str, expanded: f64, limits: &str) =
+        "guard-band-too-wide", [Warning],
+        what "device {device}: {characteristic} is not known well enough to pass, whatever its value is",
+        evidence "a guard band of {expanded:.3e} on either side of {limits}",
+        advice "measure with a smaller U: the two guard bands together are as wide as the limits",
+        false_alarms "none: the widths are compared";
+
+    /// Results without a serial number, taken as those of the device beside them.
+    device_from_folder(device: &str, count: usize, files: &str) =
+        "device-from-folder", [Note],
+        what "results that state no serial number, {count} in all, are taken as those of the device {device}, whose results stand beside them",
+        evidence "{files}",
+        advice "keep the results of a device in a folder of their own",
+        false_alarms "none: the folders are compared";
+
     /// Samples of a recording exceed the accelerations, or the temperatures, of the calibration.
     beyond_calibrated_range(beyond: &str, low: f64, high: f64, unit: &str, treatment: &str, samples: &str) =
         "beyond-calibrated-range", [Note, Warning],

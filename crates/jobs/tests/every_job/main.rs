@@ -55,6 +55,7 @@ walk! {
     convert: "convert" => "convert" in models;
     noise: "noise" => "noise" in models;
     noise_comparison: "noise-comparison" => "noise-comparison" in models;
+    device_check: "device-check" => "device-check" in models;
     simulate: "simulate" => "simulate" in models;
     uncertainty: "uncertainty" => "uncertainty" in models;
     modes: "modes" => "modes" in models;

@@ -1,10 +1,13 @@
 //! Questions to models, plans and recordings at rest.
 
 use crate::agreement::{check, figure, states_everywhere};
-use crate::ask;
-use proofmass_io::Source;
+use crate::support::record;
+use crate::{ask, calibrations};
+use proofmass_io::{Input, Source};
 use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::convert::{ConvertData, ConvertFormat, ConvertJob};
+use proofmass_jobs::data_sheet;
+use proofmass_jobs::device_check::{DeviceCheckData, DeviceCheckJob, DeviceResult};
 use proofmass_jobs::inspect::{InspectData, InspectJob};
 use proofmass_jobs::modes::ModesFile;
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
@@ -15,7 +18,9 @@ use proofmass_jobs::simulate::{
     SimulatedSpuriousMotion, SimulatedTransducer,
 };
 use proofmass_jobs::uncertainty::UncertaintyJob;
-use proofmass_jobs::{AnyData, Destination, Gathered, Job, Memory, Sink, Store, Unwatched};
+use proofmass_jobs::{
+    AnyData, Destination, Gathered, Job, Memory, Sink, Store, StoredResult, Unwatched,
+};
 use proofmass_noise::{
     NoiseChannel, NoiseLimit, NoiseModel, Sensor, Term, simulate as simulated_noise,
 };
@@ -121,6 +126,65 @@ pub fn noise_comparison(kind: &str) {
     });
     let common = figure(&result, "coefficients.csv", 2, "common");
     assert!((1e-3..1.2e-3).contains(&common), "{common}");
+}
+
+/// A device by its calibration at rest and on a shaker, and by its noise: one limit of each verdict.
+pub fn device_check(kind: &str) {
+    let model = NoiseModel {
+        white: 1e-3,
+        ..NoiseModel::default()
+    };
+    let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(3);
+    let rate = simulated_noise(&model, 10_000, 50.0, &mut rng).expect("noise");
+    let channel = NoiseChannel {
+        name: "acc_x",
+        sensor: Some(Sensor::Accelerometer),
+        unit: "m/s²",
+        rate: &rate,
+    };
+    let data = NoiseData::samples(vec![channel], 50.0);
+    let noise = NoiseJob::default().evaluate(&data, &Unwatched);
+    let noise = StoredResult::new(record(), &noise.expect("an analysis")).expect("a result");
+    let read = |name: &str, result: &StoredResult| {
+        let input = Input {
+            path: name.to_owned(),
+            sha256: name.to_owned(),
+            ..Input::default()
+        };
+        let bytes = result.to_json().expect("JSON");
+        DeviceResult::from_json("unit", name, &bytes, input).expect("a result of a device")
+    };
+    let results = [
+        read(
+            "unit/calibration/result.json",
+            &calibrations::multi_position("multi-position"),
+        ),
+        read(
+            "unit/shaker/result.json",
+            &calibrations::shaker_single("shaker-single"),
+        ),
+        read("unit/noise/result.json", &noise),
+    ];
+    // The bias of the hand-held example is some counts, its scale 415 counts per m/s².
+    let sheet = "[[limit]]\nterm = \"N\"\nmost = 160.0\nunit = \"µg/√Hz\"\n\
+                 [[limit]]\nterm = \"B\"\nmost = 0.001\nunit = \"µg\"\n\
+                 [[limit]]\ncharacteristic = \"bias\"\nmost = 1\nunit = \"µg\"\n\
+                 [[limit]]\ncharacteristic = \"scale\"\nmost = 1e6\nunit = \"mV/g\"\nfrequency_Hz = [1, 1e6]\n\
+                 [[limit]]\ncharacteristic = \"resonance\"\nlower = 2\nunit = \"kHz\"\n";
+    let sheet = data_sheet::sheet(sheet).expect("a sheet");
+    let result = check(kind, &|watch| {
+        let mut job = DeviceCheckJob::default();
+        job.sheet = sheet.clone();
+        let data = DeviceCheckData { results: &results };
+        ask(job, &AnyData::DeviceCheck(data), watch)
+    });
+    // √2 N in µg/√Hz.
+    let white = figure(&result, "verdicts.csv", 0, "value");
+    assert!((white - 144.2).abs() < 5.0, "{white}");
+    let page = result.html().expect("a page");
+    for word in ["pass", "fail", "undecided", "not shown", "Failed: 3 of"] {
+        assert!(page.contains(word), "{word}");
+    }
 }
 
 pub fn uncertainty(kind: &str) {

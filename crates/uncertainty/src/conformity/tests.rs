@@ -136,3 +136,45 @@ fn law_skewed_errors_turn_around() {
         "{risk:?}"
     );
 }
+
+/// An item exactly at a limit is called neither way but by chance: the two sides of its interval decide one question each.
+#[test]
+fn coverage_an_item_at_its_limit_is_undecided() {
+    let limits = Limits::below(1.0).unwrap();
+    let mut counts = [0u32; 3];
+    let n = 4000;
+    for i in 0..n {
+        // Estimates at the quantiles of their distribution about the limit.
+        let estimate = 1.0 + 0.1 * normal_quantile((f64::from(i) + 0.5) / f64::from(n));
+        let half = 0.1 * normal_quantile(0.975);
+        let judged = limits.judge((estimate - half, estimate + half));
+        counts[judged as usize] += 1;
+    }
+    // 2.5 % each way.
+    assert_eq!(counts, [100, 100, 3800]);
+    // Both ends of two limits count.
+    let both = Limits::between(-1.0, 1.0).unwrap();
+    assert_eq!(both.judge((-1.5, 1.5)), Judgement::Undecided);
+    assert_eq!(both.judge((-3.0, -1.5)), Judgement::Fail);
+    assert_eq!(both.judge((-1.0, 1.0)), Judgement::Pass);
+}
+
+/// The same verdict as that of the two rules it is made of.
+#[test]
+fn law_a_judgement_is_guarded_acceptance_and_guarded_rejection() {
+    let limits = Limits::between(-0.5, 1.0).unwrap();
+    for k in -40..40 {
+        let (y, half) = (0.05 * f64::from(k), 0.13);
+        let m = measured(y, half / 1.96, f64::INFINITY);
+        let accepted = |factor| {
+            let rule = DecisionRule::GuardBand { factor };
+            limits.decide(&m, half, rule, None).unwrap().accepted
+        };
+        let expected = match (accepted(1.0), accepted(-1.0)) {
+            (true, _) => Judgement::Pass,
+            (_, false) => Judgement::Fail,
+            _ => Judgement::Undecided,
+        };
+        assert_eq!(limits.judge((y - half, y + half)), expected, "{y}");
+    }
+}
