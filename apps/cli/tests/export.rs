@@ -274,7 +274,7 @@ fn law_the_matrix_of_a_band_is_that_of_apply() {
 fn law_a_calibration_goes_to_the_memory_of_a_device_and_back() {
     let folder = tempfile::tempdir().unwrap();
     let result = folder.path().join("result");
-    succeed(&["calibrate", &example("hand-held"), "-o", text(&result)]);
+    succeed(&["calibrate", EXAMPLE, "-o", text(&result)]);
     let calibration = result.join("calibration.json");
     let image = folder.path().join("memory.bin");
     succeed(&["export", text(&calibration), "--memory", "-o", text(&image)]);
@@ -292,7 +292,7 @@ fn law_a_calibration_goes_to_the_memory_of_a_device_and_back() {
             assert_eq!(stored(&seen["K"][i][j]), stored(&file["K"][i][j]));
         }
     }
-    let digest = proofmass::io::sha256(&std::fs::read(&calibration).unwrap());
+    let digest = proofmass::io::sha256(&[&std::fs::read(&calibration).unwrap()]);
     assert!(digest.starts_with(seen["source_sha256_begins"].as_str().unwrap()));
     // A dump of the whole memory, longer than the image.
     let mut dump = bytes.clone();
