@@ -369,7 +369,7 @@ fn refuses_attitudes_that_are_none() {
         (
             table("word").replacen("+x+y", "+x+w", 1),
             &[],
-            &["\"+x+w\" is not a direction", "line 2"],
+            &["\"+x+w\" is not a direction", "positions.csv:2"],
         ),
         (
             table("word")
@@ -391,7 +391,7 @@ fn refuses_attitudes_that_are_none() {
                 })
                 .collect(),
             &stated,
-            &["contradict each other", "90.0° apart", "line 4"],
+            &["contradict each other", "90.0° apart", "positions.csv:4"],
         ),
         (
             table("m/s2")

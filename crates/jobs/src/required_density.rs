@@ -162,7 +162,8 @@ fn solved(typed: &[TypedPoint], tolerance: [f64; 2]) -> Result<Vec<RequiredPoint
     }
     for (k, p) in typed.iter().enumerate() {
         if !(p.frequency > 0.0 && p.frequency.is_finite()) {
-            return Err(Trouble::data(format!("{} is no frequency", p.frequency)));
+            return Err(Trouble::data(format!("{} is no frequency", p.frequency))
+                .with_hint("frequencies are in Hz, above zero"));
         }
         if k > 0 && typed[k - 1].frequency >= p.frequency {
             return Err(Trouble::data("the frequencies do not ascend")
@@ -170,12 +171,14 @@ fn solved(typed: &[TypedPoint], tolerance: [f64; 2]) -> Result<Vec<RequiredPoint
                 .with_hint("one point for each frequency, in order"));
         }
         if p.density.is_some_and(|d| !(d > 0.0 && d.is_finite())) {
-            return Err(Trouble::data("the density is not above zero").detail(number(k)));
+            return Err(Trouble::data("the density is not above zero")
+                .detail(number(k))
+                .with_hint("correct the number, or leave it empty where a slope says it"));
         }
         if p.slope.is_some_and(|s| !(s.abs() <= 1000.0)) {
-            return Err(
-                Trouble::data("the slope is no number of dB to the octave").detail(number(k))
-            );
+            return Err(Trouble::data("the slope is no number of dB to the octave")
+                .detail(number(k))
+                .with_hint("correct the number, such as 3 or -6"));
         }
     }
     // The ratio that the slope of a line makes between its ends.
@@ -228,7 +231,9 @@ fn solved(typed: &[TypedPoint], tolerance: [f64; 2]) -> Result<Vec<RequiredPoint
             .with_hint("give a density, or the slope of the line that leads there"));
         };
         if !(density > 0.0 && density.is_finite()) {
-            return Err(Trouble::data("the slope leads to no density").detail(number(k)));
+            return Err(Trouble::data("the slope leads to no density")
+                .detail(number(k))
+                .with_hint("correct the slope, or give the density itself"));
         }
         points.push(RequiredPoint {
             frequency: p.frequency,
