@@ -223,7 +223,7 @@ fn refuses_profiles_that_are_none() {
             "no frequency",
         ),
     ] {
-        let profile = folder.path().join(name);
+        let profile = folder.path().join(format!("profile-{name}"));
         std::fs::write(&profile, form).unwrap();
         let said = refuse(&[
             "test",

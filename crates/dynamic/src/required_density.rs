@@ -305,7 +305,11 @@ impl RequiredDensity {
         ];
         let whole = reached[0] <= low * (1.0 + 1e-9) && reached[1] >= high * (1.0 - 1e-9);
         let nu = density.dof[rows[0].0];
-        let square = |l: &DensityLine| l.measured * bin;
+        // Of a line at an end of the band the half within it.
+        let square = |l: &DensityLine| {
+            let (from, to) = (l.frequency - 0.5 * bin, l.frequency + 0.5 * bin);
+            l.measured * (to.min(reached[1]) - from.max(reached[0])).max(0.0)
+        };
         let mean_square: f64 = lines.iter().map(square).sum();
         let scatter: f64 = lines.iter().map(|l| square(l).powi(2)).sum();
         let scatter = (scatter * SHARED * 2.0 / nu).sqrt();

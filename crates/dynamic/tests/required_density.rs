@@ -66,7 +66,7 @@ fn verdicts(beside: f64, seconds: usize, runs: u64) -> [usize; 3] {
             other => panic!("{other:?}"),
         }] += 1;
         let [rms, u, _] = comparison.rms;
-        // 76 lines of 5 Hz of a density of one; five standard uncertainties of 400 records.
+        // 380 Hz of a density of one; five standard uncertainties, of 360 records none beyond.
         assert!((rms - 380f64.sqrt()).abs() < 5.0 * u, "{rms} {u}");
     }
     counts
