@@ -3,10 +3,10 @@
 use super::{SensorAxis, VelocityDriftJob};
 use crate::bias::AxisNoise;
 use crate::frequency_response::read_calibration;
-use crate::noise::read_noise;
+use crate::noise::noise_of;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{AnyCalibration, CalibrationFile, Device, Input, LARGEST_DOCUMENT, Source};
+use proofmass_io::{AnyCalibration, CalibrationFile, Device, Input, Source};
 use proofmass_noise::{Analysis, ChannelAnalysis, Term};
 use proofmass_report::scientific;
 use serde::{Deserialize, Serialize};
@@ -58,12 +58,7 @@ impl DriftResults {
     /// Another file, a channel that cannot be told, a unit that is no acceleration.
     pub fn take_noise(&mut self, source: Source, job: &mut VelocityDriftJob) -> Result<()> {
         let name = source.name().display().to_string();
-        let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-        let (analysis, document) = read_noise(&bytes).map_err(|e| {
-            let hint = e.hint().map(str::to_owned);
-            let hint = hint.unwrap_or_else(|| "name a result.json of `proofmass noise`".to_owned());
-            e.detail(name.clone()).with_hint(hint)
-        })?;
+        let (analysis, input, device) = noise_of(source)?;
         let within = |e: Trouble| e.detail(name.clone());
         let channel = self.channel_of(&analysis).map_err(within)?;
         let (fit, factor) = AxisNoise::fit_of(channel).map_err(within)?;
@@ -141,7 +136,7 @@ impl DriftResults {
         upper.markov = sources.markov;
         job.upper = Some(upper);
         self.inputs.push(input);
-        self.device = document.device;
+        self.device = device;
         Ok(())
     }
 
@@ -182,8 +177,7 @@ impl DriftResults {
         let name = source.name().display().to_string();
         let (any, input, _) = read_calibration(source, None).map_err(|e| {
             let hint = e.hint().map_or(String::new(), |h| format!("{h}; "));
-            let trouble = Trouble::from(e);
-            trouble.with_hint(format!(
+            e.with_hint(format!(
                 "{hint}a result of `proofmass noise` is named by --noise-result"
             ))
         })?;
