@@ -45,6 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     start: 400 * index,
                     end: 400 * (index + 1),
                     attitude: None,
+                    force_uncertainty: None,
                     label: None,
                 };
                 Pose {

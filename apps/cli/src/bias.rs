@@ -5,7 +5,7 @@ use crate::delivery::Delivery;
 use crate::gravity_arguments::GravityArguments;
 use crate::number_arguments::{not_negative, positive};
 use crate::{Failure, Outcome, clock, console};
-use proofmass::io::Source;
+use proofmass::io::{GivenAttitude, Source};
 use proofmass::jobs::bias::{AxisNoise, BiasJob, BiasOutcome, BiasRecording};
 use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::{Path, PathBuf};
@@ -66,20 +66,11 @@ enum Up {
 fn up(text: &str) -> Result<Up, String> {
     let refused =
         || format!("{text:?} is none of +x, -x, +y, -y, +z, -z, three numbers X,Y,Z, none");
-    let unit = |axis: usize, sign: f64| {
-        let mut up = [0.0; 3];
-        up[axis] = sign;
-        Ok(Up::Along(up))
-    };
-    match text {
-        "none" => return Ok(Up::None),
-        "+x" | "x" => return unit(0, 1.0),
-        "-x" => return unit(0, -1.0),
-        "+y" | "y" => return unit(1, 1.0),
-        "-y" => return unit(1, -1.0),
-        "+z" | "z" => return unit(2, 1.0),
-        "-z" => return unit(2, -1.0),
-        _ => {}
+    if text == "none" {
+        return Ok(Up::None);
+    }
+    if let Ok(attitude) = GivenAttitude::word(text) {
+        return Ok(Up::Along(attitude.direction));
     }
     let numbers: Vec<f64> = text
         .split(',')

@@ -63,7 +63,7 @@ pub(crate) struct DraftArguments {
     /// Temperature column in °C by name or number
     #[arg(long, value_name = "COLUMN")]
     temperature: Option<String>,
-    /// Model: bias, bias-scale, triangular, symmetric; with attitudes that a campaign gives also full
+    /// Model: bias, bias-scale, triangular, symmetric; with given attitudes also full
     #[arg(
         long,
         value_name = "MODEL",
@@ -71,6 +71,12 @@ pub(crate) struct DraftArguments {
         value_parser = PossibleValuesParser::new(MethodModel::ALL.map(MethodModel::name))
     )]
     model: Option<String>,
+    /// Standard uncertainty of the attitudes that a table of readings gives, in degrees
+    #[arg(long, value_name = "DEGREES")]
+    attitude_uncertainty: Option<f64>,
+    /// Standard uncertainty of each component of the true accelerations a_true_x … of a table of readings, in m/s²
+    #[arg(long, value_name = "M_PER_S2")]
+    a_true_uncertainty: Option<f64>,
     /// Days of a logger on a wrist or a machine: calibrate from its still moments
     #[arg(long)]
     free_living: bool,
@@ -106,6 +112,8 @@ impl DraftArguments {
         draft.latitude_deg = self.latitude;
         draft.height_m = self.height;
         draft.model = self.model.clone();
+        draft.attitude_uncertainty_deg = self.attitude_uncertainty;
+        draft.a_true_uncertainty = self.a_true_uncertainty;
         draft.free_living = self.free_living;
         draft
     }

@@ -90,6 +90,8 @@ const HEADINGS: &[(&str, &[Group])] = &[
                 "rows",
                 "temperature",
                 "model",
+                "attitude-uncertainty",
+                "a-true-uncertainty",
                 "free-living",
             ],
         )],
@@ -116,6 +118,10 @@ const HEADINGS: &[(&str, &[Group])] = &[
             ),
             ("Gain", &["gain-error", "gain-uncertainty", "speed"]),
             ("Noise", &["noise", "rate", "noise-density"]),
+            (
+                "From results",
+                &["noise-result", "noise-channel", "calibration", "axis"],
+            ),
         ],
     ),
     (

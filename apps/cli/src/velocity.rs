@@ -2,14 +2,16 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::not_negative;
 use crate::{Failure, Outcome, clock};
+use proofmass::io::Source;
 use proofmass::jobs::velocity::{
-    AxisRecordings, AxisSensors, Reference, VelocityCompareJob, VelocityDrift, VelocityDriftJob,
-    VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
+    AxisRecordings, AxisSensors, DriftResults, Reference, SensorAxis, VelocityCompareJob,
+    VelocityDrift, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
 };
-use proofmass::jobs::{Folder, Job, Outcome as _, Record, StoredResult};
+use proofmass::jobs::{Folder, Job, Outcome as _, StoredResult};
 use proofmass::motion::{BiasChoice, DriftSources, Method, Tuning};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Velocity from an encoder or wheel speed and an accelerometer, or one alone.
 #[derive(clap::Args)]
@@ -75,7 +77,7 @@ impl Drift {
             (_, _, Some(density)) => (density / std::f64::consts::SQRT_2, 1.0),
             _ => (0.0, 0.0),
         };
-        let sources = DriftSources {
+        let mut sources = DriftSources {
             offset: self.offset,
             offset_uncertainty: self.offset_uncertainty,
             orientation: self.tilt.to_radians(),
@@ -86,13 +88,22 @@ impl Drift {
             noise,
             sample_time,
             walk: self.offset_walk,
+            ..DriftSources::default()
         };
-        let folder = self.delivery.begin(VelocityDrift::KIND, &[])?;
-        let outcome = VelocityDriftJob::new(sources, self.times).evaluate(&(), &Progress::new())?;
-        let record = Record {
-            date: Some(clock::today()),
-            ..Record::default()
-        };
+        sources.rest = self.rest;
+        let files = [self.noise_result.as_deref(), self.calibration.as_deref()];
+        let files: Vec<&Path> = files.into_iter().flatten().collect();
+        let folder = self.delivery.begin(VelocityDrift::KIND, &files)?;
+        let mut job = VelocityDriftJob::new(sources, self.times);
+        let mut results = DriftResults::of(self.axis, self.noise_channel);
+        if let Some(file) = &self.noise_result {
+            results.take_noise(Source::open(file)?, &mut job)?;
+        }
+        if let Some(file) = &self.calibration {
+            results.take_calibration(Source::open(file)?, &mut job)?;
+        }
+        let outcome = job.evaluate(&(), &Progress::new())?;
+        let record = results.record(Some(clock::today()));
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
@@ -193,7 +204,7 @@ enum Offset {
 
 /// Drift of a velocity from an accelerometer alone; needs no recording.
 ///
-/// It is computed from the stated errors of the sensor.
+/// It is computed from the stated errors of the sensor, or from results: its noise and what its calibration leaves open.
 /// Known errors add up, uncertainties and noise widen the interval; each stands by itself in the table. With -o, a folder
 /// gets result.json, report.html and drift.csv.
 #[derive(clap::Args)]
@@ -262,6 +273,29 @@ struct Drift {
     /// Density of the noise in place of its samples, (m/s²)/√Hz, one-sided as in data sheets
     #[arg(long, value_name = "M/S2/√HZ")]
     noise_density: Option<f64>,
+    /// result.json of `proofmass noise`: N, B, K and Gauss–Markov processes with their intervals, in place of typed noise
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["noise", "noise_density", "offset_walk"]
+    )]
+    noise_result: Option<PathBuf>,
+    /// Channel of the noise result, by its name [default: its only one, or that of --axis]
+    #[arg(long, value_name = "NAME", requires = "noise_result")]
+    noise_channel: Option<String>,
+    /// Calibration at rest (calibration.json or result.json): what it leaves open of offset and gain, with their covariance
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["offset_uncertainty", "gain_uncertainty"]
+    )]
+    calibration: Option<PathBuf>,
+    /// Axis of both along the motion, where they have three
+    #[arg(long, value_enum)]
+    axis: Option<SensorAxis>,
+    /// Rest just before the start, in seconds: the drift is stated also with its mean taken off
+    #[arg(long, value_name = "S", value_parser = not_negative, default_value = "0")]
+    rest: f64,
     /// Times after the start, s
     #[arg(
         long,

@@ -461,6 +461,17 @@ fn law_every_cell_of_the_table_is_true() {
             }
             "`test orthogonality`" => vec!["test", "orthogonality", calibration],
             "`compare`" => vec!["compare", calibration, text(&other)],
+            "`velocity drift --calibration`" => {
+                let mut words = vec!["velocity", "drift"];
+                match band {
+                    true => words.extend(["--noise-result", calibration, "--axis", "x"]),
+                    false => words.extend(["--calibration", calibration]),
+                }
+                if !band {
+                    words.extend(with.axis);
+                }
+                words
+            }
             other => panic!("no such column: {other}"),
         };
         proofmass(&words)
@@ -477,7 +488,7 @@ fn law_every_cell_of_the_table_is_true() {
             let said = stderr(&plain);
             let good = match cell.as_str() {
                 "yes" => plain.status.success(),
-                "`--band`" | "`--calibration-band`" | "`--bias`" => {
+                "`--band`" | "`--calibration-band`" | "`--bias`" | "`--noise-result`" => {
                     plain.status.code() == Some(1)
                         && said.contains(cell.trim_matches('`'))
                         && run(command, &result, with, true, warm).status.success()

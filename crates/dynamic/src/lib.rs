@@ -11,6 +11,7 @@ pub mod measured;
 pub mod model;
 pub mod modes;
 pub mod reference_table;
+pub mod required_density;
 pub mod shock;
 pub mod sine_steps;
 pub mod step;

@@ -30,6 +30,7 @@
 mod addressed;
 mod any_calibration;
 mod append_log;
+mod attitude;
 mod base64;
 mod calibration_file;
 mod calibration_memory;
@@ -85,6 +86,7 @@ mod xml;
 pub use addressed::Addressee;
 pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
 pub use append_log::AppendLog;
+pub use attitude::{AttitudeColumns, GivenAttitude, TrueAcceleration, check_agreement};
 pub use base64::base64;
 pub use calibration_file::{
     AnyCompensation, CalibrationFile, CurvatureBlock, SINGLE_AXIS, TRIAXIAL, ThermalBlock,

@@ -1,7 +1,8 @@
 //! `segments.csv`: standstills given by hand, with or without their attitude.
 
+use crate::attitude::{AttitudeColumns, GivenAttitude, TrueAcceleration};
 use crate::field::parse_number;
-use crate::sheet::Sheet;
+use crate::sheet::{Place, Sheet, SheetRow};
 use crate::{Error, ErrorKind, Input, Recording, Result, Source};
 use proofmass_uncertainty::DecimalMark;
 use serde::{Deserialize, Serialize};
@@ -17,28 +18,19 @@ pub struct SegmentRow {
     pub end: usize,
     /// Unit vector of the true specific force in the sensor's frame (the direction that points up).
     pub attitude: Option<[f64; 3]>,
+    /// The true acceleration, where the table gives it itself.
+    #[serde(skip)]
+    pub acceleration: Option<TrueAcceleration>,
     /// Name for the report.
     pub label: Option<String>,
 }
-
-const KEYS: &[&str] = &[
-    "start",
-    "end",
-    "start_s",
-    "end_s",
-    "up_x",
-    "up_y",
-    "up_z",
-    "direction",
-    "label",
-];
 
 impl SegmentRow {
     /// Reads a table of segments and checks it against a recording.
     ///
     /// Columns `start`, `end` are sample indices from zero, the end not included; `start_s`, `end_s` are times in
-    /// the scale of the recording. The attitude is `up_x`, `up_y`, `up_z` (scaled to length one) or `direction`
-    /// (`+x`, `-z`); both may be left empty in a row. `label` is free.
+    /// the scale of the recording. The attitude is one of the forms of [`AttitudeColumns`], left empty where it is not known.
+    /// `label` is free.
     ///
     /// # Errors
     /// An unknown or missing column, a field that is no number, a segment that is reversed, lies outside the
@@ -56,12 +48,21 @@ impl SegmentRow {
         Self::read_inner(source, recording).map_err(|e| e.at(&name))
     }
 
+    /// What the row says of the attitude, as it was given.
+    pub fn given_attitude(&self) -> Option<GivenAttitude> {
+        let direction = self.attitude?;
+        Some(GivenAttitude {
+            acceleration: self.acceleration,
+            ..GivenAttitude::from(direction)
+        })
+    }
+
     fn read_inner(source: Source, recording: &Recording) -> Result<(Vec<Self>, Input)> {
-        let sheet = Sheet::from_source(source, "table of segments")?;
-        let table = Header::new(sheet.header()).map_err(|e| e.line(sheet.header_line()))?;
+        let mut sheet = Sheet::from_source(source, "table of segments")?;
+        let table = Header::new(&mut sheet)?;
         let segments = sheet
             .rows()
-            .map(|row| match table.segment(row.fields(), recording) {
+            .map(|row| match table.segment(&row, recording) {
                 Ok(segment) => Ok((row.line, segment)),
                 Err(e) => Err(e.line(row.line)),
             })
@@ -90,23 +91,19 @@ struct Header {
     start: usize,
     end: usize,
     in_seconds: bool,
-    up: Option<[usize; 3]>,
-    direction: Option<usize>,
-    label: Option<usize>,
+    attitude: Option<AttitudeColumns>,
+    label: Option<Place>,
 }
 
 impl Header {
-    fn new(header: &[String]) -> Result<Self> {
-        for name in header {
-            if !KEYS.contains(&name.as_str()) {
-                let near = crate::spelling::nearest(name, KEYS.iter().copied())
-                    .map_or(String::new(), |k| format!("did you mean `{k}`? "));
-                return Err(Error::new(ErrorKind::Column, "unknown column")
-                    .column(name)
-                    .with_hint(format!("{near}valid here: {}", KEYS.join(", "))));
-            }
+    fn new(sheet: &mut Sheet) -> Result<Self> {
+        for name in ["start", "end", "start_s", "end_s"] {
+            sheet.text(name);
         }
-        let at = |name: &str| header.iter().position(|h| h == name);
+        let attitude = AttitudeColumns::claim(sheet)?;
+        let label = sheet.text("label");
+        sheet.finish()?;
+        let at = |name: &str| sheet.header().iter().position(|h| h == name);
         let (start, end, in_seconds) = match (at("start"), at("end"), at("start_s"), at("end_s")) {
             (Some(start), Some(end), None, None) => (start, end, false),
             (None, None, Some(start), Some(end)) => (start, end, true),
@@ -115,40 +112,23 @@ impl Header {
                     ErrorKind::Column,
                     "the columns that say where a segment begins and ends are missing or mixed",
                 )
+                .line(sheet.header_line())
                 .with_hint(
                     "give `start` and `end` (sample indices) or `start_s` and `end_s` (seconds)",
                 ));
             }
         };
-        let up = match (at("up_x"), at("up_y"), at("up_z")) {
-            (Some(x), Some(y), Some(z)) => Some([x, y, z]),
-            (None, None, None) => None,
-            _ => {
-                return Err(
-                    Error::new(ErrorKind::Column, "of up_x, up_y, up_z some are missing")
-                        .with_hint("give all three components, or `direction`"),
-                );
-            }
-        };
-        let direction = at("direction");
-        if up.is_some() && direction.is_some() {
-            return Err(Error::new(
-                ErrorKind::Column,
-                "`direction` and `up_x` … exclude each other",
-            )
-            .with_hint("keep one of the two forms; their fields may stay empty in a row"));
-        }
         Ok(Self {
             start,
             end,
             in_seconds,
-            up,
-            direction,
-            label: at("label"),
+            attitude,
+            label,
         })
     }
 
-    fn segment(&self, fields: &[String], recording: &Recording) -> Result<SegmentRow> {
+    fn segment(&self, row: &SheetRow<'_>, recording: &Recording) -> Result<SegmentRow> {
+        let fields = row.fields();
         let number = |i: usize, name: &str| {
             parse_number(fields[i].as_bytes(), DecimalMark::Point)
                 .filter(|v| v.is_finite())
@@ -215,34 +195,17 @@ impl Header {
         if end <= start {
             return Err(reversed(&start.to_string(), &end.to_string()));
         }
-        let attitude = match (self.up, self.direction) {
-            (Some(up), _) if up.iter().any(|&i| !fields[i].is_empty()) => {
-                let v = [
-                    number(up[0], "up_x")?,
-                    number(up[1], "up_y")?,
-                    number(up[2], "up_z")?,
-                ];
-                let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
-                // Directions are often typed with three digits; a length far from one is a mistake.
-                if (length - 1.0).abs() > 0.01 {
-                    return Err(Error::new(ErrorKind::Row, format!("the direction ({}, {}, {}) has the length {length:.4}", v[0], v[1], v[2]))
-                        .column("up_x")
-                        .with_hint("give a unit vector: the direction of the true specific force in the sensor's frame"));
-                }
-                Some(v.map(|c| c / length))
-            }
-            (_, Some(i)) if !fields[i].is_empty() => Some(direction(&fields[i])?),
-            _ => None,
+        let attitude = match &self.attitude {
+            Some(columns) => columns.of(row)?,
+            None => None,
         };
-        let label = self
-            .label
-            .map(|i| fields[i].clone())
-            .filter(|l| !l.is_empty());
+        let label = self.label.map(|place| row.text(place).to_owned());
         Ok(SegmentRow {
             start,
             end,
-            attitude,
-            label,
+            attitude: attitude.map(|a| a.direction),
+            acceleration: attitude.and_then(|a| a.acceleration),
+            label: label.filter(|l| !l.is_empty()),
         })
     }
 }
@@ -253,28 +216,4 @@ fn reversed(start: &str, end: &str) -> Error {
         format!("the segment ends at {end}, not after its start at {start}"),
     )
     .with_hint("the end is not included, so it must be larger than the start")
-}
-
-fn direction(word: &str) -> Result<[f64; 3]> {
-    let text = word.to_ascii_lowercase().replace('−', "-");
-    let (sign, axis) = match text.strip_prefix('-') {
-        Some(axis) => (-1.0, axis),
-        None => (1.0, text.strip_prefix('+').unwrap_or(&text)),
-    };
-    let mut v = [0.0; 3];
-    match axis {
-        "x" => v[0] = sign,
-        "y" => v[1] = sign,
-        "z" => v[2] = sign,
-        _ => {
-            return Err(
-                Error::new(ErrorKind::Field, format!("\"{word}\" is not a direction"))
-                    .column("direction")
-                    .with_hint(
-                        "write +x, -x, +y, -y, +z or -z: the axis of the sensor that points up",
-                    ),
-            );
-        }
-    }
-    Ok(v)
 }

@@ -22,6 +22,12 @@ pub const ANGLE: Endings = &[("deg", DEGREE), ("rad", 1.0)];
 pub const VOLTAGE: Endings = &[("V", 1.0), ("mV", 1e-3), ("uV", 1e-6)];
 /// Accelerations.
 pub const ACCELERATION: Endings = &[("m/s2", 1.0), ("g", G), ("mg", 1e-3 * G)];
+/// Densities of accelerations.
+pub const ACCELERATION_DENSITY: Endings = &[("(m/s2)2/Hz", 1.0), ("m2/s3", 1.0), ("g2/Hz", G * G)];
+/// Levels.
+pub const DECIBEL: Endings = &[("dB", 1.0)];
+/// Slopes of a density.
+pub const SLOPE: Endings = &[("dB/oct", 1.0), ("dB/octave", 1.0)];
 /// Counts of a converter.
 pub const COUNT: Endings = &[("count", 1.0), ("counts", 1.0), ("LSB", 1.0)];
 /// Velocities.
@@ -342,6 +348,12 @@ impl Sheet {
             .column(heading)
     }
 
+    /// Whether something asked for a heading.
+    pub(crate) fn is_claimed(&self, heading: &str) -> bool {
+        let mut all = self.header.iter().zip(&self.claimed);
+        all.any(|(own, claimed)| own == heading && *claimed)
+    }
+
     /// The headings as they stand.
     pub fn header(&self) -> &[String] {
         &self.header
@@ -480,6 +492,14 @@ impl<'a> SheetRow<'a> {
     /// An error about a field.
     pub fn refuse(&self, place: Place, what: impl Into<String>) -> Error {
         Error::new(ErrorKind::Field, what)
+            .at(&self.sheet.path)
+            .line(self.line)
+            .column(&self.sheet.header[place.column])
+    }
+
+    /// An error about a field, with where it stands.
+    pub(crate) fn in_field(&self, place: Place, error: Error) -> Error {
+        error
             .at(&self.sheet.path)
             .line(self.line)
             .column(&self.sheet.header[place.column])

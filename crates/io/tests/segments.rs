@@ -75,6 +75,30 @@ fn attitudes_and_labels() {
 }
 
 #[test]
+fn law_every_form_of_an_attitude_is_the_same() {
+    let word = "start,end,direction\n0,10,-x+z\n10,20,+y\n";
+    let vector = "start,end,up_x,up_y,up_z\n0,10,-0.7071068,0,0.7071068\n10,20,0,1,0\n";
+    let angles = "start,end,roll_deg,pitch_deg\n0,10,0,45\n10,20,90,0\n";
+    let truth = "start,end,a_true_x_g,a_true_y_g,a_true_z_g,u_a_true_m/s2\n0,10,-0.5,0,0.5,0.01\n10,20,0,1,0,\n";
+    let half = 0.5_f64.sqrt();
+    for table in [word, vector, angles, truth] {
+        let s = segments(table).unwrap_or_else(|e| panic!("{table}: {e}"));
+        for (segment, expected) in s.iter().zip([[-half, 0.0, half], [0.0, 1.0, 0.0]]) {
+            let up = segment.attitude.unwrap();
+            for (u, e) in up.into_iter().zip(expected) {
+                assert!((u - e).abs() < 1e-15, "{table}: {up:?}");
+            }
+        }
+        let known = s[0].acceleration.and_then(|a| a.standard_uncertainty);
+        assert_eq!(known.is_some(), table == truth);
+        assert!(
+            s[1].acceleration
+                .is_none_or(|a| a.standard_uncertainty.is_none())
+        );
+    }
+}
+
+#[test]
 fn refuses_by_line_column_and_remedy() {
     use ErrorKind::{Column, Field, Format, Row};
     for (table, kind, line, column, word) in [
@@ -182,7 +206,70 @@ fn refuses_by_line_column_and_remedy() {
             Field,
             Some(2),
             Some("up_y"),
-            "not a finite",
+            "empty",
+        ),
+        (
+            "start,end,direction\n0,9,+x+x\n",
+            Field,
+            Some(2),
+            Some("direction"),
+            "names x twice",
+        ),
+        (
+            "start,end,a_true_x,a_true_y,a_true_z\n0,9,0,0,1\n",
+            Column,
+            Some(1),
+            Some("a_true_x"),
+            "does not say the unit",
+        ),
+        (
+            "start,end,a_true_x_V,a_true_y_V,a_true_z_V\n0,9,0,0,1\n",
+            Column,
+            Some(1),
+            Some("a_true_x_V"),
+            "no column of a true acceleration",
+        ),
+        (
+            "start,end,a_true_x_g,a_true_z_g\n0,9,0,1\n",
+            Column,
+            Some(1),
+            None,
+            "some are missing",
+        ),
+        (
+            "start,end,direction,u_a_true_g\n0,9,x,0.001\n",
+            Column,
+            Some(1),
+            None,
+            "stands without",
+        ),
+        (
+            "start,end,a_true_x_g,a_true_y_g,a_true_z_g\n0,9,0,0,0\n",
+            Row,
+            Some(2),
+            Some("a_true_x_g"),
+            "length zero",
+        ),
+        (
+            "start,end,direction,a_true_x_g,a_true_y_g,a_true_z_g\n0,9,-z,0,0,1\n",
+            Row,
+            Some(2),
+            Some("a_true_x_g"),
+            "180.0° apart",
+        ),
+        (
+            "start,end,roll_deg,pitch_deg\n0,9,0,400\n",
+            Row,
+            Some(2),
+            Some("roll_deg"),
+            "more than a turn",
+        ),
+        (
+            "start,end,roll_deg,pitch_deg,direction\n0,9,0,40,x\n",
+            Column,
+            Some(1),
+            None,
+            "exclude",
         ),
         // The later row overlaps the earlier one, in whatever order they stand.
         (

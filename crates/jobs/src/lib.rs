@@ -44,6 +44,7 @@ pub mod plan;
 mod plural;
 mod record;
 mod recording;
+pub mod required_density;
 pub mod response;
 #[cfg(feature = "schema")]
 pub mod schema;

@@ -8,8 +8,10 @@ pub use outcome::{MotionOutcome, MotionSpectrum};
 use crate::channels::Channel;
 use crate::findings;
 use crate::outcome::Job;
+use crate::required_density::JudgedDensity;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
+use proofmass_dynamic::required_density::RequiredDensity;
 use proofmass_signal::saturation;
 use proofmass_signal::{
     Baseline, Extremes, Peaks, Response, ShockSpectrum, StrongMotion, Trace, Vibration,
@@ -54,6 +56,15 @@ pub struct MotionJob {
     pub damping: f64,
     /// Band of the vibration velocity, Hz.
     pub vibration_band: [f64; 2],
+    /// Density that is required of the acceleration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub required: Option<RequiredDensity>,
+    /// Distance of the lines that are held against it, Hz; 5 Hz, or half of its lowest frequency, unless stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
+    /// Full scale of the sensor to either side, m/s²: samples there are cut off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub full_scale: Option<f64>,
 }
 
 impl Default for MotionJob {
@@ -65,6 +76,9 @@ impl Default for MotionJob {
             periods: Vec::new(),
             damping: 0.05,
             vibration_band: [10.0, 1000.0],
+            required: None,
+            resolution: None,
+            full_scale: None,
         }
     }
 }
@@ -104,7 +118,25 @@ impl Job for MotionJob {
         let motion = self.baseline.integrate(record, data.rate).map_err(named)?;
         let mut findings = data.findings.to_vec();
         let consequence = "peak, velocity and displacement are lower bounds";
-        findings.extend(saturation::clipped(channel.name, record, consequence));
+        let clipped = saturation::clipped(channel.name, record, consequence);
+        match self.full_scale.filter(|_| clipped.is_empty()) {
+            Some(scale) => {
+                findings.extend(at_full_scale(channel.name, record, scale, consequence)?)
+            }
+            None => findings.extend(clipped),
+        }
+        let required = self.required.as_ref().map(|required| {
+            let judged = JudgedDensity::of(
+                required,
+                (channel.name, record),
+                data.rate,
+                self.resolution,
+                self.relative_uncertainty,
+            );
+            judged.map_err(|e| e.detail(data.name))
+        });
+        let required = required.transpose()?;
+        findings.extend(required.as_ref().and_then(JudgedDensity::finding));
         let periods = if self.periods.is_empty() {
             let (low, high) = (
                 2.0 / data.rate,
@@ -197,7 +229,32 @@ impl Job for MotionJob {
                 .map(|y| trace(y)),
             spectrum,
             vibration,
+            required,
             findings,
         })
     }
+}
+
+/// Samples at the full scale that is stated, of which the record alone shows too few to tell.
+fn at_full_scale(
+    name: &str,
+    record: &[f64],
+    scale: f64,
+    consequence: &str,
+) -> Result<Option<Finding>> {
+    if !(scale > 0.0 && scale.is_finite()) {
+        return Err(
+            Trouble::request(format!("a full scale of {scale} m/s² is none"))
+                .with_hint("give the end of the range of the sensor, above zero, such as 2g"),
+        );
+    }
+    // A thousandth below, as a converter rounds.
+    let there = record.iter().filter(|v| v.abs() >= 0.999 * scale).count();
+    Ok((there > 0).then(|| {
+        proofmass_uncertainty::findings::clipped(
+            &format!("{name} reaches the full scale that is stated"),
+            &format!("{there} samples at ±{scale:.4} m/s²"),
+            consequence,
+        )
+    }))
 }

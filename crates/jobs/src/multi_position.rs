@@ -1,5 +1,6 @@
 //! Bias, scale factors and misalignment of a triaxial accelerometer from standstills.
 
+mod attitudes;
 mod explanation;
 mod outcome;
 mod page;
@@ -63,6 +64,13 @@ pub struct MultiPositionJob {
     /// Standard uncertainty of a given attitude about each transverse axis, rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub attitude_uncertainty: Option<f64>,
+    /// Standard uncertainty of the frame of all given attitudes about each of its axes, rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame_uncertainty: Option<f64>,
+    /// Where given attitudes are true accelerations in units of gravity whose lengths count, as on a centrifuge: the relative
+    /// standard uncertainty common to them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub true_accelerations: Option<f64>,
     /// Smallest and largest output that the converter knows, in the unit of the data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<[f64; 2]>,
@@ -87,6 +95,8 @@ impl MultiPositionJob {
             gravity,
             search: Standstill::default(),
             attitude_uncertainty: None,
+            frame_uncertainty: None,
+            true_accelerations: None,
             range: None,
             temperature: None,
             largest_uncertainty: None,
@@ -143,11 +153,18 @@ impl MultiPositionJob {
         if let Some(limit) = self.largest_uncertainty {
             settings = settings.largest_uncertainty(limit);
         }
-        if let Some(independent) = self.attitude_uncertainty {
-            settings = settings.attitude_uncertainty(AttitudeUncertainty {
-                independent,
-                common: 0.0,
-            });
+        settings = settings.attitude_uncertainty(AttitudeUncertainty {
+            independent: self.attitude_uncertainty.unwrap_or(0.0),
+            common: self.frame_uncertainty.unwrap_or(0.0),
+        });
+        if let Some(common) = self.true_accelerations {
+            if closed {
+                return Err(Trouble::request(
+                    "the closed form of six positions takes every position for one of gravity",
+                )
+                .with_hint("fit --model full (`model = \"full\"` in [method]) to true accelerations of other lengths"));
+            }
+            settings = settings.true_accelerations(common);
         }
         Ok(settings)
     }
@@ -188,7 +205,7 @@ impl MultiPositionJob {
                 "method `{}` needs given attitudes",
                 self.method.name()
             ))
-            .with_hint("fit --model triangular (`model = \"triangular\"` in a campaign), which needs none; attitudes are given in a campaign, which `proofmass init` writes: `segments = \"segments.csv\"` in [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z, or `directions` where each file or row is a standstill"));
+            .with_hint("fit --model triangular (`model = \"triangular\"` in a campaign), which needs none; attitudes are given in a campaign, which `proofmass init` writes: `segments = \"segments.csv\"` in [standstill], with a column `direction` (+x, -x, …) or up_x, up_y, up_z, or roll_deg, pitch_deg, or a_true_x_m/s2 …; the same columns in a table of readings; or `directions` where each file or row is a standstill"));
         }
         let estimator = match self.method {
             MethodModel::SixPosition | MethodModel::Ferraris => StandstillEstimator::SixPositions,

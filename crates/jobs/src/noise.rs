@@ -8,7 +8,7 @@ mod stream;
 
 pub use blocks::{NoiseBlock, NoiseBlocks};
 pub use outcome::NoiseOutcome;
-pub(crate) use outcome::read_noise;
+pub(crate) use outcome::{noise_of, read_noise};
 pub use reading::{NoiseReading, NoiseRecording};
 pub use stream::NoiseStream;
 

@@ -22,6 +22,7 @@ pub use recordings::ResponseRecordings;
 use crate::channels::Channel;
 use crate::findings;
 use crate::outcome::Job;
+use crate::required_density::JudgedDensity;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_dynamic::input_noise::InputNoise;
@@ -33,6 +34,7 @@ use proofmass_dynamic::model::{
 };
 use proofmass_dynamic::modes::resonances;
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_dynamic::required_density::RequiredDensity;
 use proofmass_signal::saturation;
 use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
 use proofmass_signal::{Welch, Window};
@@ -111,6 +113,12 @@ pub struct ResponseJob {
     /// Calibration over frequency of the transducer at the input, whose channel is then in volts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard: Option<ReferenceTable>,
+    /// Density that is required of the input, an acceleration: what the device was to be driven with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub required: Option<RequiredDensity>,
+    /// Distance of the lines that are held against it, Hz; 5 Hz, or half of its lowest frequency, unless stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<f64>,
 }
 
 /// Recordings with one input and one output each.
@@ -139,7 +147,37 @@ impl ResponseJob {
             reference_frequency: None,
             input_uncertainty: 0.0,
             standard: None,
+            required: None,
+            resolution: None,
         }
+    }
+
+    /// The input against what is required of it.
+    fn judged(&self, x: &Channel<'_>, data: &ResponseData<'_>) -> Result<Option<JudgedDensity>> {
+        let Some(required) = &self.required else {
+            return Ok(None);
+        };
+        if self.excitation != Excitation::Random {
+            return Err(Trouble::request(
+                "a required spectrum is one of a random excitation",
+            ));
+        }
+        if x.unit != "m/s²" {
+            return Err(Trouble::request(format!(
+                "the input {:?} is in {}, and the required spectrum is one of an acceleration",
+                x.name, x.unit
+            ))
+            .detail(data.name)
+            .with_hint("name the acceleration of the table as the input, or hold it against the spectrum by `proofmass test motion`"));
+        }
+        let judged = JudgedDensity::of(
+            required,
+            (x.name, x.data),
+            data.rate,
+            self.resolution,
+            self.input_uncertainty,
+        );
+        judged.map(Some).map_err(|e| e.detail(data.name))
     }
 
     /// What the errors of the input have in common.
@@ -302,6 +340,8 @@ impl Job for ResponseJob {
                 findings.extend(saturation::clipped(c.name, c.data, "the response is distorted: its gain is too small, for a random excitation by the share that is cut off"));
             }
         }
+        let judged = self.judged(x, data)?;
+        findings.extend(judged.as_ref().and_then(JudgedDensity::finding));
         let driven = driven_band(x.data, data.rate);
         let (response, spectra) = self.estimate(data, driven, watch, &mut findings)?;
         let input_unit = match &self.standard {
@@ -404,6 +444,7 @@ impl Job for ResponseJob {
             unit,
             independent,
             response,
+            judged,
             input_noise,
             power,
             modes,

@@ -2,6 +2,7 @@
 
 mod clock;
 mod drift;
+mod drift_results;
 mod map;
 mod outcome;
 mod page;
@@ -11,6 +12,7 @@ mod sensors;
 mod turning;
 
 pub use drift::{VelocityDrift, VelocityDriftJob};
+pub use drift_results::{DriftResults, TakenFrom};
 pub(crate) use map::StoredMap;
 pub use map::{VelocityMap, VelocityMapJob};
 pub(crate) use outcome::TunedGains;

@@ -35,6 +35,7 @@ fn rests(n: usize) -> Vec<Segment> {
             start: 600 * k,
             end: 600 * k + 100,
             attitude: None,
+            force_uncertainty: None,
             label: None,
         })
         .collect()
@@ -175,6 +176,7 @@ fn refuses_noise_that_does_not_fit() {
         start: 0,
         end: 100,
         attitude: None,
+        force_uncertainty: None,
         label: None,
     }];
     let run = |noise: AxisNoise, rests: &[Segment]| {

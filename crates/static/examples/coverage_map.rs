@@ -85,6 +85,7 @@ impl Place {
                             start: index,
                             end: index + samples,
                             attitude: (self.model == Model::Full).then_some(up),
+                            force_uncertainty: None,
                             label: None,
                         },
                         clean.map(|c| c + variance.sqrt() * normal()),

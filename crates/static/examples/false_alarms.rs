@@ -196,6 +196,7 @@ fn poses(
                         start: 400 * index,
                         end: 400 * index + 400,
                         attitude: (model == Model::Full).then_some(up),
+                        force_uncertainty: None,
                         label: None,
                     },
                     sensor.invert(force).map(|c| c + NOISE * normal()),

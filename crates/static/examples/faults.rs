@@ -187,6 +187,7 @@ impl Place {
                         true => turned(rest.attitude, self.size.to_radians()),
                         false => rest.attitude,
                     }),
+                    force_uncertainty: None,
                     label: None,
                 });
                 let settings = settings.model(Model::Full);

@@ -142,6 +142,7 @@ fn one(
             start: rest.start,
             end: rest.end,
             attitude: None,
+            force_uncertainty: None,
             label: None,
         })
         .collect();

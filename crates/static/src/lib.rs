@@ -38,7 +38,7 @@ pub use multi_position::{
     MisfitCause, Model, ModelEvidence, MultiPosition, MultiPositionFit, NextAttitude, PoseResidual,
     ScatterForm, ScatterParts, Suspect, Terms, WithoutSuspects,
 };
-pub use pose::{Pose, Samples, Segment};
+pub use pose::{ForceUncertainty, Pose, Samples, Segment};
 pub use recording_quality::{clipping, frozen, temperature_drift};
 pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};

@@ -320,6 +320,7 @@ mod tests {
                 start: i * length,
                 end: (i + 1) * length,
                 attitude: None,
+                force_uncertainty: None,
                 label: None,
             })
             .collect()

@@ -84,6 +84,8 @@ pub struct MultiPosition {
     noise_dof: DegreesOfFreedom,
     probability: f64,
     limit: f64,
+    /// Common relative standard uncertainty of true accelerations whose lengths count.
+    pub(crate) lengths: Option<f64>,
     /// Of the readings, as many as count as independent.
     effective: Option<f64>,
     /// Standard uncertainty of what a motion adds to every magnitude, m/s².
@@ -107,6 +109,7 @@ impl MultiPosition {
             noise_dof: DegreesOfFreedom::INFINITE,
             probability: 0.95,
             limit: UNDETERMINED,
+            lengths: None,
             effective: None,
             lengthening: 0.0,
         }
@@ -139,6 +142,14 @@ impl MultiPosition {
     #[must_use]
     pub fn attitude_uncertainty(mut self, attitude: AttitudeUncertainty) -> Self {
         self.attitude = attitude;
+        self
+    }
+
+    /// Declares the attitudes to be true accelerations in units of local gravity whose lengths count, as on a centrifuge;
+    /// `common` is the relative standard uncertainty that all lengths share, in the place of that of gravity.
+    #[must_use]
+    pub fn true_accelerations(mut self, common: f64) -> Self {
+        self.lengths = Some(common);
         self
     }
 

@@ -95,6 +95,15 @@ impl<'a> Samples<'a> {
     }
 }
 
+/// How well the specific force of one standstill is known: standard uncertainties in units of local gravity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct ForceUncertainty {
+    /// Across it, in each of two directions: that of the attitude, rad at rest.
+    pub across: f64,
+    /// Along it; zero where the length is that of gravity, whose uncertainty is common to all.
+    pub along: f64,
+}
+
 /// A half-open range of samples during which the sensor stood still.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Segment {
@@ -102,8 +111,12 @@ pub struct Segment {
     pub start: usize,
     /// One past the last sample.
     pub end: usize,
-    /// Direction of the specific force in the axes of the sensor, a unit vector, where it is known.
+    /// Direction of the specific force in the axes of the sensor, a unit vector, where it is known; the force itself in units of
+    /// local gravity where its length counts ([`MultiPosition::true_accelerations`](crate::MultiPosition::true_accelerations)).
     pub attitude: Option<Triple>,
+    /// How well it is known, where that is said of this standstill itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_uncertainty: Option<ForceUncertainty>,
     /// Name for messages and tables.
     pub label: Option<String>,
 }

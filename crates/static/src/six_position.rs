@@ -21,7 +21,9 @@ impl MultiPosition {
     ///
     /// **Source** `[Ferraris1995]`; `[IEEE1293]` (multi-point test).
     pub fn fit_six_positions(&self, poses: &[Pose]) -> Result<MultiPositionFit, Error> {
-        let settings = self.clone().model(Model::Full);
+        let mut settings = self.clone().model(Model::Full);
+        // The closed form takes every position for one of gravity.
+        settings.lengths = None;
         let positions = positions(poses)?;
         let nominal: Vec<Pose> = poses
             .iter()

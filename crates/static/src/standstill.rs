@@ -183,6 +183,7 @@ impl WindowedVariance {
                                 start: s,
                                 end: i,
                                 attitude: None,
+                                force_uncertainty: None,
                                 label: None,
                             });
                         }

@@ -198,6 +198,7 @@ fn first(samples: &Samples<'_>, settings: &MultiPosition) -> Result<SensorModel<
                 start: i,
                 end: i + 1,
                 attitude: None,
+                force_uncertainty: None,
                 label: None,
             };
             Pose::reading(segment, samples.mean(i, i + 1))
@@ -220,6 +221,7 @@ fn cut(n: usize, length: usize, breaks: &[usize]) -> Vec<Segment> {
                 start,
                 end,
                 attitude: None,
+                force_uncertainty: None,
                 label: None,
             });
             start = end;

@@ -138,6 +138,7 @@ fn calibrate(bench: &mut Bench) -> (Compensation<f64>, Vec<bool>) {
                 start: i,
                 end: i + 1,
                 attitude: Some(*u),
+                force_uncertainty: None,
                 label: None,
             };
             Pose::reading(segment, bench.read(u.map(|c| G * c), 25.0))

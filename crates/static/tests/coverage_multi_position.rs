@@ -91,6 +91,7 @@ impl Variant {
                     start: r.start,
                     end: r.end,
                     attitude: Some(r.attitude),
+                    force_uncertainty: None,
                     label: None,
                 });
                 StandstillCalibration::of_segments(

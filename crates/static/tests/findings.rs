@@ -67,6 +67,7 @@ fn poses(k: [[f64; 3]; 3], n: usize, seed: u64, length: impl Fn(usize) -> f64) -
                         start: 400 * index,
                         end: 400 * index + 400,
                         attitude: None,
+                        force_uncertainty: None,
                         label: None,
                     },
                     sensor.invert(force),

@@ -70,6 +70,7 @@ impl Bench {
                             start: 400 * index,
                             end: 400 * index + 400,
                             attitude: self.given.then_some(up),
+                            force_uncertainty: None,
                             label: None,
                         },
                         sensor.invert(force).map(|c| c + NOISE * normal()),

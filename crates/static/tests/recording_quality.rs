@@ -15,6 +15,7 @@ fn segment(start: usize, end: usize) -> Segment {
         start,
         end,
         attitude: None,
+        force_uncertainty: None,
         label: None,
     }
 }

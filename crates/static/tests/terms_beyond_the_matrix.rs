@@ -88,6 +88,7 @@ fn poses(each: usize, noise: f64, scatter: f64, given: Option<f64>, seed: u64) -
                 start: poses.len() * 200,
                 end: poses.len() * 200 + 200,
                 attitude,
+                force_uncertainty: None,
                 label: None,
             };
             poses.push(Pose {

@@ -7,9 +7,10 @@ use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::jobs::motion::{MotionData, MotionJob, MotionOutcome};
+use proofmass::jobs::required_density::required_density;
 use proofmass::jobs::{Job, Outcome as _, StoredResult};
 use proofmass::signal::Baseline;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Velocity, displacement, response spectrum, machine vibration of a record.
 #[derive(clap::Args)]
@@ -33,6 +34,16 @@ pub(super) struct Motion {
     /// Periods of the response spectrum in seconds [default: a hundred]
     #[arg(long, value_name = "S,S,…", value_delimiter = ',', value_parser = positive)]
     periods: Vec<f64>,
+    /// Spectrum that is required: a table (.csv, .toml) or navmat-p-9492, gevs-qualification, gevs-acceptance,
+    /// mil-std-810-minimum-integrity
+    #[arg(long, value_name = "PROFILE")]
+    required: Option<String>,
+    /// Distance of the lines of that spectrum in hertz [default: 5, or half of its lowest frequency]
+    #[arg(long, value_name = "HZ", value_parser = positive, requires = "required")]
+    resolution: Option<f64>,
+    /// Full scale of the sensor to either side in m/s², or in g as 2g: samples there are cut off
+    #[arg(long, value_name = "VALUE", value_parser = full_scale)]
+    full_scale: Option<f64>,
     /// Band of the vibration velocity in hertz
     #[arg(long, value_name = "LOW,HIGH", value_parser = band, default_value = "10,1000")]
     vibration_band: [f64; 2],
@@ -42,9 +53,12 @@ pub(super) struct Motion {
 
 impl Motion {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let folder = self
-            .delivery
-            .begin(MotionOutcome::KIND, &[&self.recording])?;
+        let required = self.required.as_deref().map(required_density).transpose()?;
+        let mut named_files: Vec<&Path> = vec![&self.recording];
+        if let (Some(word), Some((_, Some(_)))) = (self.required.as_deref(), &required) {
+            named_files.push(Path::new(word));
+        }
+        let folder = self.delivery.begin(MotionOutcome::KIND, &named_files)?;
         let recording = self.channel.read(&self.recording)?;
         let Some(channel) = recording.channels.first() else {
             return Err(Failure::new("no column was chosen"));
@@ -56,6 +70,13 @@ impl Motion {
         job.damping = 1e-2 * self.damping;
         job.periods = self.periods;
         job.vibration_band = self.vibration_band;
+        job.resolution = self.resolution;
+        job.full_scale = self.full_scale;
+        let mut inputs = vec![recording.input.clone()];
+        if let Some((profile, input)) = required {
+            job.required = Some(profile);
+            inputs.extend(input);
+        }
         let data = MotionData {
             channel: channel.view(),
             rate: recording.rate,
@@ -63,13 +84,20 @@ impl Motion {
             name: &recording.name,
         };
         let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = record(
-            format!("Motion, {}", named(&self.recording)),
-            vec![recording.input.clone()],
-        );
+        let record = record(format!("Motion, {}", named(&self.recording)), inputs);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
+}
+
+fn full_scale(text: &str) -> Result<f64, String> {
+    let (number, factor) = match text.trim().strip_suffix('g') {
+        Some(number) => (number, 9.80665),
+        None => (text.trim(), 1.0),
+    };
+    positive(number.trim())
+        .map(|v| factor * v)
+        .map_err(|_| format!("{text:?} is no full scale such as 19.6 or 2g"))
 }
 
 fn baseline(text: &str) -> Result<Baseline, String> {

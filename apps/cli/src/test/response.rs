@@ -7,7 +7,8 @@ use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
-use proofmass::io::{ColumnRef, Source, Unit};
+use proofmass::io::{ColumnRef, Input, Source, Unit};
+use proofmass::jobs::required_density::required_density;
 use proofmass::jobs::response::{Excitation, ResponseJob, ResponseOutcome, ResponseRecordings};
 use proofmass::jobs::{ChannelReading, Job, Outcome as _, StoredResult, WantedChannel};
 use proofmass::signal::transfer::Estimator;
@@ -64,6 +65,12 @@ pub(super) struct Random {
     /// Ratio of the densities of output noise to input noise, for hv, in the square of the unit of the response
     #[arg(long, value_name = "RATIO", value_parser = positive, required_if_eq("estimator", "hv"))]
     noise_ratio: Option<f64>,
+    /// Spectrum that is required of the input: a table (.csv, .toml) or the word of a published one, as of `test motion`
+    #[arg(long, value_name = "PROFILE")]
+    required: Option<String>,
+    /// Distance of the lines of that spectrum in hertz [default: 5, or half of its lowest frequency]
+    #[arg(long, value_name = "HZ", value_parser = positive, requires = "required")]
+    resolution: Option<f64>,
     #[command(flatten)]
     common: Common,
 }
@@ -139,7 +146,14 @@ impl Random {
         let mut job = ResponseJob::new(Excitation::Random);
         job.segment = self.segment;
         job.estimator = estimator(self.estimator, self.noise_ratio);
-        self.common.run(job, &[self.recording])
+        job.resolution = self.resolution;
+        let mut files = vec![];
+        if let Some(word) = &self.required {
+            let (profile, input) = required_density(word)?;
+            job.required = Some(profile);
+            files.extend(input.map(|input| (PathBuf::from(word), input)));
+        }
+        self.common.run_with(job, &[self.recording], files)
     }
 }
 
@@ -169,8 +183,19 @@ impl Steps {
 }
 
 impl Common {
-    fn run(self, mut job: ResponseJob, paths: &[PathBuf]) -> Result<Outcome, Failure> {
+    fn run(self, job: ResponseJob, paths: &[PathBuf]) -> Result<Outcome, Failure> {
+        self.run_with(job, paths, Vec::new())
+    }
+
+    /// `others` were read already.
+    fn run_with(
+        self,
+        mut job: ResponseJob,
+        paths: &[PathBuf],
+        others: Vec<(PathBuf, Input)>,
+    ) -> Result<Outcome, Failure> {
         let mut inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        inputs.extend(others.iter().map(|(path, _)| path.as_path()));
         inputs.extend(self.standard.standard.as_deref());
         let folder = self.delivery.begin(ResponseOutcome::KIND, &inputs)?;
         job.band = self.band;
@@ -208,6 +233,7 @@ impl Common {
         };
         let mut files = recordings.inputs();
         files.extend(certificate.map(|c| c.input));
+        files.extend(others.into_iter().map(|(_, input)| input));
         let record = record(title, files);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

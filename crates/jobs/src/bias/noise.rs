@@ -101,7 +101,8 @@ impl AxisNoise {
         Ok([x?, y?, z?])
     }
 
-    fn of_channel(channel: &ChannelAnalysis) -> Result<Self> {
+    /// The coefficients of a channel, and what brings its unit to m/s².
+    pub(crate) fn fit_of(channel: &ChannelAnalysis) -> Result<(&CoefficientFit, f64)> {
         let name = &channel.name;
         let factor = match Unit::recognise(&channel.unit) {
             Some(unit) if unit.is_acceleration() => unit.si().1,
@@ -122,6 +123,12 @@ impl AxisNoise {
                 ),
             );
         };
+        Ok((fit, factor))
+    }
+
+    fn of_channel(channel: &ChannelAnalysis) -> Result<Self> {
+        let name = &channel.name;
+        let (fit, factor) = Self::fit_of(channel)?;
         if fit.model.white <= 0.0 {
             return Err(
                 Trouble::data(format!("the noise result has no white noise of {name}")).with_hint(

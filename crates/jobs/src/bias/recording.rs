@@ -2,11 +2,11 @@
 
 use super::{AxisNoise, BiasData};
 use crate::multi_position::{pauses, segment};
-use crate::noise::read_noise;
+use crate::noise::noise_of;
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{Input, LARGEST_DOCUMENT, RecordedColumn, Recording, SegmentRow, Source};
+use proofmass_io::{Input, RecordedColumn, Recording, SegmentRow, Source};
 use proofmass_static::Segment;
 use proofmass_uncertainty::Finding;
 
@@ -113,12 +113,7 @@ type OfNoise = ([AxisNoise; 3], (Input, proofmass_io::Device));
 
 fn of_result(source: Source, columns: [&str; 3]) -> Result<OfNoise> {
     let name = source.name().display().to_string();
-    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-    let (analysis, document) = read_noise(&bytes).map_err(|e| {
-        let hint = e.hint().map(str::to_owned);
-        let hint = hint.unwrap_or_else(|| "name a result.json of `proofmass noise`".to_owned());
-        e.detail(name.clone()).with_hint(hint)
-    })?;
+    let (analysis, input, device) = noise_of(source)?;
     let noise = AxisNoise::of(&analysis, columns).map_err(|e| e.detail(name))?;
-    Ok((noise, (input, document.device)))
+    Ok((noise, (input, device)))
 }

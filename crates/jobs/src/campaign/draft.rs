@@ -39,6 +39,10 @@ pub struct Draft {
     pub source: Option<String>,
     /// Stretch of the recording that is read, s.
     pub between: Option<[f64; 2]>,
+    /// Standard uncertainty of a given attitude about each transverse axis, degrees.
+    pub attitude_uncertainty_deg: Option<f64>,
+    /// Standard uncertainty of each component of a true acceleration, m/s².
+    pub a_true_uncertainty: Option<f64>,
     /// Model of the fit.
     pub model: Option<String>,
     /// Whether it is days of a logger, calibrated from its still moments.
@@ -174,7 +178,10 @@ impl Draft {
                         .into(),
                 );
             }
-            RowsAre::Readings => line("rows = \"readings\"".into()),
+            RowsAre::Readings => {
+                line("rows = \"readings\"".into());
+                line("# attitudes: columns direction (+x, +x+y), up_x … up_z, roll_deg and pitch_deg, or a_true_x_m/s2 … and u_a_true_m/s2".into());
+            }
             RowsAre::Tumble => line("rows = \"tumble\"".into()),
         }
         line(
@@ -195,6 +202,19 @@ impl Draft {
         match &self.model {
             Some(model) => line(format!("model = {model:?}")),
             None => line("# model = \"triangular\"        # bias, bias-scale, triangular, symmetric, full, six-position".into()),
+        }
+        let stated = [
+            ("standard_uncertainty_deg", self.attitude_uncertainty_deg),
+            ("a_true_standard_uncertainty", self.a_true_uncertainty),
+        ];
+        if stated.iter().any(|(_, u)| u.is_some()) {
+            line(String::new());
+            line("[attitude]".into());
+            for (key, u) in stated {
+                if let Some(u) = u {
+                    line(format!("{key} = {u:?}"));
+                }
+            }
         }
         Ok(text)
     }
@@ -324,7 +344,7 @@ impl Draft {
 
 /// The option behind a key of a drafted campaign; any other word is a value that was typed.
 pub(super) fn option_of(key: &str) -> String {
-    const OPTIONS: [(&str, &str); 12] = [
+    const OPTIONS: [(&str, &str); 14] = [
         ("latitude_deg", "--latitude"),
         ("height_m", "--height"),
         ("value", "--gravity"),
@@ -337,6 +357,8 @@ pub(super) fn option_of(key: &str) -> String {
         ("source", "--source"),
         ("temperature", "--temperature"),
         ("model", "--model"),
+        ("standard_uncertainty_deg", "--attitude-uncertainty"),
+        ("a_true_standard_uncertainty", "--a-true-uncertainty"),
     ];
     let name = key.rsplit('.').next().unwrap_or(key);
     let option = OPTIONS.iter().find(|(own, _)| *own == name);
@@ -555,6 +577,7 @@ fn is_other_sensor(stem: &str, unit: Option<Unit>) -> bool {
     let other = unit.is_some_and(|u| !u.is_acceleration() && !u.is_raw());
     other
         || words(stem).any(|word| {
-            matches!(word, "w" | "g" | "m" | "q") || OTHERS.iter().any(|o| word.starts_with(o))
+            matches!(word, "w" | "g" | "m" | "q" | "true" | "up")
+                || OTHERS.iter().any(|o| word.starts_with(o))
         })
 }

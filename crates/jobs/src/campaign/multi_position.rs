@@ -4,7 +4,10 @@ use super::single_axis::twice;
 use super::{CampaignFile, Unsaid};
 use proofmass_io::SegmentRow;
 use proofmass_io::{ColumnRef, Layout};
-use proofmass_io::{Input, Recording, RecordingOptions, Result, Unit};
+use proofmass_io::{
+    Error, ErrorKind, GivenAttitude, Input, Recording, RecordingOptions, Result, Unit,
+    check_agreement,
+};
 use proofmass_static::Terms;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -167,13 +170,87 @@ pub struct StandstillTable {
     pub(crate) threshold: Option<f64>,
     /// Table of given segments, relative to the campaign.
     pub(crate) segments: Option<String>,
-    /// Attitude of each standstill in order, where each file or each row is one: `+x`, `-z`, …: the axis that points up.
-    pub(crate) directions: Option<Vec<String>>,
+    /// Attitude of each standstill in order, where each file or each row is one: the axis that points up (`+x`, `-z`), or several
+    /// where it points between them (`+x+y`); or a unit vector, or a table with angles or the true acceleration.
+    pub(crate) directions: Option<Vec<StatedAttitude>>,
     /// Standstills that are left out, by number counted from one or by label.
     #[serde(default)]
     pub(crate) exclude: Vec<NumberOrLabel>,
     /// Standard uncertainty of a reading from its noise, in the unit of the file, where rows are readings.
     pub(crate) reading_standard_uncertainty: Option<f64>,
+}
+
+/// The attitude of one standstill.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(
+    untagged,
+    expecting = "an attitude is a word (\"+x\", \"+x+y\"), a unit vector of three numbers, or a table such as { roll_deg = 45, pitch_deg = 0 } or { a_true = [6.93, 6.93, 0], u_a_true = 0.01 }"
+)]
+pub enum StatedAttitude {
+    /// The axis that points up, or several.
+    Word(String),
+    /// A unit vector, up in the axes of the sensor.
+    Vector([f64; 3]),
+    /// Angles or the true acceleration.
+    Table(AttitudeEntry),
+}
+
+/// An attitude by angles, or by the true acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct AttitudeEntry {
+    /// Turn about the x axis of the sensor, from z up, degrees.
+    pub(crate) roll_deg: Option<f64>,
+    /// Then turn about the level y axis, degrees.
+    pub(crate) pitch_deg: Option<f64>,
+    /// True acceleration in the axes of the sensor, m/s².
+    pub(crate) a_true: Option<[f64; 3]>,
+    /// Standard uncertainty of each of its components, m/s².
+    pub(crate) u_a_true: Option<f64>,
+}
+
+impl StatedAttitude {
+    /// What it says.
+    pub(crate) fn given(&self) -> Result<GivenAttitude> {
+        match self {
+            Self::Word(word) => GivenAttitude::word(word),
+            Self::Vector(v) => GivenAttitude::vector(*v),
+            Self::Table(entry) => entry.given(),
+        }
+    }
+}
+
+impl AttitudeEntry {
+    fn given(&self) -> Result<GivenAttitude> {
+        let refuse = |what: &str| {
+            Err(Error::new(ErrorKind::Configuration, what).with_hint(
+                "give { roll_deg = …, pitch_deg = … }, or { a_true = [x, y, z], u_a_true = … } in m/s²",
+            ))
+        };
+        let angles = match (self.roll_deg, self.pitch_deg) {
+            (Some(roll), Some(pitch)) => Some(GivenAttitude::angles(
+                roll.to_radians(),
+                pitch.to_radians(),
+            )?),
+            (None, None) => None,
+            _ => return refuse("of roll_deg and pitch_deg one is missing"),
+        };
+        let truth = match (self.a_true, self.u_a_true) {
+            (Some(value), u) => Some(GivenAttitude::acceleration(value, u)?),
+            (None, Some(_)) => return refuse("u_a_true stands without a_true"),
+            (None, None) => None,
+        };
+        match (angles, truth) {
+            (Some(angles), Some(truth)) => {
+                check_agreement(&angles, &truth)?;
+                Ok(truth)
+            }
+            (Some(one), None) | (None, Some(one)) => Ok(one),
+            (None, None) => refuse("the attitude says nothing"),
+        }
+    }
 }
 
 /// How a standstill is called.
@@ -285,6 +362,13 @@ impl Default for MethodTable {
 pub struct AttitudeTable {
     /// Standard uncertainty of a given direction, per transverse axis, degrees.
     pub(crate) standard_uncertainty_deg: Option<f64>,
+    /// Standard uncertainty of the frame of all attitudes about each of its axes, degrees: how the sensor is aligned with the fixture.
+    pub(crate) frame_standard_uncertainty_deg: Option<f64>,
+    /// Standard uncertainty of each component of a true acceleration, m/s², where it does not stand beside it (`u_a_true`).
+    pub(crate) a_true_standard_uncertainty: Option<f64>,
+    /// For true accelerations that are not gravity alone, as on a centrifuge: their lengths count, and this is the relative
+    /// standard uncertainty common to all of them.
+    pub(crate) a_true_relative_standard_uncertainty: Option<f64>,
 }
 
 impl MultiPositionCampaign {
@@ -400,11 +484,35 @@ impl MultiPositionCampaign {
                 "each file or row is a standstill already; give `directions`".into(),
             );
         }
-        positive(
-            "attitude",
-            "standard_uncertainty_deg",
-            self.attitude.standard_uncertainty_deg,
-        )?;
+        let attitude = &self.attitude;
+        let relative = attitude.a_true_relative_standard_uncertainty;
+        for (key, value) in [
+            (
+                "standard_uncertainty_deg",
+                attitude.standard_uncertainty_deg,
+            ),
+            (
+                "frame_standard_uncertainty_deg",
+                attitude.frame_standard_uncertainty_deg,
+            ),
+            (
+                "a_true_standard_uncertainty",
+                attitude.a_true_standard_uncertainty,
+            ),
+            ("a_true_relative_standard_uncertainty", relative),
+        ] {
+            positive("attitude", key, value)?;
+        }
+        if let Some(u) = relative.filter(|u| *u >= 1.0) {
+            return Err(self
+                .source
+                .refuse(
+                    "attitude",
+                    "a_true_relative_standard_uncertainty",
+                    format!("{u} is more than the acceleration itself"),
+                )
+                .with_hint("relative, 0.001 is a thousandth"));
+        }
         let orders = [
             ("bias", self.terms.bias),
             ("scale", self.terms.scale),
@@ -499,7 +607,7 @@ impl MultiPositionCampaign {
         self.names().map(|name| self.source.resolve(name)).collect()
     }
 
-    fn names(&self) -> impl Iterator<Item = &String> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &String> {
         let table = &self.recording;
         table.file.iter().chain(table.files.iter().flatten())
     }

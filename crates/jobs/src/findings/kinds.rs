@@ -335,6 +335,21 @@ findings! {
         evidence "{evidence}",
         advice "{remedy}";
 
+    /// A measured density is beyond a required one.
+    spectrum_beyond(profile: &str, by: f64, frequency: f64, lines: usize, all: usize) =
+        "spectrum-beyond", [Decision],
+        what "the spectrum is beyond the limits of {profile}",
+        evidence "by {by:.1} dB at {frequency:.1} Hz; {lines} of {all} lines",
+        advice "mend control, fixture or mounting and measure again; one narrow line may be hum or a resonance between table and sensor",
+        false_alarms "5 % of Gaussian records at the limit itself, by the level of the intervals; none well within it";
+
+    /// A record does not show whether a required density is kept.
+    spectrum_not_shown(profile: &str, lines: usize, all: usize, remedy: &str) =
+        "spectrum-not-shown", [Warning],
+        what "whether the spectrum keeps {profile} is not shown",
+        evidence "the intervals of {lines} of {all} lines reach over a limit",
+        advice "{remedy}";
+
     /// Oscillators of a shock spectrum are fast for the sampling rate.
     few_samples_per_oscillation(frequency: f64, rate: f64, low: f64) =
         "few-samples-per-oscillation", [Note],

@@ -4,6 +4,7 @@ use super::MotionJob;
 use super::page;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
+use crate::required_density::JudgedDensity;
 use crate::trouble::Result;
 use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
@@ -48,6 +49,7 @@ pub struct MotionOutcome {
     pub(super) traces: [Trace; 3],
     pub(super) spectrum: MotionSpectrum,
     pub(super) vibration: Option<Vibration>,
+    pub(super) required: Option<JudgedDensity>,
     pub(super) findings: Vec<Finding>,
 }
 
@@ -60,6 +62,11 @@ impl MotionOutcome {
     /// Response spectrum.
     pub fn spectrum(&self) -> &MotionSpectrum {
         &self.spectrum
+    }
+
+    /// What the density says of the required one, where one is.
+    pub fn required(&self) -> Option<&JudgedDensity> {
+        self.required.as_ref()
     }
 
     /// Figures of the vibration, where the band could be resolved.
@@ -126,6 +133,7 @@ impl Outcome for MotionOutcome {
         Ok(vec![
             section("strong_motion", &self.figures)?,
             section("vibration", &self.vibration)?,
+            section("required_spectrum", &self.required)?,
         ])
     }
 

@@ -12,12 +12,17 @@ pub(super) fn add(page: Report, motion: &MotionOutcome) -> Report {
     let damping = plain(100.0 * motion.request.damping);
     let peak = motion.figures().peak_acceleration.abs();
     let duration = motion.figures().duration_5_95;
-    page.verdict(format!(
-        "The acceleration reaches {} g; 5 % to 95 % of the motion take {} s.",
+    let judged = motion.required();
+    let answer = judged.map_or(String::new(), |j| format!("{} ", j.verdict()));
+    let mut page = page.verdict(format!(
+        "{answer}The acceleration reaches {} g; 5 % to 95 % of the motion take {} s.",
         two_digits(peak / STANDARD_GRAVITY),
         two_digits(duration)
-    ))
-    .section(Section::new("Result").table(figures(motion)).summarised())
+    ));
+    if let Some(judged) = judged {
+        page = page.section(judged.section());
+    }
+    page.section(Section::new("Result").table(figures(motion)).summarised())
     .section(Section::new("Time history").figure(
         "Acceleration as corrected, and its integrals from rest",
         history(motion),
@@ -28,7 +33,11 @@ pub(super) fn add(page: Report, motion: &MotionOutcome) -> Report {
         ),
         plot(spectrum),
     ))
-    .section(Section::filed([table(spectrum)]))
+    .section(Section::filed(
+        [table(spectrum)]
+            .into_iter()
+            .chain(judged.map(|j| j.table())),
+    ))
 }
 
 fn figures(motion: &MotionOutcome) -> Table {

@@ -65,12 +65,27 @@ fn verdict(fit: &MultiPositionFit) -> String {
     let (noun, birge) = (noun(fit), fit.birge_ratio().zip(fit.scatter()));
     match birge {
         Some((birge, scatter)) if birge <= scatter.birge_range[1] => {
-            format!("The model fits the {noun}s within their noise: ‖a‖ is g within {left}.")
+            format!(
+                "The model fits the {noun}s within their noise: ‖a‖ is {} within {left}.",
+                length(fit)
+            )
         }
         Some(_) => format!(
-            "The model fits the {noun}s within {left} of g. That is more than their noise, and the intervals allow for it."
+            "The model fits the {noun}s within {left} of {}. That is more than their noise, and the intervals allow for it.",
+            length(fit)
         ),
-        None => format!("The model fits the {noun}s within {left} of g."),
+        None => format!(
+            "The model fits the {noun}s within {left} of {}.",
+            length(fit)
+        ),
+    }
+}
+
+/// What ‖a‖ is held against.
+fn length(fit: &MultiPositionFit) -> &'static str {
+    match fit.lengths_given() {
+        true => "‖a_true‖",
+        false => "g",
     }
 }
 
@@ -144,12 +159,12 @@ fn agreement(outcome: &MultiPositionOutcome) -> Section {
     };
     let plot = XyPlot::new(
         Axis::linear(noun(fit), "").range(0.0, residuals.len() as f64 + 1.0),
-        Axis::linear("‖a‖ − g", "mm/s²"),
+        Axis::linear(format!("‖a‖ − {}", length(fit)), "mm/s²"),
     )
     .height(240.0)
     .horizontal(0.0, "")
     .series(Series::markers("", &number, &part(0.0)).bars(&part(-1.0), &part(1.0)));
-    let mut sphere = SpherePlot::new("‖a‖ − g", "mm/s²");
+    let mut sphere = SpherePlot::new(format!("‖a‖ − {}", length(fit)), "mm/s²");
     for (i, r) in residuals.iter().enumerate() {
         // Numbers that nobody could read are left away.
         let name = match residuals.len() > LEGIBLE {
@@ -275,6 +290,9 @@ fn standstills(outcome: &MultiPositionOutcome) -> Section {
         }
         None => "The standstills were given.".to_owned(),
     });
+    if let Some(text) = attitudes(fit) {
+        section = section.paragraph(text);
+    }
     let shades = &figures.standstills;
     let mut plot = XyPlot::new(
         Axis::linear("time", "s"),
@@ -316,6 +334,36 @@ fn standstills(outcome: &MultiPositionOutcome) -> Section {
     section.paragraph(format!(
         "Noise of single samples: {x} {unit} (x), {y} {unit} (y), {z} {unit} (z); correlation of neighbouring samples \
          makes the variance of long means {a:.2}, {b:.2} and {c:.2} times that of uncorrelated ones.",
+    ))
+}
+
+/// How the attitudes were given, and how well they are known.
+fn attitudes(fit: &MultiPositionFit) -> Option<String> {
+    let known = fit.poses().iter();
+    let known: Vec<f64> = known
+        .filter_map(|p| Some(p.segment.force_uncertainty?.across))
+        .collect();
+    if !fit.attitudes_given() {
+        return None;
+    }
+    if known.is_empty() {
+        return Some("The attitudes were given.".to_owned());
+    }
+    let in_si = |u: f64| two_digits(1e3 * u * fit.gravity().value());
+    let low = known.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = known.iter().copied().fold(0.0, f64::max);
+    let range = match low == high {
+        true => in_si(low),
+        false => format!("{} to {}", in_si(low), in_si(high)),
+    };
+    let lengths = match fit.lengths_given() {
+        true => "Their lengths count as they are stated.",
+        false => "Their lengths are that of gravity; what they say is the direction.",
+    };
+    Some(format!(
+        "True accelerations were given for {} {}s, each component with a standard uncertainty of {range} mm/s². {lengths}",
+        known.len(),
+        noun(fit)
     ))
 }
 
@@ -436,7 +484,7 @@ fn key_figures(fit: &MultiPositionFit) -> Vec<KeyFigure> {
             format!("{:.2}", 1e3 * fit.residual_rms()),
             "mm/s²",
         )
-        .note("‖a‖ − g"),
+        .note(format!("‖a‖ − {}", length(fit))),
         KeyFigure::new("Birge ratio", birge, "").note("residual / noise of the means"),
         KeyFigure::new("condition number", format!("{:.1}", fit.condition()), ""),
     ]
@@ -474,6 +522,7 @@ fn matrix(fit: &MultiPositionFit) -> Table {
 fn standstill_fields(outcome: &MultiPositionOutcome) -> Vec<Field<'_, PoseResidual>> {
     type Row = PoseResidual;
     let unit = outcome.unit.ascii();
+    let residual = format!("‖a‖ − {}", length(&outcome.calibration.fit));
     let number = |name: &str, heading: &str, unit: &str, of: fn(&Row) -> f64| {
         Field::new(name, move |r: &Row| of(r).into()).page(heading, unit)
     };
@@ -502,7 +551,7 @@ fn standstill_fields(outcome: &MultiPositionOutcome) -> Vec<Field<'_, PoseResidu
         false => Cell::printed(r.noise, ""),
     };
     fields.extend([
-        number("residual_m/s2", "‖a‖ − g", "mm/s²", |r| {
+        number("residual_m/s2", &residual, "mm/s²", |r| {
             r.magnitude_residual
         })
         .scaled(1e3)

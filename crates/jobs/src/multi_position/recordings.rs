@@ -6,7 +6,7 @@ use crate::record::{Record, read_gravity};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_io::{ColumnRef, Input, ReadGravity, Recording, SegmentRow, Unit};
-use proofmass_static::{Direction, Segment, Standstill};
+use proofmass_static::{Segment, Standstill};
 use proofmass_uncertainty::Finding;
 
 /// All recordings of a campaign, one after the other, in SI where their unit has a place in it.
@@ -40,9 +40,17 @@ impl MultiPositionCampaign {
         watch.step("reading", 0, 0)?;
         self.ask(false)?;
         let recordings = self.read_recordings()?;
-        let (mut segments, table) = self.given_segments(&recordings)?.unzip();
-        if segments.is_none() {
-            segments = self.single_standstills(&recordings)?;
+        let (rows, table) = self.given_segments(&recordings)?.unzip();
+        let mut attitudes = Vec::new();
+        let mut segments = match rows {
+            Some(rows) => {
+                attitudes = rows.iter().map(SegmentRow::given_attitude).collect();
+                Some(rows.into_iter().map(segment).collect())
+            }
+            None => self.single_standstills(&recordings)?,
+        };
+        if let Some(segments) = &mut segments {
+            self.give_attitudes(&recordings, segments, attitudes)?;
         }
         let columns = &self.recording.columns;
         let mut all = MultiPositionRecordings::join(recordings, segments.is_some())?;
@@ -61,7 +69,7 @@ impl MultiPositionCampaign {
         Ok(all)
     }
 
-    fn given_segments(&self, recordings: &[Recording]) -> Result<Option<(Vec<Segment>, Input)>> {
+    fn given_segments(&self, recordings: &[Recording]) -> Result<Option<(Vec<SegmentRow>, Input)>> {
         let given = match recordings {
             [only] => self.read_segments(only)?,
             _ if self.standstill.segments.is_some() => {
@@ -72,7 +80,7 @@ impl MultiPositionCampaign {
             }
             _ => None,
         };
-        Ok(given.map(|(all, table)| (all.into_iter().map(segment).collect(), table)))
+        Ok(given)
     }
 
     /// Standstills that need no search: one per file, or one per row.
@@ -87,6 +95,7 @@ impl MultiPositionCampaign {
                     start: row,
                     end: row + 1,
                     attitude: None,
+                    force_uncertainty: None,
                     label: None,
                 }));
             } else if table.each_file == FileIs::Standstill {
@@ -95,33 +104,13 @@ impl MultiPositionCampaign {
                     start,
                     end,
                     attitude: None,
+                    force_uncertainty: None,
                     label: stem.map(|s| s.to_string_lossy().into_owned()),
                 });
             } else {
                 return Ok(None);
             }
             start = end;
-        }
-        if let Some(directions) = &self.standstill.directions {
-            if directions.len() != segments.len() {
-                return Err(Trouble::request(format!(
-                    "{} directions are given for {} standstills",
-                    directions.len(),
-                    segments.len()
-                ))
-                .with_hint(
-                    "`directions` in [standstill] has one entry for each file or row, in order",
-                ));
-            }
-            for (segment, word) in segments.iter_mut().zip(directions) {
-                let direction = Direction::ALL.into_iter().find(|d| d.to_string() == *word);
-                let direction = direction.ok_or_else(|| {
-                    Trouble::request(format!("unknown direction {word:?}")).with_hint(
-                        "the axis that points up: \"+x\", \"-x\", \"+y\", \"-y\", \"+z\" or \"-z\"",
-                    )
-                })?;
-                segment.attitude = Some(direction.unit());
-            }
         }
         Ok(Some(segments))
     }
@@ -142,7 +131,10 @@ impl MultiPositionCampaign {
             minimum_duration: table.minimum_duration_s.unwrap_or(default.minimum_duration),
             threshold: table.threshold,
         };
-        job.attitude_uncertainty = self.attitude.standard_uncertainty_deg.map(f64::to_radians);
+        let attitude = &self.attitude;
+        job.attitude_uncertainty = attitude.standard_uncertainty_deg.map(f64::to_radians);
+        job.frame_uncertainty = attitude.frame_standard_uncertainty_deg.map(f64::to_radians);
+        job.true_accelerations = attitude.a_true_relative_standard_uncertainty;
         job.range = self.recording.range.map(|r| r.map(|v| v * data.factor));
         job.largest_uncertainty = self.method.largest_uncertainty;
         job.exclude = table.exclude.iter().map(ToString::to_string).collect();
@@ -353,6 +345,7 @@ pub fn segment(row: SegmentRow) -> Segment {
         start: row.start,
         end: row.end,
         attitude: row.attitude,
+        force_uncertainty: None,
         label: row.label,
     }
 }

@@ -6,7 +6,10 @@ use crate::record::Record;
 use crate::stored_result::read_section;
 use crate::trouble::Result;
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_io::{ImuSensorNoise, ImuValue, ImuYaml, ResultDocument, StatedQuantity, Unit};
+use proofmass_io::{
+    Device, ImuSensorNoise, ImuValue, ImuYaml, Input, LARGEST_DOCUMENT, ResultDocument, Source,
+    StatedQuantity, Unit,
+};
 use proofmass_noise::{
     Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, conservative,
 };
@@ -44,6 +47,18 @@ const SECTION: &str = "noise";
 /// Another kind of file, a damaged one.
 pub(crate) fn read_noise(bytes: &[u8]) -> Result<(Analysis, ResultDocument)> {
     read_section(bytes, NoiseOutcome::KIND, SECTION)
+}
+
+/// The noise result of a file: what it states, the file, its device.
+pub(crate) fn noise_of(source: Source) -> Result<(Analysis, Input, Device)> {
+    let name = source.name().display().to_string();
+    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+    let (analysis, document) = read_noise(&bytes).map_err(|e| {
+        let hint = e.hint().map(str::to_owned);
+        let hint = hint.unwrap_or_else(|| "name a result.json of `proofmass noise`".to_owned());
+        e.detail(name).with_hint(hint)
+    })?;
+    Ok((analysis, input, document.device))
 }
 
 impl NoiseOutcome {

@@ -94,6 +94,7 @@ impl Job for ModelJob {
             unit: p.unit.clone(),
             independent: 0.0,
             response: p.estimate(),
+            judged: None,
             input_noise: None,
             power: None,
             modes: Vec::new(),

@@ -4,6 +4,7 @@ use super::{ResponseJob, page};
 use crate::frequency_response;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
+use crate::required_density::JudgedDensity;
 use crate::trouble::Result;
 use proofmass_dynamic::input_noise::InputNoise;
 use proofmass_dynamic::measured::ResponsePower;
@@ -26,6 +27,7 @@ pub struct ResponseOutcome {
     pub(super) unit: String,
     pub(super) independent: f64,
     pub(super) response: ResponseEstimate,
+    pub(super) judged: Option<JudgedDensity>,
     pub(super) input_noise: Option<InputNoise>,
     pub(super) power: Option<ResponsePower>,
     pub(super) modes: Vec<Resonance>,
@@ -99,6 +101,7 @@ impl Outcome for ResponseOutcome {
         Ok(vec![
             section("modes", &self.modes)?,
             section("figures", &self.figures)?,
+            section("required_spectrum", &self.judged)?,
             section(
                 StoredModel::SECTION,
                 &self.fit.as_ref().map(|fit| StoredModel {

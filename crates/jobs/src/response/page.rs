@@ -22,12 +22,19 @@ const FEW: usize = 100;
 const DENSE: usize = 600;
 
 pub(super) fn add(page: Report, outcome: &ResponseOutcome) -> Report {
-    let mut page = page
-        .verdict(outcome.verdict())
+    let judged = outcome.judged.as_ref();
+    let mut page = match judged {
+        Some(judged) => page
+            .verdict(format!("{} {}", judged.verdict(), outcome.verdict()))
+            .section(judged.section()),
+        None => page.verdict(outcome.verdict()),
+    };
+    page = page
         .section(outcome.result())
         .section(outcome.bode())
         .section(outcome.nyquist());
     let mut files = vec![outcome.lines()];
+    files.extend(judged.map(|j| j.table()));
     if let Some(power) = &outcome.power {
         page = page.section(outcome.densities(power));
         files.push(

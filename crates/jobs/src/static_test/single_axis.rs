@@ -170,6 +170,7 @@ impl SingleAxisReadings {
                 start,
                 end,
                 attitude: None,
+                force_uncertainty: None,
                 label: None,
             });
             start = end;

@@ -1,5 +1,6 @@
 //! What a velocity from an accelerometer alone drifts, before anything is recorded.
 
+use super::drift_results::TakenFrom;
 use super::outcome::quantity;
 use super::page;
 use crate::outcome::{Job, Outcome, section};
@@ -32,8 +33,14 @@ use serde::{Deserialize, Serialize};
 pub struct VelocityDriftJob {
     /// What is known about the accelerometer.
     pub sources: DriftSources,
+    /// The same with every coefficient of the noise at the upper end of its interval, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper: Option<DriftSources>,
     /// Times after the start, s.
     pub times: Vec<f64>,
+    /// What was taken from which result.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub taken: Vec<TakenFrom>,
 }
 
 /// Most times of a table.
@@ -42,7 +49,11 @@ const MOST: usize = 1000;
 impl VelocityDriftJob {
     /// Of these sources after these times.
     pub fn new(sources: DriftSources, times: Vec<f64>) -> Self {
-        Self { sources, times }
+        Self {
+            sources,
+            times,
+            ..Self::default()
+        }
     }
 }
 
@@ -53,6 +64,9 @@ impl Job for VelocityDriftJob {
     fn evaluate(&self, (): &(), watch: &dyn Watch) -> Result<VelocityDrift> {
         watch.step("drift", 0, 1)?;
         self.sources.check()?;
+        if let Some(upper) = &self.upper {
+            upper.check()?;
+        }
         if self.times.is_empty() || self.times.len() > MOST {
             return Err(Trouble::request(format!(
                 "{} times are named, 1 to {MOST} are needed",
@@ -63,14 +77,19 @@ impl Job for VelocityDriftJob {
             return Err(Trouble::request(format!("after {t} s there is no drift"))
                 .with_hint("times are seconds after the start, above zero"));
         }
-        if self.sources == DriftSources::default() {
+        let alone = DriftSources {
+            rest: self.sources.rest,
+            ..DriftSources::default()
+        };
+        if self.sources == alone {
             return Err(Trouble::request("no source of a drift is named").with_hint(
                 "name an offset, an inclination, a gain or noise, or the uncertainty of one, such as --offset-uncertainty 0.01",
             ));
         }
-        let budgets: Vec<DriftBudget> = self.times.iter().map(|t| self.sources.after(*t)).collect();
+        let budgets: Vec<DriftAfter> = self.times.iter().map(|t| self.after(*t)).collect();
         if budgets
             .iter()
+            .flat_map(DriftAfter::all)
             .any(|b| !(b.known().is_finite() && b.combined.is_finite()))
         {
             return Err(Trouble::request("the drift is beyond every number")
@@ -81,18 +100,62 @@ impl Job for VelocityDriftJob {
     }
 }
 
+impl VelocityDriftJob {
+    /// Without a rest and, where there is one, with it.
+    pub(super) fn after(&self, time: f64) -> DriftAfter {
+        let unaided = |sources: &DriftSources| DriftSources {
+            rest: 0.0,
+            ..*sources
+        };
+        let of = |s: &DriftSources| [s.after(time), s.place_after(time)];
+        let rested = self.sources.rest > 0.0;
+        DriftAfter {
+            alone: of(&unaided(&self.sources)),
+            aided: rested.then(|| of(&self.sources)),
+            upper: self.upper.as_ref().map(|u| of(&unaided(u))),
+            aided_upper: self.upper.as_ref().filter(|_| rested).map(of),
+        }
+    }
+}
+
+/// What is off after a time: velocity and place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct DriftAfter {
+    /// With what is known before alone.
+    pub alone: [DriftBudget; 2],
+    /// With the mean of a rest before the start taken off.
+    pub aided: Option<[DriftBudget; 2]>,
+    /// The first with the noise at the upper ends of its intervals.
+    pub upper: Option<[DriftBudget; 2]>,
+    /// The second so.
+    pub aided_upper: Option<[DriftBudget; 2]>,
+}
+
+impl DriftAfter {
+    fn all(&self) -> impl Iterator<Item = &DriftBudget> {
+        let others = [&self.aided, &self.upper, &self.aided_upper];
+        self.alone
+            .iter()
+            .chain(others.into_iter().flatten().flatten())
+    }
+}
+
 /// The drift after each of some times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VelocityDrift {
     pub(super) request: VelocityDriftJob,
-    budgets: Vec<DriftBudget>,
+    budgets: Vec<DriftAfter>,
     findings: Vec<Finding>,
 }
 
 impl VelocityDrift {
-    fn new(request: VelocityDriftJob, budgets: Vec<DriftBudget>) -> Self {
+    fn new(request: VelocityDriftJob, budgets: Vec<DriftAfter>) -> Self {
         let sources = request.sources;
-        let silent = sources.orientation == 0.0 && sources.orientation_uncertainty == 0.0;
+        // A rest before the start takes the inclination off with the offset.
+        let silent = sources.orientation == 0.0
+            && sources.orientation_uncertainty == 0.0
+            && sources.rest == 0.0;
         let findings = silent.then(|| {
             proofmass_uncertainty::findings::level_taken_as_exact(
                 "the axis",
@@ -109,7 +172,7 @@ impl VelocityDrift {
     }
 
     /// One budget for each time.
-    pub fn budgets(&self) -> &[DriftBudget] {
+    pub fn budgets(&self) -> &[DriftAfter] {
         &self.budgets
     }
 }
@@ -126,11 +189,20 @@ impl Outcome for VelocityDrift {
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {
-        let one = |b: &DriftBudget| {
-            let name = format!("drift.{}s", b.time);
-            StatedQuantity::new(&quantity(&name, "m/s", b.known(), b.combined), 0.95)
+        let one = |what: &str, unit: &str, b: &DriftBudget| {
+            let name = format!("{what}.{}s", b.time);
+            StatedQuantity::new(&quantity(&name, unit, b.known(), b.combined), 0.95)
         };
-        self.budgets.iter().map(one).collect()
+        let budgets = self.budgets.iter();
+        let all = budgets.flat_map(|after| {
+            let [v, p] = &after.alone;
+            let mut list = vec![one("drift", "m/s", v), one("place", "m", p)];
+            if let Some([v, p]) = &after.aided {
+                list.extend([one("drift_aided", "m/s", v), one("place_aided", "m", p)]);
+            }
+            list
+        });
+        all.collect()
     }
 
     fn findings(&self) -> &[Finding] {
@@ -138,7 +210,10 @@ impl Outcome for VelocityDrift {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        Ok(vec![section("sources", &self.request.sources)?])
+        Ok(vec![
+            section("sources", &self.request.sources)?,
+            section("taken", &self.request.taken)?,
+        ])
     }
 
     fn page(&self, page: Report) -> Report {

@@ -184,6 +184,13 @@ pub enum SensorAxis {
     Z,
 }
 
+impl SensorAxis {
+    /// 0, 1, 2 for x, y, z.
+    pub(super) fn index(self) -> usize {
+        self as usize
+    }
+}
+
 /// Unit of a column by its heading or by an option, which must not contradict each other.
 pub(super) fn stated_unit(
     recording: &Recording,

@@ -61,9 +61,16 @@ pub fn velocity_drift(kind: &str) {
         orientation_uncertainty: 2e-3,
         noise: 0.02,
         sample_time: 1e-3,
+        flicker: 1e-4,
+        walk: 1e-5,
+        rest: 5.0,
         ..DriftSources::default()
     };
-    let job = VelocityDriftJob::new(sources, vec![1.0, 10.0]);
+    let mut job = VelocityDriftJob::new(sources, vec![1.0, 10.0]);
+    job.upper = Some(DriftSources {
+        walk: 2e-5,
+        ..sources
+    });
     check(kind, &|watch| ask(job.clone(), &AnyData::None, watch));
 }
 

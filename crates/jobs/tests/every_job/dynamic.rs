@@ -5,6 +5,7 @@ use crate::ask;
 use proofmass_dynamic::model::{
     FitProblem, Mode, ModelFit, ModelStructure, ResponsePoints, TransducerModel,
 };
+use proofmass_dynamic::required_density::{RequiredDensity, RequiredPoint};
 use proofmass_dynamic::step::step_response;
 use proofmass_jobs::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use proofmass_jobs::linearity::{LinearityData, LinearityJob};
@@ -237,6 +238,17 @@ pub fn motion(kind: &str) {
     let mut job = MotionJob::default();
     job.relative_uncertainty = 0.01;
     job.periods = vec![0.02, 0.1, 1.0];
+    // A sine is beyond any flat spectrum at its own line.
+    job.required = Some(RequiredDensity {
+        name: "flat".into(),
+        points: [20.0, 400.0]
+            .map(|frequency| RequiredPoint {
+                frequency,
+                density: 1e-4,
+                tolerance: RequiredDensity::TOLERANCE,
+            })
+            .to_vec(),
+    });
     let result = check(kind, &|watch| {
         let data = MotionData {
             channel: channel("a", "m/s²", &record),

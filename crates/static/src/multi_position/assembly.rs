@@ -54,6 +54,7 @@ impl MultiPositionFit {
             output_unit: unit.clone(),
             are_accelerations: settings.nominal_sensitivity.is_some(),
             attitudes_given: problem.attitudes.is_some(),
+            lengths_given: problem.lengths,
             poses: problem.poses.to_vec(),
             residuals,
             coverage: DirectionCoverage::of(&directions),
@@ -292,6 +293,11 @@ fn residuals(
             t
         }
     };
+    // Exactly one, but where lengths count.
+    let length = |index: usize| match &problem.attitudes {
+        Some(forces) if problem.lengths => proofmass_core::norm(forces[index]),
+        _ => 1.0,
+    };
     let all = problem
         .poses
         .iter()
@@ -311,7 +317,7 @@ fn residuals(
                 samples: (pose.segment.start, pose.segment.end),
                 output: pose.mean,
                 acceleration: a,
-                magnitude_residual: proofmass_core::norm(a) - g,
+                magnitude_residual: proofmass_core::norm(a) - g * length(index),
                 noise: noise.max(0.0).sqrt(),
                 vector_residual: problem
                     .attitudes

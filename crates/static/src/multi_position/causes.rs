@@ -60,7 +60,8 @@ pub(super) fn causes(
     Ok(causes)
 }
 
-/// Gravity: ∂r/∂g = −1/g per equation (unknown attitudes), −κu/g (known), carried through the gain.
+/// Gravity: ∂r/∂g = −1/g per equation (unknown attitudes), −κu/g (known), carried through the gain; what takes its place where
+/// the lengths of true accelerations count.
 fn gravity(
     settings: &MultiPosition,
     problem: &Problem<'_>,
@@ -68,6 +69,19 @@ fn gravity(
     kappa: &Matrix3<f64>,
 ) -> Influence {
     let g = settings.gravity.value();
+    if let (Some(common), Some(forces)) = (settings.lengths, &problem.attitudes) {
+        let by_length = along_rotations(solved, forces, |u| kappa.times(u).map(|v| -v));
+        return Influence::normal(
+            "true-acceleration",
+            "lengths of all true accelerations",
+            Effect::Scalar {
+                value: 1.0,
+                unit: "1".to_owned(),
+                standard_uncertainty: common,
+                sensitivity: solved.through(&by_length),
+            },
+        );
+    }
     let by_gravity: Vec<f64> = match &problem.attitudes {
         None => vec![-1.0 / g; problem.rows()],
         Some(attitudes) => along_rotations(solved, attitudes, |u| kappa.times(u).map(|v| -v / g)),

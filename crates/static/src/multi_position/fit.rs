@@ -20,7 +20,7 @@ pub struct PoseResidual {
     pub output: Triple,
     /// Compensated acceleration, m/s².
     pub acceleration: Triple,
-    /// ‖a‖ − g, m/s².
+    /// ‖a‖ − g, m/s²; where the lengths of true accelerations count, less the length that was stated.
     pub magnitude_residual: f64,
     /// Standard uncertainty of that residual from the noise of the mean alone, m/s²; zero where it is not known.
     pub noise: f64,
@@ -82,6 +82,7 @@ pub struct MultiPositionFit {
     pub(crate) output_unit: String,
     pub(crate) are_accelerations: bool,
     pub(crate) attitudes_given: bool,
+    pub(crate) lengths_given: bool,
     pub(crate) poses: Vec<Pose>,
     pub(crate) residuals: Vec<PoseResidual>,
     pub(crate) coverage: DirectionCoverage,
@@ -170,6 +171,11 @@ impl MultiPositionFit {
     /// Whether the attitudes were given; else a rotation and a mirror image of the sensor cannot be seen.
     pub fn attitudes_given(&self) -> bool {
         self.attitudes_given
+    }
+
+    /// Whether the lengths of the given accelerations count, and not gravity.
+    pub fn lengths_given(&self) -> bool {
+        self.lengths_given
     }
 
     /// What was looked for in the residuals, found or not.

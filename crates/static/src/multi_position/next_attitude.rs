@@ -194,6 +194,7 @@ mod tests {
                     start: i,
                     end: i + 1,
                     attitude: None,
+                    force_uncertainty: None,
                     label: None,
                 };
                 let scatter = 1e-3 * ((i * 7919 % 13) as f64 / 6.0 - 1.0);

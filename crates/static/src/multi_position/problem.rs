@@ -4,7 +4,7 @@ use super::observability::observability;
 use super::terms::TermsAt;
 use super::{AttitudeUncertainty, Model, MultiPosition};
 use crate::direction_coverage::unit;
-use crate::{Ellipsoid, Pose, Triple};
+use crate::{Ellipsoid, ForceUncertainty, Pose, Triple};
 use faer::{Mat, Side};
 use proofmass_core::numeric::median;
 use proofmass_core::{Error, Matrix3};
@@ -16,8 +16,10 @@ pub(crate) struct Problem<'a> {
     pub(crate) model: Model,
     /// What is fitted beside the matrix.
     pub(crate) terms: TermsAt,
-    /// Given attitudes, when every pose has one.
+    /// Given attitudes, when every pose has one: of length one, but where lengths count.
     pub(crate) attitudes: Option<Vec<Triple>>,
+    /// Whether the lengths of the attitudes count.
+    pub(crate) lengths: bool,
     attitude: AttitudeUncertainty,
     /// Local gravity, m/s².
     pub(crate) gravity: f64,
@@ -46,12 +48,20 @@ impl<'a> Problem<'a> {
         let model = settings.model;
         let attitudes: Option<Vec<Triple>> = poses
             .iter()
-            .map(|pose| pose.segment.attitude.and_then(unit))
+            .map(|pose| {
+                let attitude = pose.segment.attitude?;
+                let direction = unit(attitude)?;
+                Some(if settings.lengths.is_some() {
+                    attitude
+                } else {
+                    direction
+                })
+            })
             .collect();
         let each = if attitudes.is_some() { 3 } else { 1 };
         let terms = TermsAt::new(&settings.terms, poses)?;
         model.check_count(poses.len(), each, terms.list.len())?;
-        if model == Model::Full && attitudes.is_none() {
+        if (model == Model::Full || settings.lengths.is_some()) && attitudes.is_none() {
             // Any rotation of the sensor leaves ‖a‖ as it is.
             return Err(Error::Unobservable {
                 parameter: "misalignment.yx",
@@ -60,11 +70,19 @@ impl<'a> Problem<'a> {
         }
         let g = settings.gravity.value();
         let means: Vec<Triple> = poses.iter().map(|p| p.mean).collect();
+        let typical_norm = |all: &[Triple]| {
+            let mut norms: Vec<f64> = all.iter().map(|m| proofmass_core::norm(*m)).collect();
+            median(&mut norms)
+        };
+        // Of stated lengths: one where they are those of gravity.
+        let length = match settings.lengths {
+            Some(_) => attitudes.as_deref().and_then(typical_norm).unwrap_or(1.0),
+            None => 1.0,
+        };
         let (centre, radius) = match settings.nominal_sensitivity {
             Some(sensitivity) => {
                 let radius = sensitivity * g;
-                let mut norms: Vec<f64> = means.iter().map(|m| proofmass_core::norm(*m)).collect();
-                let typical = median(&mut norms).unwrap_or(0.0);
+                let typical = typical_norm(&means).unwrap_or(0.0) / length;
                 if !(typical > 0.5 * radius && typical < 2.0 * radius) {
                     return Err(Error::OutOfRange {
                         name: "magnitude of the output at rest",
@@ -81,10 +99,14 @@ impl<'a> Problem<'a> {
                     condition: f64::INFINITY,
                 });
             }
-            None => {
-                let sphere = Ellipsoid::sphere(&means)?;
-                (sphere.centre, sphere.radius())
-            }
+            None => match attitudes.as_deref().filter(|_| settings.lengths.is_some()) {
+                // Outputs under forces of different lengths lie on no sphere.
+                Some(forces) => by_spread(&means, forces)?,
+                None => {
+                    let sphere = Ellipsoid::sphere(&means)?;
+                    (sphere.centre, sphere.radius())
+                }
+            },
         };
         let points: Vec<Triple> = means
             .iter()
@@ -99,6 +121,7 @@ impl<'a> Problem<'a> {
             model,
             terms,
             attitudes,
+            lengths: settings.lengths.is_some(),
             attitude: settings.attitude,
             gravity: g,
             centre,
@@ -172,8 +195,10 @@ impl<'a> Problem<'a> {
         let p = self.parameters();
         observability(&self.equations(&start, &weighting)?, p, name)?;
         let weights: Vec<f64> = weighting.variances.iter().map(|v| 1.0 / v).collect();
-        let solution = self.adjust(&start, &weighting, &weights)?;
+        let mut solution = self.adjust(&start, &weighting, &weights)?;
         let weighting = self.weighting(&solution.parameters)?;
+        // Along the directions of this weighting: what appears in the equations is told along them.
+        solution.equations = self.equations(&solution.parameters, &weighting)?;
         Ok((solution, weighting))
     }
 
@@ -218,7 +243,8 @@ impl<'a> Problem<'a> {
             }
             (Some(attitudes), covariances) => {
                 for (index, u) in attitudes.iter().enumerate() {
-                    let tilt = self.tilt_covariance(&k, *u);
+                    let tilt =
+                        self.tilt_covariance(&k, *u, self.poses[index].segment.force_uncertainty);
                     let noise = match covariances {
                         Some(covariances) => covariances[index],
                         None => Matrix3::identity().0,
@@ -332,17 +358,50 @@ impl<'a> Problem<'a> {
         accelerations.into_iter().map(unit).collect()
     }
 
-    /// Covariance of κ u from the independent uncertainty of u: u_θ² κ (I − u uᵀ) κᵀ.
-    fn tilt_covariance(&self, k: &Matrix3<f64>, u: Triple) -> [Triple; 3] {
-        let across = std::array::from_fn(|i| {
-            std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 } - u[i] * u[j])
+    /// Covariance of κ u from the independent uncertainty of u, with n = u/‖u‖: κ (u_across² (I − n nᵀ) + u_along² n nᵀ) κᵀ.
+    fn tilt_covariance(
+        &self,
+        k: &Matrix3<f64>,
+        u: Triple,
+        own: Option<ForceUncertainty>,
+    ) -> [Triple; 3] {
+        let n = unit(u).unwrap_or(u);
+        let known = own.unwrap_or(ForceUncertainty {
+            across: self.attitude.independent * proofmass_core::norm(u),
+            along: 0.0,
         });
-        let variance = self.attitude.independent.powi(2);
-        k.product(&Matrix3(across))
-            .product(&k.transpose())
-            .0
-            .map(|row| row.map(|v| v * variance))
+        let (across, along) = (known.across.powi(2), known.along.powi(2));
+        let of_force = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let parallel = n[i] * n[j];
+                across * (if i == j { 1.0 } else { 0.0 } - parallel) + along * parallel
+            })
+        });
+        k.product(&Matrix3(of_force)).product(&k.transpose()).0
     }
+}
+
+/// Centre and size of outputs by how they spread about their mean beside the forces that made them.
+fn by_spread(means: &[Triple], forces: &[Triple]) -> Result<(Triple, f64), Error> {
+    let middle = |all: &[Triple]| -> Triple {
+        std::array::from_fn(|i| all.iter().map(|v| v[i]).sum::<f64>() / all.len().max(1) as f64)
+    };
+    let spread = |all: &[Triple], c: Triple| {
+        let off = |v: &Triple| (0..3).map(|i| (v[i] - c[i]).powi(2)).sum::<f64>();
+        all.iter().map(off).sum::<f64>().sqrt()
+    };
+    let (of_means, of_forces) = (middle(means), middle(forces));
+    let radius = spread(means, of_means) / spread(forces, of_forces);
+    if !(radius > 0.0 && radius.is_finite()) {
+        return Err(Error::Singular {
+            name: "outputs beside the true accelerations",
+            condition: f64::INFINITY,
+        });
+    }
+    Ok((
+        std::array::from_fn(|i| of_means[i] - radius * of_forces[i]),
+        radius,
+    ))
 }
 
 fn check_variance(variance: f64, index: usize) -> Result<(), Error> {

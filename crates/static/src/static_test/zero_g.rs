@@ -70,6 +70,7 @@ impl ZeroG {
             start: 0,
             end: n,
             attitude: None,
+            force_uncertainty: None,
             label: None,
         };
         let noise = MeanNoise::estimate(&samples, &[whole])?;

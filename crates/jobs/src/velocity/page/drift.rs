@@ -1,7 +1,8 @@
 //! The report of what a velocity from an accelerometer alone drifts.
 
-use crate::page::columns::{filed, number};
-use crate::velocity::VelocityDrift;
+use crate::page::columns::{filed, number, words};
+use crate::velocity::drift::DriftAfter;
+use crate::velocity::{TakenFrom, VelocityDrift};
 use proofmass_motion::DriftBudget;
 use proofmass_report::plot::{Axis, Series, XyPlot};
 use proofmass_report::{Report, Rounding::Significant, Section, Table, scientific};
@@ -9,7 +10,7 @@ use proofmass_report::{Report, Rounding::Significant, Section, Table, scientific
 /// Causes with what each brings after a time: name in the file, heading, and the part of a budget.
 type Cause = (&'static str, &'static str, fn(&DriftBudget) -> f64);
 
-const CAUSES: [Cause; 8] = [
+const CAUSES: [Cause; 10] = [
     ("offset_m/s", "offset, known", |b| b.offset),
     ("orientation_m/s", "inclination, known", |b| b.orientation),
     ("gain_m/s", "gain, known", |b| b.gain),
@@ -19,57 +20,213 @@ const CAUSES: [Cause; 8] = [
     }),
     ("u_gain_m/s", "u of the gain", |b| b.gain_uncertainty),
     ("u_noise_m/s", "white noise", |b| b.noise),
+    ("u_flicker_m/s", "flicker noise", |b| b.flicker),
     ("u_walk_m/s", "walk of the offset", |b| b.walk),
+    ("u_markov_m/s", "Gauss–Markov", |b| b.markov),
 ];
+
+/// Coverage factor of a normal distribution.
+const K95: f64 = 1.96;
 
 pub(in crate::velocity) fn drift(page: Report, outcome: &VelocityDrift) -> Report {
     let budgets = outcome.budgets();
-    let after = |b: &DriftBudget| b.time;
+    let page = match budgets.last() {
+        Some(last) => page.verdict(verdict(outcome, last)),
+        None => page,
+    };
+    let mut result = Section::new("Drift")
+        .table(causes(budgets))
+        .table(places(budgets));
+    if outcome.request.sources.rest > 0.0 {
+        result = result.table(aided(budgets));
+    }
+    let mut page =
+        page.section(result.summarised())
+            .section(Section::new("Drift over time").figure(
+            "Half of the interval that holds the error in 95 of 100 cases, about the known drift",
+            plot(outcome),
+        ));
+    if !outcome.request.taken.is_empty() {
+        page = page.section(
+            Section::new("Taken from results")
+                .paragraph(
+                    "Coefficients of the noise are the most likely values with their 95 % intervals; the upper ends are in the \
+                     columns so named. A calibration leaves δb/k + (δk/k) a of every compensated acceleration, with the covariance \
+                     of both. Quantisation Q, a ramp R and what follows the temperature are not in the drift.",
+                )
+                .table(taken(&outcome.request.taken)),
+        );
+    }
+    page
+}
+
+fn verdict(outcome: &VelocityDrift, last: &DriftAfter) -> String {
+    let said = |[v, p]: &[DriftBudget; 2]| {
+        format!(
+            "{} m/s with U = {} m/s, the place by {} m with U = {} m",
+            scientific(v.known(), 3),
+            scientific(K95 * v.combined, 2),
+            scientific(p.known(), 3),
+            scientific(K95 * p.combined, 2)
+        )
+    };
+    let time = scientific(last.alone[0].time, 3);
+    let aided = last.aided.as_ref().map_or(String::new(), |aided| {
+        format!(
+            " With the mean of a rest of {} s before the start taken off: {}.",
+            scientific(outcome.request.sources.rest, 3),
+            said(aided)
+        )
+    });
+    format!(
+        "After {time} s the velocity from the accelerometer alone is off by {} (k = 1.96, 95 %).{aided}",
+        said(&last.alone)
+    )
+}
+
+fn causes(budgets: &[DriftAfter]) -> Table {
+    let after = |b: &DriftAfter| b.alone[0].time;
     let mut fields = vec![number("time_s", ("after", "s"), Significant(3), after)];
     for (name, heading, part) in CAUSES {
+        let of = move |b: &DriftAfter| part(&b.alone[0]);
         // A page has no room for what is nowhere.
-        fields.push(match budgets.iter().any(|b| part(b) != 0.0) {
-            true => number(name, (heading, "m/s"), Significant(3), part),
-            false => filed(name, part),
+        fields.push(match budgets.iter().any(|b| of(b) != 0.0) {
+            true => number(name, (heading, "m/s"), Significant(3), of),
+            false => filed(name, of),
         });
     }
-    let expanded = |b: &DriftBudget| 1.96 * b.combined;
     fields.extend([
         number(
             "drift_m/s",
             ("drift", "m/s"),
             Significant(3),
-            DriftBudget::known,
+            |b: &DriftAfter| b.alone[0].known(),
         ),
-        number("", ("U, 95 %", "m/s"), Significant(3), expanded),
-        filed("standard_uncertainty_m/s", |b: &DriftBudget| b.combined),
+        number("", ("U, 95 %", "m/s"), Significant(3), |b: &DriftAfter| {
+            K95 * b.alone[0].combined
+        }),
+        filed("standard_uncertainty_m/s", |b: &DriftAfter| {
+            b.alone[0].combined
+        }),
+        filed("standard_uncertainty_upper_m/s", |b: &DriftAfter| {
+            b.upper.map(|u| u[0].combined)
+        }),
+        filed("place_m", |b: &DriftAfter| b.alone[1].known()),
+        filed("u_place_m", |b: &DriftAfter| b.alone[1].combined),
+        filed("u_place_upper_m", |b: &DriftAfter| {
+            b.upper.map(|u| u[1].combined)
+        }),
+        filed("drift_aided_m/s", |b: &DriftAfter| {
+            b.aided.map(|a| a[0].known())
+        }),
+        filed("u_drift_aided_m/s", |b: &DriftAfter| {
+            b.aided.map(|a| a[0].combined)
+        }),
+        filed("u_drift_aided_upper_m/s", |b: &DriftAfter| {
+            b.aided_upper.map(|a| a[0].combined)
+        }),
+        filed("place_aided_m", |b: &DriftAfter| {
+            b.aided.map(|a| a[1].known())
+        }),
+        filed("u_place_aided_m", |b: &DriftAfter| {
+            b.aided.map(|a| a[1].combined)
+        }),
     ]);
     let caption = "Velocity from the accelerometer alone, in excess of the true one";
-    let table = Table::of(caption, fields, budgets).file("drift.csv");
-    let last = budgets.iter().fold(0.0f64, |m, b| m.max(b.time));
+    Table::of(caption, fields, budgets).file("drift.csv")
+}
+
+fn places(budgets: &[DriftAfter]) -> Table {
+    let fields = vec![
+        number("", ("after", "s"), Significant(3), |b: &DriftAfter| {
+            b.alone[1].time
+        }),
+        number("", ("place", "m"), Significant(3), |b: &DriftAfter| {
+            b.alone[1].known()
+        }),
+        number("", ("U, 95 %", "m"), Significant(3), |b: &DriftAfter| {
+            K95 * b.alone[1].combined
+        }),
+    ];
+    Table::of(
+        "Place from the accelerometer alone, beyond the true one",
+        fields,
+        budgets,
+    )
+}
+
+fn aided(budgets: &[DriftAfter]) -> Table {
+    let of =
+        |heading: &'static str, unit: &'static str, which: usize, part: fn(&DriftBudget) -> f64| {
+            number(
+                "",
+                (heading, unit),
+                Significant(3),
+                move |b: &DriftAfter| b.aided.map(|a| part(&a[which])),
+            )
+        };
+    let fields = vec![
+        number("", ("after", "s"), Significant(3), |b: &DriftAfter| {
+            b.alone[0].time
+        }),
+        of("drift", "m/s", 0, DriftBudget::known),
+        of("white noise", "m/s", 0, |b| b.noise),
+        of("flicker noise", "m/s", 0, |b| b.flicker),
+        of("walk", "m/s", 0, |b| b.walk),
+        of("U, 95 %", "m/s", 0, |b| K95 * b.combined),
+        of("place", "m", 1, DriftBudget::known),
+        of("U, 95 %", "m", 1, |b| K95 * b.combined),
+    ];
+    Table::of(
+        "With the mean of the rest before the start taken off",
+        fields,
+        budgets,
+    )
+}
+
+fn taken(taken: &[TakenFrom]) -> Table {
+    let fields = vec![
+        words("quantity", |t: &TakenFrom| t.quantity.clone()),
+        words("value", |t: &TakenFrom| t.value.clone()),
+        words("unit", |t: &TakenFrom| t.unit.clone()),
+        words("from", |t: &TakenFrom| t.file.clone()),
+    ];
+    Table::of("What was taken from which file", fields, taken)
+}
+
+fn plot(outcome: &VelocityDrift) -> XyPlot {
+    let last = outcome.budgets().iter();
+    let last = last.fold(0.0f64, |m, b| m.max(b.alone[0].time));
     let time: Vec<f64> = (1..=200).map(|k| last * f64::from(k) / 200.0).collect();
-    let curve = time.iter().map(|t| outcome.request.sources.after(*t));
-    let curve: Vec<DriftBudget> = curve.collect();
-    let known: Vec<f64> = curve.iter().map(DriftBudget::known).collect();
-    let half: Vec<f64> = curve.iter().map(|b| 1.96 * b.combined).collect();
-    let plot = XyPlot::new(
+    let curve: Vec<DriftAfter> = time.iter().map(|t| outcome.request.after(*t)).collect();
+    let line = |name: &str, which: usize, pick: fn(&DriftAfter) -> Option<&[DriftBudget; 2]>| {
+        let budgets: Option<Vec<&DriftBudget>> =
+            curve.iter().map(|b| Some(&pick(b)?[which])).collect();
+        let budgets = budgets?;
+        let known: Vec<f64> = budgets.iter().map(|b| b.known()).collect();
+        let half: Vec<f64> = budgets.iter().map(|b| K95 * b.combined).collect();
+        Some(Series::line(name, &time, &known).within(&half))
+    };
+    let mut plot = XyPlot::new(
         Axis::linear("time since the integration began", "s"),
         Axis::linear("drift", "m/s"),
-    )
-    .series(Series::line("", &time, &known).within(&half))
-    .horizontal(0.0, "");
-    let page = match budgets.last() {
-        Some(b) => page.verdict(format!(
-            "After {} s the velocity from the accelerometer alone is off by {} m/s with U = {} m/s (k = 1.96, 95 %).",
-            scientific(b.time, 3),
-            scientific(b.known(), 3),
-            scientific(expanded(b), 2)
-        )),
-        None => page,
-    };
-    page.section(Section::new("Drift").table(table).summarised())
-        .section(Section::new("Drift over time").figure(
-            "The known drift, with the interval that holds it in 95 of 100 cases",
-            plot,
-        ))
+    );
+    let rested = outcome.request.sources.rest > 0.0;
+    let name = if rested { "without the rest" } else { "" };
+    for which in 0..2 {
+        if which == 1 {
+            plot = plot.below(Axis::linear("place", "m"));
+        }
+        for series in [
+            line(name, which, |b| Some(&b.alone)),
+            line("with the rest", which, |b| b.aided.as_ref()),
+        ]
+        .into_iter()
+        .flatten()
+        {
+            plot = plot.series(series);
+        }
+        plot = plot.horizontal(0.0, "");
+    }
+    plot
 }
