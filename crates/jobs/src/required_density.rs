@@ -87,7 +87,7 @@ fn of_toml(source: Source) -> Result<(RequiredDensity, Input)> {
         .map_err(|_| within(Trouble::data("the file is not text in UTF-8")))?;
     let typed: TypedProfile = toml::from_str(text).map_err(|e| {
         within(Trouble::data(format!("not a required spectrum: {}", e.message())).with_hint(
-            "write unit = \"g2/Hz\", tolerance_dB = [-3, 3], and [[point]] with frequency_Hz and density or slope_dB_per_octave",
+            "write the unit (g2/Hz), tolerance_dB, and [[point]] with frequency_Hz and density or slope_dB_per_octave",
         ))
     })?;
     let factor = match typed.unit.replace('²', "2").replace('^', "").as_str() {
@@ -98,7 +98,7 @@ fn of_toml(source: Source) -> Result<(RequiredDensity, Input)> {
                 Trouble::data(format!(
                     "{other:?} is no unit of a density of an acceleration"
                 ))
-                .with_hint("write unit = \"g2/Hz\" or \"(m/s2)2/Hz\""),
+                .with_hint("write g2/Hz or (m/s2)2/Hz as the unit"),
             ));
         }
     };
