@@ -536,6 +536,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
         "export",
         &["rotate-uncertainty", "linear-phase", "attenuation"],
     ),
+    ("init", &["attitude-uncertainty", "a-true-uncertainty"]),
     ("uncertainty", &["check-digits", "effects"]),
     ("validate", &["threshold", "stream"]),
     ("test random", &["noise-ratio"]),

@@ -444,8 +444,8 @@ mod tests {
         let calls = calls("tasks.md");
         assert_eq!(
             calls.len(),
-            35,
-            "thirty tasks, a picture, two of a certificate, and two calls with a file"
+            37,
+            "thirty-two tasks, a picture, two of a certificate, and two calls with a file"
         );
         for call in calls {
             let read = argument_file::expand(call.split(' '))
