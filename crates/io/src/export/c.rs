@@ -91,14 +91,20 @@ pub(super) fn outside(name: &str, low: &str, high: &str) -> String {
 
 /// The beginning of the function that applies what was read from a memory, up to the temperature.
 pub(super) fn outside_of_a_memory(name: &str) -> String {
+    let within = outside(name, "c->low", "c->high");
+    let within = within.lines().map(|line| match line.starts_with('#') {
+        true => format!("{line}\n"),
+        false => format!("    {line}\n"),
+    });
+    let within: String = within.collect();
     format!(
         "\n/* Acceleration in m/s^2. Returns 1, or 0 where the temperature, in degC, lies beyond the calibration: acceleration is then left as it was.\n   \
          A calibration without temperature does not look at it. With {} defined before the header is included, such a temperature\n   \
          is taken as the nearer end of the calibration. */\n\
          static inline int {name}_apply(const {name}_t *c, const float *output, float temperature, float *acceleration)\n{{\n    \
-         float v[3], d = 0.0f;\n    int i;\n    if (c->has_temperature) {{\n{}    ",
+         float v[3] = {0.0f, 0.0f, 0.0f}, d = 0.0f;\n    int i;\n    if (c->has_temperature) {{\n{}    ",
         hold_switch(name),
-        outside(name, "c->low", "c->high")
+        within
     )
 }
 
