@@ -102,7 +102,7 @@ pub(super) fn outside_of_a_memory(name: &str) -> String {
          A calibration without temperature does not look at it. With {} defined before the header is included, such a temperature\n   \
          is taken as the nearer end of the calibration. */\n\
          static inline int {name}_apply(const {name}_t *c, const float *output, float temperature, float *acceleration)\n{{\n    \
-         float v[3] = {0.0f, 0.0f, 0.0f}, d = 0.0f;\n    int i;\n    if (c->has_temperature) {{\n{}    ",
+         float v[3] = {{0.0f, 0.0f, 0.0f}}, d = 0.0f;\n    int i;\n    if (c->has_temperature) {{\n{}    ",
         hold_switch(name),
         within
     )
