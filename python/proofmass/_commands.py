@@ -28,6 +28,7 @@ __all__ = [
     "certificate_template",
     "compare",
     "convert",
+    "device_check",
     "explain",
     "export",
     "filter",
@@ -72,6 +73,8 @@ def calibrate(
     rows: str = "samples",
     temperature: str | int | None = None,
     model: str | None = None,
+    attitude_uncertainty: float | None = None,
+    a_true_uncertainty: float | None = None,
     free_living: bool = False,
     force: bool = False,
     sign: Data | None = None,
@@ -107,8 +110,11 @@ def calibrate(
         rows: What a row is: a sample (static intervals are found), one reading in one position, a sample of a slow
             tumble. One of samples, readings, tumble.
         temperature: Temperature column in °C by name or number.
-        model: Model: bias, bias-scale, triangular, symmetric; with attitudes that a campaign gives also full. One of
-            bias, bias-scale, triangular, symmetric, full, six-position, ferraris, ellipsoid.
+        model: Model: bias, bias-scale, triangular, symmetric; with given attitudes also full. One of bias,
+            bias-scale, triangular, symmetric, full, six-position, ferraris, ellipsoid.
+        attitude_uncertainty: Standard uncertainty of the attitudes that a table of readings gives, in degrees.
+        a_true_uncertainty: Standard uncertainty of each component of the true accelerations a_true_x … of a table of
+            readings, in m/s².
         free_living: Days of a logger on a wrist or a machine: calibrate from its still moments.
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -138,6 +144,8 @@ def init(
     rows: str = "samples",
     temperature: str | int | None = None,
     model: str | None = None,
+    attitude_uncertainty: float | None = None,
+    a_true_uncertainty: float | None = None,
     free_living: bool = False,
     watch: Watch | None = None,
 ) -> Path:
@@ -167,8 +175,11 @@ def init(
         rows: What a row is: a sample (static intervals are found), one reading in one position, a sample of a slow
             tumble. One of samples, readings, tumble.
         temperature: Temperature column in °C by name or number.
-        model: Model: bias, bias-scale, triangular, symmetric; with attitudes that a campaign gives also full. One of
-            bias, bias-scale, triangular, symmetric, full, six-position, ferraris, ellipsoid.
+        model: Model: bias, bias-scale, triangular, symmetric; with given attitudes also full. One of bias,
+            bias-scale, triangular, symmetric, full, six-position, ferraris, ellipsoid.
+        attitude_uncertainty: Standard uncertainty of the attitudes that a table of readings gives, in degrees.
+        a_true_uncertainty: Standard uncertainty of each component of the true accelerations a_true_x … of a table of
+            readings, in m/s².
         free_living: Days of a logger on a wrist or a machine: calibrate from its still moments.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
@@ -313,6 +324,8 @@ def export(
     c: bool = False,
     python: bool = False,
     imu_yaml: bool = False,
+    memory: bool = False,
+    memory_reader: bool = False,
     number: str = "float",
     band: str | Sequence[float] | None = None,
     rotate: str | None = None,
@@ -328,7 +341,7 @@ def export(
     output: Place | None = None,
     watch: Watch | None = None,
 ) -> str | Any:
-    """Write a calibration as source code (C, Rust, Python), imu.yaml or JSON.
+    """Write a calibration as source code (C, Rust, Python), imu.yaml, JSON or the image of a memory.
 
     Of a result of `bias`, `velocity tune` or `velocity map` it writes the filter, the gains or the encoder map.
 
@@ -346,6 +359,8 @@ def export(
         c: C99 header without dependencies.
         python: Python module without dependencies.
         imu_yaml: IMU intrinsics of Kalibr (calibrations of outputs in m/s²).
+        memory: Image for the memory of the device, with serial number and checksum; needs output=.
+        memory_reader: C99 header that reads such images, of any device.
         number: Numbers of Rust and C. One of float, double, fixed.
         band: Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that
             alone.
@@ -504,6 +519,37 @@ def compare(
         calibrations: Two calibrations or more; of two, differences are the first less the second.
         probability: Probability of the expanded uncertainties.
         coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("device check")
+def device_check(
+    folders: Sequence[Data] | Data,
+    *,
+    sheet: Data = "device.toml",
+    false_alarm_rate: float = 0.01,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:
+    """Judge devices by their data sheet: pass, fail, undecided or not shown, limit by limit.
+
+    It reads every result.json in the folders and below them: what `proofmass calibrate`, `noise` and `test` wrote.
+    Devices are told apart by the serial number that their results state; a result without one belongs to the device
+    whose results share its folder. The rule of the decision stands in the sheet: a guard band of U where it says
+    nothing.
+
+    Args:
+        folders: Folders of results, of one device or of several.
+        sheet: Data sheet (TOML), with a [[limit]] for each promise.
+        false_alarm_rate: Probability at which two results of one quantity that agree are said to contradict each
+            other.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -905,6 +951,8 @@ def inspect(
 ) -> dict[str, Any]:
     """Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
 
+    Of the calibration memory of a device, as `export memory=` writes it, it shows the coefficients.
+
     Args:
         file: Delimited text or a format that `proofmass formats` lists, plain or packed with gzip or zstd; `-` is
             standard input.
@@ -1166,11 +1214,11 @@ def schema(
             manifest, provenance, request, multi-position-request, free-living-request, shaker-triaxial-request,
             shaker-single-request, shaker-primary-request, transverse-sensitivity-request, spurious-motion-request,
             plan-request, validation-request, apply-request, convert-request, inspect-request, noise-request,
-            noise-comparison-request, velocity-estimate-request, velocity-compare-request, velocity-tune-request,
-            velocity-map-request, velocity-drift-request, temperature-request, bias-request, static-test-request,
-            simulate-request, uncertainty-request, modes-request, shock-request, response-request,
-            transducer-model-request, step-request, levels-request, motion-request, comparison-request,
-            certificate-request, deconvolution-request.
+            noise-comparison-request, device-check-request, velocity-estimate-request, velocity-compare-request,
+            velocity-tune-request, velocity-map-request, velocity-drift-request, temperature-request, bias-request,
+            static-test-request, simulate-request, uncertainty-request, modes-request, shock-request,
+            response-request, transducer-model-request, step-request, levels-request, motion-request,
+            comparison-request, certificate-request, deconvolution-request.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

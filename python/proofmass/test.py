@@ -371,6 +371,8 @@ def random(
     segment: int | None = None,
     estimator: str | None = None,
     noise_ratio: float | None = None,
+    required: str | None = None,
+    resolution: float | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
     output_unit: str | None = None,
@@ -406,6 +408,9 @@ def random(
             noise on either]. One of h1, h2, hv.
         noise_ratio: Ratio of the densities of output noise to input noise, for hv, in the square of the unit of the
             response.
+        required: Spectrum that is required of the input: a table (.csv, .toml) or the word of a published one, as of
+            `test motion`.
+        resolution: Distance of the lines of that spectrum in hertz [default: 5, or half of its lowest frequency].
         input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
         output_unit: Its unit, where the heading does not say it.
@@ -779,6 +784,9 @@ def motion(
     gravity: float = 9.80665,
     damping: float = 5,
     periods: float | str | Sequence[float] | None = None,
+    required: str | None = None,
+    resolution: float | None = None,
+    full_scale: float | None = None,
     vibration_band: str = "10,1000",
     output: Place | None = None,
     force: bool = False,
@@ -803,6 +811,10 @@ def motion(
         gravity: Gravity of intensity and bracketed duration in m/s².
         damping: Damping ratio of the response spectrum, in per cent.
         periods: Periods of the response spectrum in seconds [default: a hundred].
+        required: Spectrum that is required: a table (.csv, .toml) or navmat-p-9492, gevs-qualification,
+            gevs-acceptance, mil-std-810-minimum-integrity.
+        resolution: Distance of the lines of that spectrum in hertz [default: 5, or half of its lowest frequency].
+        full_scale: Full scale of the sensor to either side in m/s², or in g as 2g: samples there are cut off.
         vibration_band: Band of the vibration velocity in hertz.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.

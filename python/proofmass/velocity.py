@@ -578,6 +578,11 @@ def drift(
     noise: float | None = None,
     rate: float | None = None,
     noise_density: float | None = None,
+    noise_result: Data | None = None,
+    noise_channel: str | None = None,
+    calibration: Data | None = None,
+    axis: str | None = None,
+    rest: float = 0,
     times: float | str | Sequence[float] = "1,10,60,600",
     output: Place | None = None,
     force: bool = False,
@@ -586,8 +591,9 @@ def drift(
 ) -> Result:
     """Drift of a velocity from an accelerometer alone; needs no recording.
 
-    It is computed from the stated errors of the sensor. Known errors add up, uncertainties and noise widen the
-    interval; each stands by itself in the table. With output=, a folder gets result.json, report.html and drift.csv.
+    It is computed from the stated errors of the sensor, or from results: its noise and what its calibration leaves
+    open. Known errors add up, uncertainties and noise widen the interval; each stands by itself in the table. With
+    output=, a folder gets result.json, report.html and drift.csv.
 
     Args:
         offset: Offset, m/s².
@@ -601,6 +607,13 @@ def drift(
         noise: Standard deviation of a sample, m/s²; needs rate=.
         rate: Sampling rate of that noise, Hz.
         noise_density: Density of the noise in place of its samples, (m/s²)/√Hz, one-sided as in data sheets.
+        noise_result: result.json of `proofmass noise`: N, B, K and Gauss–Markov processes with their intervals, in
+            place of typed noise.
+        noise_channel: Channel of the noise result, by its name [default: its only one, or that of axis=].
+        calibration: Calibration at rest (calibration.json or result.json): what it leaves open of offset and gain,
+            with their covariance.
+        axis: Axis of both along the motion, where they have three. One of x, y, z.
+        rest: Rest just before the start, in seconds: the drift is stated also with its mean taken off.
         times: Times after the start, s.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.

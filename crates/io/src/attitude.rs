@@ -383,7 +383,7 @@ mod tests {
     #[test]
     fn law_forms_of_one_attitude_are_one() -> Result<()> {
         let word = GivenAttitude::word("-x+z")?;
-        let vector = GivenAttitude::vector([-0.7, 0.0, 0.7])?;
+        let vector = GivenAttitude::vector([-0.70705, 0.0, 0.70705])?;
         let angles = GivenAttitude::angles(0.0, std::f64::consts::FRAC_PI_4)?;
         let truth = GivenAttitude::acceleration([-6.9, 0.0, 6.9], None)?;
         for other in [vector, angles, truth] {
