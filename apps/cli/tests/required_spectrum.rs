@@ -173,6 +173,11 @@ fn refuses_profiles_that_are_none() {
             "at least two points",
         ),
         (
+            "h.csv",
+            "frequency_Hz,density_g2/Hz\n1e-320,0.02\n80,0.02\n",
+            "has no lines",
+        ),
+        (
             "c.csv",
             "frequency_Hz,density\n20,0.02\n80,0.02\n",
             "does not say the unit",

@@ -46,8 +46,8 @@ impl JudgedDensity {
             return Err(Trouble::request(format!("lines {width} Hz apart are none"))
                 .with_hint("give --resolution in Hz, above zero"));
         }
-        let segment = 2 * (0.5 * rate / width).round() as usize;
-        if segment < 8 || segment > record.len() {
+        let lines = (0.5 * rate / width).round();
+        if !(lines >= 4.0 && 2.0 * lines <= record.len() as f64) {
             return Err(Trouble::data(format!(
                 "the record of {:.3} s at {rate} samples/s has no lines {width} Hz apart",
                 record.len() as f64 / rate
@@ -60,7 +60,7 @@ impl JudgedDensity {
             ))
             .with_hint(format!("sample at more than {:.0} per second", 2.0 * high)));
         }
-        let density = Welch::new(segment).density(record, rate)?;
+        let density = Welch::new(2 * lines as usize).density(record, rate)?;
         Ok(Self {
             name: required.name.clone(),
             channel: name.to_owned(),
