@@ -24,28 +24,7 @@ fn device(folder: &Path, seed: &str, white: &str) -> PathBuf {
         "-o",
         text(&place.join("calibration")),
     ]);
-    succeed(&[
-        "simulate",
-        "noise",
-        "-o",
-        text(&rest),
-        "--duration",
-        "200",
-        "--rate",
-        "50",
-        "--random-walk",
-        "0",
-        "--white",
-        white,
-        "--seed",
-        seed,
-    ]);
-    succeed(&[
-        "noise",
-        text(&rest.join("recording.csv")),
-        "-o",
-        text(&place.join("noise")),
-    ]);
+    white_noise("accelerometer", &rest, &place.join("noise"), white, seed);
     place
 }
 

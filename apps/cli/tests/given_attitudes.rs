@@ -88,21 +88,23 @@ fn parameters(result: &Path) -> Vec<(String, f64, f64, f64)> {
         .collect()
 }
 
-fn calibrated(folder: &Path, text_of_table: &str, more: &[&str]) -> Vec<(String, f64, f64, f64)> {
-    let (file, out) = (folder.join("positions.csv"), folder.join("out"));
-    std::fs::write(&file, text_of_table).unwrap();
-    let mut arguments = vec![
+/// The call that calibrates a table of readings.
+fn call<'a>(file: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let beginning = [
         "calibrate",
-        text(&file),
+        text(file),
         "--rows",
         "readings",
         "--model",
         "full",
     ];
-    arguments.extend(PLACE);
-    arguments.extend(more);
-    arguments.extend(["-o", text(&out)]);
-    succeed(&arguments);
+    [&beginning[..], &PLACE, more].concat()
+}
+
+fn calibrated(folder: &Path, text_of_table: &str, more: &[&str]) -> Vec<(String, f64, f64, f64)> {
+    let (file, out) = (folder.join("positions.csv"), folder.join("out"));
+    std::fs::write(&file, text_of_table).unwrap();
+    succeed(&[&call(&file, more)[..], &["-o", text(&out)]].concat());
     parameters(&out)
 }
 
@@ -411,17 +413,7 @@ fn refuses_attitudes_that_are_none() {
     ];
     for (table, more, words) in cases {
         std::fs::write(&file, &table).unwrap();
-        let mut arguments = vec![
-            "calibrate",
-            text(&file),
-            "--rows",
-            "readings",
-            "--model",
-            "full",
-        ];
-        arguments.extend(PLACE);
-        arguments.extend(more);
-        let said = refuse(&arguments);
+        let said = refuse(&call(&file, more));
         for word in words {
             assert!(said.contains(word), "{word}: {said}\n{table}");
         }

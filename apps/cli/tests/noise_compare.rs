@@ -12,32 +12,9 @@ fn unit(folder: &Path, name: &str, white: &str, seed: &str) -> PathBuf {
 
 /// The noise result of a simulated unit.
 fn unit_of(sensor: &str, folder: &Path, name: &str, white: &str, seed: &str) -> PathBuf {
-    let raw = folder.join(format!("{name}-raw"));
-    succeed(&[
-        "simulate",
-        "noise",
-        "-o",
-        text(&raw),
-        "--duration",
-        "200",
-        "--rate",
-        "50",
-        "--random-walk",
-        "0",
-        "--white",
-        white,
-        "--seed",
-        seed,
-        "--sensor",
-        sensor,
-    ]);
     let place = folder.join(name);
-    succeed(&[
-        "noise",
-        text(&raw.join("recording.csv")),
-        "-o",
-        text(&place),
-    ]);
+    let raw = folder.join(format!("{name}-raw"));
+    white_noise(sensor, &raw, &place, white, seed);
     place
 }
 

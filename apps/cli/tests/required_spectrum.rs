@@ -20,22 +20,24 @@ fn record(path: &Path, density: f64, seconds: usize, seed: u64, full_scale: f64)
     std::fs::write(path, text).unwrap();
 }
 
-fn judged(file: &Path, required: &str, more: &[&str], out: &Path) -> serde_json::Value {
-    let mut all = vec![
+/// A call of `test motion` on the channel `a` of a record.
+fn motion<'a>(file: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let beginning = [
         "test",
         "motion",
         text(file),
         "--column",
         "a",
-        "--required",
-        required,
         "-o",
         text(out),
     ];
+    [&beginning[..], more].concat()
+}
+
+fn judged(file: &Path, required: &str, more: &[&str], out: &Path) -> serde_json::Value {
     // Its response spectrum is not asked for here, and takes longest.
-    all.extend(["--periods", "0.1"]);
-    all.extend(more);
-    succeed(&all);
+    let own = ["--required", required, "--periods", "0.1"];
+    succeed(&motion(file, out, &[&own, more].concat()));
     json(&out.join("result.json"))
 }
 
@@ -132,17 +134,7 @@ fn known_record_cut_off_at_full_scale() {
     let folder = tempfile::tempdir().unwrap();
     let (file, out) = (folder.path().join("a.csv"), folder.path().join("out"));
     let found = |more: &[&str]| {
-        let mut all = vec![
-            "test",
-            "motion",
-            text(&file),
-            "--column",
-            "a",
-            "-o",
-            text(&out),
-        ];
-        all.extend(more);
-        succeed(&all);
+        succeed(&motion(&file, &out, more));
         codes(&json(&out.join("result.json"))).contains(&"clipped".to_owned())
     };
     // 1 g RMS: one sample of 22 stands at ± 2 g.
@@ -230,40 +222,16 @@ fn refuses_profiles_that_are_none() {
     ] {
         let profile = folder.path().join(format!("profile-{name}"));
         std::fs::write(&profile, form).unwrap();
-        let said = refuse(&[
-            "test",
-            "motion",
-            text(&file),
-            "--column",
-            "a",
-            "--required",
-            text(&profile),
-            "-o",
-            text(&out),
-        ]);
+        let said = refuse(&motion(&file, &out, &["--required", text(&profile)]));
         assert!(said.contains(why), "{why}: {said}");
         assert!(!out.exists(), "{name}");
     }
-    let base = [
-        "test",
-        "motion",
-        text(&file),
-        "--column",
-        "a",
-        "-o",
-        text(&out),
-    ];
-    let said = refuse(&[&base[..], &["--required", "navmat"]].concat());
+    let said = refuse(&motion(&file, &out, &["--required", "navmat"]));
     assert!(said.contains("navmat-p-9492"), "{said}");
-    let said = refuse(
-        &[
-            &base[..],
-            &["--required", "gevs-acceptance", "--resolution", "0.001"],
-        ]
-        .concat(),
-    );
+    let fine = ["--required", "gevs-acceptance", "--resolution", "0.001"];
+    let said = refuse(&motion(&file, &out, &fine));
     assert!(said.contains("no lines 0.001 Hz apart"), "{said}");
-    let wrong = proofmass(&[&base[..], &["--full-scale", "-2g"]].concat());
+    let wrong = proofmass(&motion(&file, &out, &["--full-scale", "-2g"]));
     assert_eq!(wrong.status.code(), Some(2));
 }
 

@@ -242,3 +242,26 @@ pub fn copy(from: &Path, to: &Path, but: Option<&str>) {
         }
     }
 }
+
+/// The noise result of a simulated sensor, white noise over 200 s, in `out`; its recording in `raw`.
+pub fn white_noise(sensor: &str, raw: &Path, out: &Path, white: &str, seed: &str) {
+    succeed(&[
+        "simulate",
+        "noise",
+        "-o",
+        text(raw),
+        "--duration",
+        "200",
+        "--rate",
+        "50",
+        "--random-walk",
+        "0",
+        "--white",
+        white,
+        "--seed",
+        seed,
+        "--sensor",
+        sensor,
+    ]);
+    succeed(&["noise", text(&raw.join("recording.csv")), "-o", text(out)]);
+}
