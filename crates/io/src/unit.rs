@@ -134,7 +134,7 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         "m/s²",
         "m/s2",
         &[
-            "m/s/s", "m/s**2", "mps2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2",
+            "m/s/s", "m/s**2", "mps2", "ms2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2",
             "m/sec2", "meter/s2",
         ],
     ),
@@ -641,6 +641,7 @@ mod tests {
             ("temperature_deg_C", "temperature", Some(DegreeCelsius)),
             ("inclination_deg", "inclination", Some(Degree)),
             ("acc_x_m_s2", "acc_x", Some(MetrePerSecondSquared)),
+            ("ax_ms2", "ax", Some(MetrePerSecondSquared)),
             ("acc_x", "acc_x", None),
             ("g", "g", None),
             ("channel 1", "channel 1", None),

@@ -67,7 +67,10 @@ impl Explanation {
             meaning: kind.meaning_line(),
             what: kind.what_line(),
             evidence: kind.evidence_line(),
-            advice: kind.advice_line(),
+            // There are several, and the call that found it chooses.
+            advice: kind
+                .advice_line()
+                .replace("⟨remedy⟩", "what the result says, as the cause asks for it"),
             evidence_fields: kind.evidence_fields,
             false_alarms: kind.false_alarms,
         }

@@ -47,13 +47,19 @@ fn is_kept_back(link: &Link) -> bool {
 /// What became of the files, in a sentence without its full stop.
 fn state(chain: &Verification) -> String {
     let here = || chain.links.iter().filter(|l| !is_kept_back(l));
-    let count = |fate| here().filter(|l| l.fate == fate).count();
-    let (changed, missing, all) = (count(Fate::Changed), count(Fate::Missing), here().count());
+    let count = |fate| files(here().filter(|l| l.fate == fate));
+    let (changed, missing, all) = (count(Fate::Changed), count(Fate::Missing), files(here()));
     let said = said(changed, missing, all);
-    match chain.links.len() - all {
-        0 => said,
-        _ => format!("{said}; what the certificate was made of is not here"),
+    match chain.links.iter().any(is_kept_back) {
+        false => said,
+        true => format!("{said}; what the certificate was made of is not here"),
     }
+}
+
+/// Files that the links name, each once though several lists name it.
+fn files<'a>(links: impl Iterator<Item = &'a Link>) -> usize {
+    let place = |l: &'a Link| l.found.as_deref().unwrap_or(Path::new(&l.name));
+    links.map(place).collect::<BTreeSet<_>>().len()
 }
 
 fn said(changed: usize, missing: usize, all: usize) -> String {

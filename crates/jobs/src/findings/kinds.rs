@@ -19,7 +19,7 @@ findings! {
         "limit-not-shown", [Warning],
         what "limits of the data sheet that no result shows: {count}; they are neither met nor exceeded",
         evidence "{limits}",
-        advice "measure what is missing, and give the folder of that result too; docs/devices.md lists which test shows what",
+        advice "measure what is missing, and give the folder of that result too; the page Devices of the documentation lists which test shows what",
         false_alarms "none: the quantities of the results are compared by name";
 
     /// A limit in a unit that the quantity cannot be converted to.

@@ -28,7 +28,7 @@ pub(super) fn add(mut page: Report, outcome: &ShakerTriaxialOutcome) -> Report {
         .extend(reference.map(|r| ("Reference".to_owned(), r.clone())));
     page.meta
         .extend(outcome.clock.iter().flat_map(SensorClock::lines));
-    page = page.meta("Runs", outcome.runs.len().to_string());
+    page = page.meta("Runs recorded", outcome.runs.len().to_string());
     if let Some(principal) = principal(calibration) {
         let unit = Unit::of(calibration);
         page = page
