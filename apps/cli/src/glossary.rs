@@ -132,7 +132,8 @@ mod tests {
                 !entry.meaning.is_empty() && !entry.commands.is_empty(),
                 "{entry:?}"
             );
-            for line in &entry.commands {
+            let known = entry.commands.iter();
+            for line in known.filter(|line| crate::tests::is_built(line)) {
                 let mut words = line.split(' ');
                 assert_eq!(words.next(), Some("proofmass"), "{line}");
                 let mut command = &root;

@@ -439,6 +439,11 @@ mod tests {
         }
     }
 
+    /// Whether the command of a call is in this build: the records are a feature.
+    pub(crate) fn is_built(call: &str) -> bool {
+        cfg!(feature = "records") || call.split(' ').nth(1) != Some("records")
+    }
+
     #[test]
     fn law_every_call_of_the_page_of_tasks_is_understood() {
         let calls = calls("tasks.md");
@@ -447,7 +452,7 @@ mod tests {
             37,
             "thirty-two tasks, a picture, two of a certificate, and two calls with a file"
         );
-        for call in calls {
+        for call in calls.into_iter().filter(|call| is_built(call)) {
             let read = argument_file::expand(call.split(' '))
                 .map_err(|failure| failure.to_string())
                 .and_then(|expanded| {

@@ -134,8 +134,8 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         "m/s²",
         "m/s2",
         &[
-            "m/s/s", "m/s**2", "mps2", "ms2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2", "m_per_s2",
-            "m/sec2", "meter/s2",
+            "m/s/s", "m/s**2", "mps2", "ms2", "ms-2", "m.s-2", "m·s-2", "m*s-2", "m_s2",
+            "m_per_s2", "m/sec2", "meter/s2",
         ],
     ),
     (

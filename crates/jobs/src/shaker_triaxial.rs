@@ -25,7 +25,7 @@ use proofmass_shaker::recording::{QualityLimits, RunInput};
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::{
     Acts, Budget, Configuration, Correction, Key, ShakerCalibration, ShakerCampaign, ShakerInput,
-    ShakerMethod, adopt, calibrate, check,
+    ShakerMethod, UnmeasuredMotion, adopt, calibrate, check,
 };
 use proofmass_uncertainty::{Finding, Refusal};
 use serde::{Deserialize, Serialize};
@@ -78,6 +78,9 @@ pub struct ShakerTriaxialJob {
     /// Corrections of the spurious motion to set side by side; without one nothing is corrected.
     #[serde(default)]
     pub corrections: Vec<Correction>,
+    /// How large the motion of the bench may be where the corrections say nothing; the runs tell it when `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmeasured_motion: Option<UnmeasuredMotion>,
     /// Budget of the published method.
     pub magnitude_budget: MagnitudeBudget,
     /// What should have been measured at every frequency.
@@ -112,6 +115,7 @@ impl ShakerTriaxialJob {
             reference: None,
             reference_description: None,
             corrections: Vec::new(),
+            unmeasured_motion: None,
             magnitude_budget: MagnitudeBudget::published(0.0035),
             plan: None,
             targets: Vec::new(),
@@ -127,6 +131,7 @@ impl ShakerTriaxialJob {
         let mut campaign = ShakerCampaign::new(runs.to_vec(), self.budget.clone());
         campaign.reference = self.reference.clone();
         campaign.corrections = self.corrections.clone();
+        campaign.unmeasured_motion = self.unmeasured_motion;
         campaign.methods = self.methods.clone();
         campaign.magnitude_budget = self.magnitude_budget;
         campaign.plan = self.plan.clone();
@@ -297,6 +302,7 @@ impl ShakerTriaxialCampaign {
         job.monte_carlo.seed = self.method.seed;
         job.coverage_factor = self.method.coverage_factor;
         job.corrections = corrections.into_iter().map(|c| c.correction).collect();
+        job.unmeasured_motion = self.unmeasured_motion;
         let published = &self.published;
         job.magnitude_budget = MagnitudeBudget {
             reference: published.reference,

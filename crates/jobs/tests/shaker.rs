@@ -237,15 +237,14 @@ fn known_assumptions_of_a_plan() {
     let u = 2e-4_f64;
     job.correction = Some(Correction {
         label: "vibrometer".into(),
-        table: SpuriousTable {
-            entries: vec![Spurious {
-                inclination: 0.0,
-                frequency: 100.0,
-                ratio: [Complex64::new(0.01, 0.0); 3],
-                covariance: [[u * u, 0.0, u * u]; 3],
-                dof: DegreesOfFreedom::INFINITE,
-            }],
-        },
+        table: SpuriousTable::new(vec![Spurious {
+            basis: Default::default(),
+            inclination: 0.0,
+            frequency: 100.0,
+            ratio: [Complex64::new(0.01, 0.0); 3],
+            covariance: [[u * u, 0.0, u * u]; 3],
+            dof: DegreesOfFreedom::INFINITE,
+        }]),
     });
     let expected = found(&job);
     let expected = expected.iter().find(|f| f.0 == "spurious-motion-expected");

@@ -9,11 +9,13 @@
 use num_complex::Complex64;
 use proofmass_rig::bench::{BenchDevice, BenchWedge, published_plan};
 use proofmass_shaker::campaign::frequency_result;
+use proofmass_shaker::recording::{Quality, RunInput};
 use proofmass_shaker::spurious::{self, Average, RatioRepeats};
 use proofmass_shaker::{
-    Acts, Budget, Configuration, Fit, Key, PhasorRow, ShakerInput, SpuriousTable, diagnose, joint,
+    Acts, Budget, Configuration, Correction, Fit, Key, PhasorRow, ShakerCampaign, ShakerInput,
+    ShakerMethod, SpuriousTable, calibrate, diagnose, joint,
 };
-use proofmass_uncertainty::{DegreesOfFreedom, Severity};
+use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Severity};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -40,12 +42,25 @@ pub struct Case {
     pub repeats: Option<(usize, f64)>,
     /// Whether every ratio has the scatter of its own repeats as uncertainty, instead of the pooled one.
     pub own: bool,
+    /// Motion of the bench that nobody measured, or not everywhere.
+    pub unmeasured: Option<Unmeasured>,
     /// Whether the cross terms are exactly zero.
     pub diagonal: bool,
     /// True over declared uncertainty of the readings and of the angle of every gluing.
     pub beyond: [f64; 2],
     /// Gluings.
     pub gluings: Gluings,
+}
+
+/// Motion of a bench drawn for each wedge and frequency by itself, and what the laboratory knows of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unmeasured {
+    /// Standard deviation of each part of the ratios across the excitation.
+    pub across: f64,
+    /// Likewise along it.
+    pub along: f64,
+    /// Whether it was measured, to 0.001, on every other wedge.
+    pub half: bool,
 }
 
 /// Configurations of a campaign.
@@ -81,7 +96,7 @@ impl Gluings {
 }
 
 /// The cases of the table.
-pub const CASES: [Case; 40] = [
+pub const CASES: [Case; 52] = [
     Case {
         name: "no tilt",
         ..NONE
@@ -299,7 +314,98 @@ pub const CASES: [Case; 40] = [
         gluings: Gluings::Six,
         ..NONE
     },
+    moving("unmeasured motion 0", 0.0, 0.0, false, Gluings::Published),
+    moving(
+        "unmeasured motion 0.2 %",
+        0.002,
+        0.0006,
+        false,
+        Gluings::Published,
+    ),
+    moving(
+        "unmeasured motion 0.5 %",
+        0.005,
+        0.0015,
+        false,
+        Gluings::Published,
+    ),
+    moving(
+        "unmeasured motion 1 %",
+        0.01,
+        0.003,
+        false,
+        Gluings::Published,
+    ),
+    moving(
+        "unmeasured motion 2 %",
+        0.02,
+        0.006,
+        false,
+        Gluings::Published,
+    ),
+    moving(
+        "unmeasured motion 5 %",
+        0.05,
+        0.015,
+        false,
+        Gluings::Published,
+    ),
+    moving(
+        "half measured, motion 0.2 %",
+        0.002,
+        0.0006,
+        true,
+        Gluings::Published,
+    ),
+    moving(
+        "half measured, motion 1 %",
+        0.01,
+        0.003,
+        true,
+        Gluings::Published,
+    ),
+    moving(
+        "half measured, motion 5 %",
+        0.05,
+        0.015,
+        true,
+        Gluings::Published,
+    ),
+    moving(
+        "12 gluings, unmeasured motion 0.2 %",
+        0.002,
+        0.0006,
+        false,
+        Gluings::Twelve,
+    ),
+    moving(
+        "12 gluings, unmeasured motion 1 %",
+        0.01,
+        0.003,
+        false,
+        Gluings::Twelve,
+    ),
+    moving(
+        "12 gluings, unmeasured motion 5 %",
+        0.05,
+        0.015,
+        false,
+        Gluings::Twelve,
+    ),
 ];
+
+const fn moving(name: &'static str, across: f64, along: f64, half: bool, gluings: Gluings) -> Case {
+    Case {
+        name,
+        unmeasured: Some(Unmeasured {
+            across,
+            along,
+            half,
+        }),
+        gluings,
+        ..NONE
+    }
+}
 
 const NONE: Case = Case {
     name: "",
@@ -311,6 +417,7 @@ const NONE: Case = Case {
     wedge_gain: [0.0; 2],
     repeats: None,
     own: false,
+    unmeasured: None,
     diagonal: false,
     beyond: [1.0; 2],
     gluings: Gluings::Published,
@@ -403,6 +510,10 @@ impl Case {
                 )
             })
             .collect();
+        let mut of_motion = {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x3C3C);
+            move || -> f64 { StandardNormal.sample(&mut rng) }
+        };
         let gains: [f64; 3] = std::array::from_fn(|_| 1.0 + flat(0.0015));
         let device = BenchDevice {
             cross: if self.diagonal {
@@ -416,12 +527,32 @@ impl Case {
         for &frequency in frequencies {
             let s = device.sensitivity(frequency);
             let certificate = Complex64::from_polar(1.0 + 0.002 * normal(), 0.003 * normal());
+            let moved: Vec<[Complex64; 3]> = wedges
+                .iter()
+                .map(|_| match self.unmeasured {
+                    Some(u) => [u.across, u.across, u.along]
+                        .map(|size| Complex64::new(of_motion(), of_motion()) * size),
+                    None => [Complex64::new(0.0, 0.0); 3],
+                })
+                .collect();
             let motion = |inclination: f64| match self.repeats {
+                _ if self.unmeasured.is_some() => {
+                    moved[wedges
+                        .iter()
+                        .position(|w| w.0 == inclination)
+                        .expect("drawn")]
+                }
                 Some(_) => BenchWedge::default().ratio(inclination, frequency),
                 None => [Complex64::new(0.0, 0.0); 3],
             };
-            if let Some((repeats, noise)) = self.repeats {
-                for (inclination, ..) in &wedges {
+            let measured = match self.unmeasured {
+                Some(u) if u.half => Some((10, 1e-3)),
+                Some(_) => None,
+                None => self.repeats,
+            };
+            if let Some((repeats, noise)) = measured {
+                let every = if self.unmeasured.is_some() { 2 } else { 1 };
+                for (inclination, ..) in wedges.iter().step_by(every) {
                     for axis in 0..3 {
                         let whole = motion(*inclination)[axis] + f64::from(axis == 2);
                         let read = |_| whole + Complex64::new(normal(), normal()) * noise;
@@ -544,15 +675,16 @@ impl Case {
             .into_par_iter()
             .map(|seed| {
                 let mut simulated = self.campaign(frequencies, 50_000 + seed);
+                if self.unmeasured.is_some() {
+                    return through_a_calibration(&simulated, &budget);
+                }
                 // As in a calibration.
                 simulated.spurious = simulated.spurious.pooled("measured").0;
                 let (suspects, _) = diagnose(&simulated.rows, &simulated.spurious, &budget, None)
                     .expect("sound runs");
                 let fit = joint(&simulated.rows, &simulated.spurious, &budget).expect("sound runs");
                 let missing = |code: &str| {
-                    let of = |f: &proofmass_uncertainty::Finding| {
-                        f.code() == code && f.severity() != Severity::Note
-                    };
+                    let of = |f: &Finding| f.code() == code && f.severity() != Severity::Note;
                     fit.findings.iter().any(of)
                 };
                 let widths = [4, 12].map(|p| {
@@ -565,7 +697,9 @@ impl Case {
                     !suspects.is_empty(),
                 ];
                 let sizes = if self.diagonal { sizes(&fit) } else { vec![] };
-                (hits(&fit, &simulated), said, widths, sizes)
+                let estimates: Vec<&Estimate> =
+                    fit.frequencies.iter().map(|f| &f.estimate).collect();
+                (hits(&estimates, &simulated), said, widths, sizes)
             })
             .collect();
         let n = campaigns as f64;
@@ -591,6 +725,43 @@ impl Case {
     }
 }
 
+/// What the job itself says of a campaign.
+fn through_a_calibration(simulated: &Simulated, budget: &Budget) -> Judged {
+    let run = |r: &PhasorRow| RunInput {
+        run: r.run.clone(),
+        frequency: r.frequency,
+        configuration: r.configuration,
+        reference: r.reference,
+        outputs: r.outputs,
+        covariance: r.covariance,
+        quality: Quality::default(),
+    };
+    let mut campaign =
+        ShakerCampaign::new(simulated.rows.iter().map(run).collect(), budget.clone());
+    campaign.methods = vec![ShakerMethod::Joint];
+    if !simulated.spurious.entries.is_empty() {
+        campaign.corrections = vec![Correction {
+            label: "measured".to_owned(),
+            table: simulated.spurious.clone(),
+        }];
+    }
+    let calibration = calibrate(&campaign).expect("sound runs");
+    let result = &calibration.results[0];
+    let missing = |code: &str| {
+        let of = |f: &Finding| f.code() == code && f.severity() != Severity::Note;
+        result.findings.iter().any(of)
+    };
+    let said = [
+        missing("missing-input"),
+        missing("angle-prior-too-small"),
+        !calibration.suspects.is_empty(),
+    ];
+    let estimates: Vec<&Estimate> = result.frequencies.iter().map(|f| &f.estimate).collect();
+    let first = estimates[0].quantities();
+    let widths = [4, 12].map(|p| first[p].expanded(0.95) / first[0].value);
+    (hits(&estimates, simulated), said, widths, vec![])
+}
+
 /// A table as a laboratory writes it that has no program for it: each mean with the scatter of its own repeats.
 fn own_scatter(readings: &[RatioRepeats]) -> SpuriousTable {
     let (mut table, _) = spurious::table(readings).expect("two repeats at least");
@@ -609,10 +780,10 @@ fn own_scatter(readings: &[RatioRepeats]) -> SpuriousTable {
 }
 
 /// For every frequency and real number of S, whether its interval holds the truth.
-fn hits(fit: &Fit, simulated: &Simulated) -> Vec<bool> {
+fn hits(estimates: &[&Estimate], simulated: &Simulated) -> Vec<bool> {
     let mut hits = vec![];
-    for (f, truth) in fit.frequencies.iter().zip(&simulated.truth) {
-        for (p, q) in f.estimate.quantities().iter().enumerate() {
+    for (estimate, truth) in estimates.iter().zip(&simulated.truth) {
+        for (p, q) in estimate.quantities().iter().enumerate() {
             let s = truth[p / 6][p / 2 % 3];
             let truth = if p % 2 == 0 { s.re } else { s.im };
             hits.push((q.value - truth).abs() <= q.expanded(0.95));

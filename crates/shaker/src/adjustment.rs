@@ -11,12 +11,13 @@ mod components;
 pub(crate) mod model;
 mod parts;
 
+pub(crate) use components::Component;
 pub(crate) use parts::Part;
 
 use super::budget::{Acts, Budget};
 use super::free_phase;
 use super::matrix::{Matrix, from_real, to_real};
-use super::observation::{PhasorRow, SpuriousTable, ascending};
+use super::observation::{PhasorRow, Share, SpuriousTable, ascending};
 use faer::{Mat, Side, linalg::solvers::Solve};
 pub(crate) use model::Link;
 use model::{Model, phasor_noise, run_columns};
@@ -35,6 +36,8 @@ pub(crate) struct Draw {
     pub(crate) part: usize,
     /// Frequency it belongs to; `None` when shared by all.
     pub(crate) frequency: Option<usize>,
+    /// What it is common to, where it is motion of the bench that nobody measured.
+    pub(crate) share: Option<Share>,
 }
 
 /// Derivative of the six reals of one row by one parameter.
@@ -379,7 +382,8 @@ impl Adjustment {
     }
 
     /// Covariance of S of a frequency, V²/(m/s²)², caused by each input of the budget; then by the noise of the
-    /// phasors, then by the spurious ratios. They sum to the covariance of the adjustment.
+    /// phasors, by the spurious ratios that were measured, and by those that were not, in the order of [`Share::ALL`]. They sum to
+    /// the covariance of the adjustment.
     pub(crate) fn contributions(
         &self,
         f: usize,
@@ -387,7 +391,7 @@ impl Adjustment {
         budget: &Budget,
     ) -> Vec<Vec<f64>> {
         let inputs = budget.inputs.len();
-        let mut sums = vec![vec![0.0; 18 * 18]; inputs + 2];
+        let mut sums = vec![vec![0.0; 18 * 18]; inputs + 2 + Share::ALL.len()];
         let scale2 = self.scale * self.scale;
         let add = |sum: &mut [f64], v: &[f64; 18]| {
             for p in 0..18 {
@@ -425,7 +429,8 @@ impl Adjustment {
             }
         }
         for (draw, v) in self.draws.iter().zip(&shared) {
-            add(&mut sums[draw.input.unwrap_or(inputs + 1)], v);
+            let motion = inputs + 1 + draw.share.map_or(0, |share| 1 + share as usize);
+            add(&mut sums[draw.input.unwrap_or(motion)], v);
         }
         sums
     }

@@ -15,10 +15,11 @@ use super::derived::{
 };
 use super::diagnosis::{SuspectRun, diagnose};
 use super::fit::{
-    AngleEstimate, Fit, FrequencyFit, Identifiability, VarianceComponent, complex, joint,
+    AngleEstimate, Fit, FrequencyFit, Identifiability, SPURIOUS_MOTION, UNMEASURED_MOTION,
+    VarianceComponent, complex, joint,
 };
 use super::geometry::Configuration;
-use super::observation::{Correction, PhasorRow, SpuriousTable, ascending};
+use super::observation::{Correction, PhasorRow, SpuriousTable, UnmeasuredAt, ascending};
 use super::published::{self, MagnitudeRow, PublishedFit, SpuriousMagnitude};
 use super::screening::{Observations, observations};
 use super::spurious::pooled;
@@ -132,6 +133,9 @@ pub struct MethodResult {
     /// What the runs tell of the declared uncertainties, and what was used.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<VarianceComponent>,
+    /// Motion of the bench that nobody measured, as the runs have it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<UnmeasuredAt>,
 }
 
 impl MethodResult {
@@ -194,7 +198,8 @@ pub struct ShakerCalibration {
 /// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
 /// that names their runs. Uncertainties of the spurious motion from few repeats are pooled ([`SpuriousTable::pooled`]). Runs that contradict the others are named; the result is without them, and at their frequencies
 /// its intervals reach the result with them until they are in `excluded`. Errors that are larger in the runs than
-/// declared have the uncertainty that the runs support.
+/// declared have the uncertainty that the runs support. Motion of the bench that the corrections do not have is taken as
+/// [`UnmeasuredMotion`](crate::UnmeasuredMotion) has it: an unknown of each wedge and frequency, as large as the runs tell.
 ///
 /// # Errors
 /// As [`complex`], when no frequency is left.
@@ -211,21 +216,45 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     let (pooled, scatter) = pooled(&campaign.corrections);
     findings.extend(scatter);
     let corrections: &[Correction] = if pooled.is_empty() { &none } else { &pooled };
-    // What moved beside the excitation and is known must not look like a fault of a run.
+    let places: Vec<(f64, f64)> = rows
+        .iter()
+        .map(|r| (r.configuration.inclination, r.frequency))
+        .collect();
+    let stated = campaign.unmeasured_motion;
+    if let Some(motion) = stated {
+        motion.check()?;
+    }
+    // What moved beside the excitation, known or not, must not look like a fault of a run.
     let best = corrections
         .iter()
         .max_by_key(|c| c.table.entries.len())
         .unwrap_or(&corrections[0]);
-    let (suspects, doubts) = diagnose(&rows, &best.table, &budget, campaign.plan.as_deref())?;
+    let completed = |c: &Correction| c.table.completed(places.iter().copied(), stated);
+    let plan = campaign.plan.as_deref();
+    let (suspects, doubts) = diagnose(&rows, &completed(best), &budget, plan)?;
+    let corrections: &[Completed] = &corrections
+        .iter()
+        .map(|c| Completed {
+            measured: c,
+            whole: Correction {
+                label: c.label.clone(),
+                table: completed(c),
+            },
+        })
+        .collect::<Vec<_>>();
     findings.extend(doubts);
-    findings.extend(corrections.iter().filter_map(|c| doubts::gaps(c, &rows)));
+    findings.extend(
+        corrections
+            .iter()
+            .filter_map(|c| doubts::gaps(c.measured, &rows)),
+    );
     let (kept, set_aside) = undecided::parted(&rows, &suspects);
     let mut results = methods(campaign, corrections, &kept, &budget)?;
     let mut contested = vec![];
     if !set_aside.is_empty() {
         for correction in corrections {
             contested.extend(undecided::contested(
-                correction,
+                &correction.whole,
                 &rows,
                 &set_aside,
                 &mut results,
@@ -235,6 +264,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         }
         findings.push(undecided::finding(&set_aside, &contested));
     }
+    findings.extend(doubts::unmeasured_motion(&results, stated));
     findings.extend(doubts::high_frequencies(&results));
     findings.extend(doubts::against_datasheet(&results));
     Ok(ShakerCalibration {
@@ -247,27 +277,34 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     })
 }
 
+/// A correction as it was measured, and with what is assumed where it was not.
+struct Completed<'a> {
+    measured: &'a Correction,
+    whole: Correction,
+}
+
 /// Every method with every correction.
 fn methods(
     campaign: &ShakerCampaign,
-    corrections: &[Correction],
+    corrections: &[Completed<'_>],
     rows: &[PhasorRow],
     budget: &Budget,
 ) -> Result<Vec<MethodResult>, Error> {
     let with = |method: ShakerMethod| corrections.iter().map(move |c| (method, c));
-    let all: Vec<(ShakerMethod, &Correction)> =
+    let all: Vec<(ShakerMethod, &Completed<'_>)> =
         campaign.methods.iter().copied().flat_map(with).collect();
     let results: Vec<Result<MethodResult, Error>> = all
         .into_par_iter()
         .map(|(method, correction)| {
-            let table = &correction.table;
+            let Completed { measured, whole } = correction;
+            let table = &whole.table;
             match method {
-                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, correction),
+                ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, measured),
                 ShakerMethod::Complex => {
-                    rigorous(method, correction, complex(rows, table, budget)?, campaign)
+                    rigorous(method, whole, complex(rows, table, budget)?, campaign)
                 }
                 ShakerMethod::Joint => {
-                    rigorous(method, correction, joint(rows, table, budget)?, campaign)
+                    rigorous(method, whole, joint(rows, table, budget)?, campaign)
                 }
             }
         })
@@ -313,6 +350,7 @@ fn rigorous(
         shared: fit.shared,
         identifiability: fit.identifiability,
         components: fit.components,
+        motion: fit.motion,
     })
 }
 
@@ -411,6 +449,7 @@ fn by_magnitudes(
         shared: None,
         identifiability: None,
         components: vec![],
+        motion: vec![],
     })
 }
 
@@ -447,8 +486,10 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
     list
 }
 
-/// Standard uncertainty of a modulus from the measured spurious motion alone.
+/// Standard uncertainty of a modulus from the motion of the bench alone, measured or not.
 fn from_spurious_motion(term: &SensitivityTerm) -> f64 {
-    let line = term.budget.iter().find(|l| l.key == "spurious.motion");
-    line.map_or(0.0, |l| l.contribution)
+    let lines = term.budget.iter();
+    let of_motion = |key: &str| key == SPURIOUS_MOTION || key.starts_with(UNMEASURED_MOTION);
+    let lines = lines.filter(|l| of_motion(&l.key));
+    lines.map(|l| l.contribution.powi(2)).sum::<f64>().sqrt()
 }

@@ -36,6 +36,10 @@ pub fn check(
         .corrections
         .first()
         .map_or_else(SpuriousTable::default, |c| c.table.pooled(&c.label).0);
+    let places = rows
+        .iter()
+        .map(|r| (r.configuration.inclination, r.frequency));
+    let table = table.completed(places, campaign.unmeasured_motion);
     validate(method, &rows, &table, &budget, options, progress)
 }
 

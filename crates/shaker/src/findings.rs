@@ -10,8 +10,22 @@ findings! {
     correction_incomplete(label: &str, missing: usize, first: &str) =
         "correction-incomplete", [Warning],
         what "the correction \"{label}\" does not cover the whole campaign",
-        evidence "{missing} inclinations and frequencies have no entry and were not corrected, the first is {first}",
+        evidence "{missing} inclinations and frequencies have no entry and were not corrected, the first is {first}; the motion there is an unknown",
         advice "measure the spurious motion there too, or check the angles and frequencies of its table";
+
+    /// Nobody measured the motion of the bench beside the excitation, and nobody states how large it may be.
+    motion_not_measured(frequencies: usize, sizes: &str) =
+        "motion-not-measured", [Warning],
+        what "the motion of the bench beside the excitation was not measured; its size is what the runs say",
+        evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}",
+        advice "measure it (a campaign of kind spurious-motion) and name its table in [[correction]], or state in [unmeasured_motion] how large it may be";
+
+    /// Nobody measured the motion of the bench beside the excitation, and its size is stated.
+    motion_declared(frequencies: usize, sizes: &str) =
+        "motion-declared", [Note],
+        what "the motion of the bench beside the excitation was not measured; its size is that of [unmeasured_motion], or larger where the runs say so",
+        evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}",
+        advice "measure it for a smaller uncertainty";
 
     /// A sensitivity rises with frequency.
     resonance_onset(term: &str, rise: f64, frequency: f64, resonance: f64) =

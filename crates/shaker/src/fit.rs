@@ -14,10 +14,12 @@ pub use identifiability::{AngleInformation, FrameTurn, Identifiability};
 pub(crate) use supported::Supported;
 pub use supported::VarianceComponent;
 
-use super::adjustment::{Adjustment, Deletion};
+use super::adjustment::{Adjustment, Component as Variance, Deletion};
 use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
-use super::observation::{PhasorRow, SpuriousTable, ascending};
+use super::observation::{
+    Basis, PhasorRow, Share, Spurious, SpuriousTable, UnmeasuredAt, ascending,
+};
 use faer::{Mat, Side};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -27,6 +29,11 @@ use proofmass_uncertainty::{
     SharedEffect,
 };
 use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Keys of the motion beside the excitation in a budget: as it was measured, and where nobody measured it.
+pub(crate) const SPURIOUS_MOTION: &str = "spurious.motion";
+pub(crate) const UNMEASURED_MOTION: &str = "unmeasured.motion";
 
 /// S at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,6 +120,8 @@ pub struct Fit {
     pub drifts: Vec<GainDrift>,
     /// Delays between the outputs, of [`joint`] from three frequencies on.
     pub delays: Vec<OutputDelay>,
+    /// Motion of the bench that nobody measured, as the runs have it.
+    pub motion: Vec<UnmeasuredAt>,
     pub(crate) scale: f64,
 }
 
@@ -181,6 +190,7 @@ pub fn complex(
         total.angles.extend(fit.angles);
         total.findings.extend(fit.findings);
         total.components.extend(fit.components);
+        total.motion.extend(fit.motion);
     }
     total.runs.sort_by_key(|r| r.row);
     Ok(total)
@@ -196,8 +206,8 @@ pub fn complex(
 /// # Errors
 /// As [`complex`].
 pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
-    let declared = Adjustment::new(rows, spurious, budget)?;
-    let mut fit = reported(&declared, rows, spurious, budget)?;
+    let (declared, spurious) = declared(rows, spurious, budget)?;
+    let mut fit = reported(&declared, rows, &spurious, budget)?;
     fit.drifts = drift::drifts(&declared);
     fit.findings.extend(drift::finding(&fit.drifts));
     if !rows.iter().any(|r| r.free_phase) {
@@ -208,8 +218,42 @@ pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> R
 }
 
 fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
-    let declared = Adjustment::new(rows, spurious, budget)?;
-    reported(&declared, rows, spurious, budget)
+    let (declared, spurious) = declared(rows, spurious, budget)?;
+    reported(&declared, rows, &spurious, budget)
+}
+
+/// Rounds in which the size of the motion is estimated anew: a quiet bench needs three, since one step reaches a seventh.
+const ROUNDS: usize = 4;
+
+/// The adjustment by what is declared, and the motion of the bench in it: where nobody measured or stated that, it is as large
+/// as the runs have it, so that no other error is judged against a guess.
+pub(crate) fn declared<'a>(
+    rows: &[PhasorRow],
+    spurious: &'a SpuriousTable,
+    budget: &Budget,
+) -> Result<(Adjustment, Cow<'a, SpuriousTable>), Error> {
+    let adjustment = Adjustment::new(rows, spurious, budget)?;
+    let assumed = |e: &Spurious| e.basis.contains(&Basis::Assumed);
+    if !spurious.entries.iter().any(assumed) {
+        return Ok((adjustment, Cow::Borrowed(spurious)));
+    }
+    let (mut adjustment, mut table) = (adjustment, spurious.clone());
+    for _ in 0..ROUNDS {
+        let found = adjustment.components(budget)?;
+        let factors = |ways: &[Option<Variance>; 2]| ways.map(|c| c.map_or(1.0, |c| c.ratio));
+        for (&frequency, ways) in adjustment.frequencies.iter().zip(&found.motion) {
+            table.scale_unmeasured(frequency, factors(ways));
+        }
+        for (share, ways) in &found.shared {
+            table.scale_shared(*share, factors(ways));
+        }
+        adjustment = Adjustment::new(rows, &table, budget)?;
+        let all = found.motion.iter().chain(found.shared.iter().map(|s| &s.1));
+        if all.flat_map(factors).all(|f| (0.5..2.0).contains(&f)) {
+            break;
+        }
+    }
+    Ok((adjustment, Cow::Owned(table)))
 }
 
 /// Everything that is told of a campaign: doubts by what is declared, the result by what the runs support.
@@ -219,10 +263,10 @@ fn reported(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<Fit, Error> {
-    let supported = Supported::new(declared, rows, budget)?;
-    let again = supported.adjusted(spurious)?;
+    let supported = Supported::new(declared, rows, spurious, budget)?;
+    let again = supported.adjusted()?;
     let adjustment = again.as_ref().unwrap_or(declared);
-    let frequencies = frequency_fits(adjustment, &supported, spurious)?;
+    let frequencies = frequency_fits(adjustment, &supported)?;
     let deletions = match declared.deletions() {
         // Runs of which none can be spared have nothing to be compared with.
         Err(Error::Unobservable { .. }) => vec![],
@@ -268,7 +312,7 @@ fn reported(
     findings.extend(missing::missing_inputs(
         adjustment,
         &supported.rows,
-        spurious,
+        &supported.spurious,
         &supported.budget,
     ));
     findings.extend(excess::finding(declared));
@@ -285,6 +329,7 @@ fn reported(
         components: supported.components,
         drifts: vec![],
         delays: vec![],
+        motion: supported.spurious.unmeasured(&declared.frequencies),
         scale: declared.scale,
     })
 }
@@ -293,11 +338,10 @@ fn reported(
 pub(crate) fn frequency_fits(
     adjustment: &Adjustment,
     supported: &Supported,
-    spurious: &SpuriousTable,
 ) -> Result<Vec<FrequencyFit>, Error> {
     (0..adjustment.frequencies.len())
         .into_par_iter()
-        .map(|f| frequency_fit(adjustment, f, supported, spurious))
+        .map(|f| frequency_fit(adjustment, f, supported))
         .collect()
 }
 
@@ -350,7 +394,6 @@ fn frequency_fit(
     adjustment: &Adjustment,
     f: usize,
     supported: &Supported,
-    spurious: &SpuriousTable,
 ) -> Result<FrequencyFit, Error> {
     let Supported { rows, budget, .. } = supported;
     let sensitivity = adjustment.sensitivity(f);
@@ -388,13 +431,26 @@ fn frequency_fit(
                 "normal".to_owned(),
                 supported.dof(f, None, share),
             ),
-            None => (
-                "spurious.motion".to_owned(),
+            None if index == budget.inputs.len() + 1 => (
+                SPURIOUS_MOTION.to_owned(),
                 "measurement of the spurious motion".to_owned(),
                 Evaluation::A,
                 "normal".to_owned(),
-                spurious.dof_at(adjustment.frequencies[f]),
+                supported.spurious.dof_at(adjustment.frequencies[f]),
             ),
+            None => {
+                let share = Share::ALL[index - budget.inputs.len() - 2];
+                (
+                    format!("{UNMEASURED_MOTION}.{}", share.name()),
+                    format!(
+                        "motion of the bench that was not measured: {}",
+                        share.words()
+                    ),
+                    Evaluation::B,
+                    "normal".to_owned(),
+                    supported.motion_dof(f, share),
+                )
+            }
         };
         influences.push(Influence {
             key,

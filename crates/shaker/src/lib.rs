@@ -61,7 +61,9 @@ pub use fit::{
 };
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};
-pub use observation::{Correction, PhasorRow, Spurious, SpuriousTable};
+pub use observation::{
+    Basis, Correction, PhasorRow, Spurious, SpuriousTable, UnmeasuredAt, UnmeasuredMotion,
+};
 pub use output_unit::OutputUnit;
 pub use screening::{Observations, observations, with_certificate};
 pub use swapped_cables::swapped_cables;

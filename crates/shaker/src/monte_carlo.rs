@@ -8,7 +8,7 @@ mod lanes;
 use super::adjustment::Adjustment;
 use super::budget::Budget;
 use super::campaign::ShakerMethod;
-use super::fit::{FrequencyFit, Supported, frequency_fits};
+use super::fit::{FrequencyFit, Supported, declared, frequency_fits};
 use super::matrix::{AXES, row_times};
 use super::observation::{PhasorRow, SpuriousTable, ascending};
 use draws::Errors;
@@ -161,7 +161,12 @@ fn together(
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Vec<FrequencyCheck>, Refusal> {
     let (supported, stated) = propagated(rows, spurious, budget)?;
-    let simulation = Simulation::new(&supported.rows, spurious, &supported.budget, &stated)?;
+    let simulation = Simulation::new(
+        &supported.rows,
+        &supported.spurious,
+        &supported.budget,
+        &stated,
+    )?;
     let sampled = MonteCarlo::new(options.seed)
         .trials(Trials::Fixed(options.trials as usize))
         .run_with(&simulation, simulation.errors.inputs(), progress)?;
@@ -236,10 +241,10 @@ fn propagated(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<(Supported, Vec<FrequencyFit>), Error> {
-    let declared = Adjustment::new(rows, spurious, budget)?;
-    let supported = Supported::new(&declared, rows, budget)?.taken_as_declared();
-    let adjustment = supported.adjusted(spurious)?.unwrap_or(declared);
-    let stated = frequency_fits(&adjustment, &supported, spurious)?;
+    let (declared, spurious) = declared(rows, spurious, budget)?;
+    let supported = Supported::new(&declared, rows, &spurious, budget)?.taken_as_declared();
+    let adjustment = supported.adjusted()?.unwrap_or(declared);
+    let stated = frequency_fits(&adjustment, &supported)?;
     Ok((supported, stated))
 }
 

@@ -52,13 +52,13 @@ impl ExpectedSpurious {
         let far = |e: &Spurious| (e.frequency / frequency).ln().abs();
         let nearest = entries.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
         let at = nearest.frequency;
-        let mut table = SpuriousTable {
-            entries: entries
+        let mut table = SpuriousTable::new(
+            entries
                 .iter()
                 .filter(|e| e.frequency == at)
                 .cloned()
                 .collect(),
-        };
+        );
         for e in &mut table.entries {
             e.frequency = frequency;
         }

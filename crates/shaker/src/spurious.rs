@@ -237,6 +237,7 @@ pub fn table(campaign: &[RatioRepeats]) -> Result<(SpuriousTable, Vec<Finding>),
         };
         let index = entries.iter().position(key).unwrap_or_else(|| {
             entries.push(Spurious {
+                basis: Default::default(),
                 inclination: repeats.inclination,
                 frequency: repeats.frequency,
                 ratio: [Complex64::new(0.0, 0.0); 3],
@@ -291,7 +292,7 @@ pub fn table(campaign: &[RatioRepeats]) -> Result<(SpuriousTable, Vec<Finding>),
             }
         }
     }
-    Ok((SpuriousTable { entries }, findings))
+    Ok((SpuriousTable::new(entries), findings))
 }
 
 /// Adds a ratio to the repeats of its place, which are begun where there are none: inclination (rad), frequency (Hz), axis; their

@@ -7,7 +7,7 @@ use proofmass_rig::bench::{Bench, BenchWedge, published_plan, waveform::Acquisit
 use proofmass_shaker::recording::{PhasorReading, RunInput};
 use proofmass_shaker::{
     Budget, Configuration, Correction, ShakerCampaign, ShakerMethod, Spurious, SpuriousTable,
-    calibrate,
+    UnmeasuredMotion, calibrate,
 };
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -88,6 +88,7 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Bench
         .spurious
         .iter()
         .map(|s| Spurious {
+            basis: Default::default(),
             inclination: s.inclination_deg.to_radians(),
             dof: proofmass_uncertainty::DegreesOfFreedom::INFINITE,
             frequency: s.frequency,
@@ -102,7 +103,7 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Bench
     shaker.corrections = vec![
         Correction {
             label: "measured".into(),
-            table: SpuriousTable { entries },
+            table: SpuriousTable::new(entries),
         },
         Correction {
             label: "none".into(),
@@ -110,6 +111,43 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Bench
         },
     ];
     (shaker, campaign)
+}
+
+/// A bench that moves beside the excitation, and nobody measured how: it is an unknown, and no run is accused of it.
+#[test]
+fn law_motion_that_nobody_measured_is_said_and_accuses_no_run() {
+    let (mut shaker, _) = recorded(&[160.0]);
+    shaker.corrections.clear();
+    shaker.methods = vec![ShakerMethod::Joint];
+    let said = |shaker: &ShakerCampaign, code: &str| {
+        let result = calibrate(shaker).unwrap();
+        assert!(result.suspects.is_empty());
+        let one = |f: &&proofmass_uncertainty::Finding| f.code() == code;
+        assert_eq!(result.findings.iter().filter(one).count(), 1, "{code}");
+        let [motion] = result.results[0].motion[..] else {
+            panic!("one frequency");
+        };
+        let u = result.results[0].frequencies[0].sensitivity[0]
+            .modulus
+            .expanded;
+        (motion.across.unwrap(), u)
+    };
+    let (found, u) = said(&shaker, "motion-not-measured");
+    // The bench moves by 1 % along x′ and 0.6 % along y′, and its wedges add to it.
+    assert!((0.002..0.02).contains(&found), "{found}");
+    // What is stated is a floor.
+    let stated = |across: f64, along: f64| Some(UnmeasuredMotion { across, along });
+    shaker.unmeasured_motion = stated(0.02, 0.002);
+    let (taken, wider) = said(&shaker, "motion-declared");
+    assert!(
+        taken > 0.99 * 0.02 && wider > u,
+        "{taken}, {wider} beside {u}"
+    );
+    // Half of nothing and more than all are no ratios.
+    for (across, along) in [(-0.01, 0.0), (0.0, 1.0), (f64::NAN, 0.0)] {
+        shaker.unmeasured_motion = stated(across, along);
+        assert!(calibrate(&shaker).is_err());
+    }
 }
 
 #[test]

@@ -89,13 +89,14 @@ fn rows(campaign: &BenchCampaign) -> Vec<PhasorRow> {
 }
 
 fn spurious(campaign: &BenchCampaign) -> SpuriousTable {
-    SpuriousTable {
-        entries: campaign
+    SpuriousTable::new(
+        campaign
             .spurious
             .iter()
             .map(|s| {
                 let v = s.standard_uncertainty.powi(2);
                 Spurious {
+                    basis: Default::default(),
                     inclination: s.inclination_deg.to_radians(),
                     dof: proofmass_uncertainty::DegreesOfFreedom::INFINITE,
                     frequency: s.frequency,
@@ -104,7 +105,7 @@ fn spurious(campaign: &BenchCampaign) -> SpuriousTable {
                 }
             })
             .collect(),
-    }
+    )
 }
 
 /// For every frequency and term, whether the 95 % region holds the truth.

@@ -60,6 +60,26 @@ fn coverage_map_of_the_mounting() {
 }
 
 #[test]
+fn coverage_map_of_motion_that_nobody_measured() {
+    const CAMPAIGNS: usize = 24;
+    let all: Vec<usize> = (0..18).collect();
+    for name in [
+        "unmeasured motion 0",
+        "unmeasured motion 2 %",
+        "half measured, motion 1 %",
+        "12 gluings, unmeasured motion 1 %",
+    ] {
+        let cell = case(name).cell(&[10.0, 160.0], CAMPAIGNS);
+        println!("{name}: {:.3} {:?}", cell.mean(&all), cell.components);
+        assert!(cell.mean(&all) > least(0.95, CAMPAIGNS), "{name}");
+        for (p, share) in cell.components.iter().enumerate() {
+            assert!(*share > least(0.95, CAMPAIGNS), "{name}, {p}: {share}");
+        }
+        assert_eq!(cell.said[2], 0.0, "{name}: a sound run is accused");
+    }
+}
+
+#[test]
 fn coverage_map_of_tilts_that_nobody_or_too_little_declared() {
     // Three frequencies: the runs see a tilt of ±0.1° in every campaign.
     let frequencies = [10.0, 160.0, 1000.0];

@@ -79,6 +79,7 @@ fn spurious(campaign: &BenchCampaign) -> SpuriousTable {
     let entries = campaign.spurious.iter().map(|s| {
         let v = s.standard_uncertainty.powi(2);
         Spurious {
+            basis: Default::default(),
             inclination: s.inclination_deg.to_radians(),
             frequency: s.frequency,
             ratio: s.ratio,
@@ -86,9 +87,7 @@ fn spurious(campaign: &BenchCampaign) -> SpuriousTable {
             dof: DegreesOfFreedom::INFINITE,
         }
     });
-    SpuriousTable {
-        entries: entries.collect(),
-    }
+    SpuriousTable::new(entries.collect())
 }
 
 fn rows(campaign: &BenchCampaign) -> Vec<PhasorRow> {

@@ -11,7 +11,7 @@ use crate::device_output::DeviceOutput;
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
 use proofmass_io::{Error, ErrorKind, Input, Result, WaveformOptions};
 use proofmass_shaker::geometry::published_plan;
-use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable};
+use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
 
@@ -122,6 +122,9 @@ super::head::campaign! {
         /// Corrections to set side by side.
         #[serde(default, rename = "correction")]
         pub(crate) corrections: Vec<CorrectionTable>,
+        /// How large the motion of the bench may be where no correction says it, relative to the excitation; the runs tell it
+        /// without this table.
+        pub(crate) unmeasured_motion: Option<UnmeasuredMotion>,
         /// Methods.
         #[serde(default)]
         pub(crate) method: ShakerMethods,
@@ -191,6 +194,16 @@ impl ShakerTriaxialCampaign {
                     "label",
                     format!("the label \"{}\" is given twice", a.label),
                 ));
+            }
+        }
+        if let Some(motion) = &self.unmeasured_motion {
+            for (key, value) in [("across", motion.across), ("along", motion.along)] {
+                if !(0.0..1.0).contains(&value) {
+                    return Err(self
+                        .source
+                        .refuse("unmeasured_motion", key, format!("{value} is impossible"))
+                        .with_hint("a ratio to the excitation, such as 0.01 for 1 %; 0 for none"));
+                }
             }
         }
         for (key, value) in [

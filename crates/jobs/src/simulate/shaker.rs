@@ -415,7 +415,12 @@ file = "spurious.csv"
 label = "none"
 "#
         } else {
-            ""
+            r#"
+# The table was asked to move along the excitation alone.
+[unmeasured_motion]
+across = 0
+along = 0
+"#
         };
         let (factor, unit) = match sensor {
             Some(sensor) => (1e-3 * sensor.counts_per_volt(), "count/(m/s²)"),

@@ -2,6 +2,7 @@
 
 use super::{Adjustment, dot6, times};
 use crate::budget::Budget;
+use crate::observation::Share;
 use faer::{Mat, Side, linalg::solvers::Solve};
 use proofmass_core::Error;
 use rayon::prelude::*;
@@ -22,6 +23,10 @@ pub(crate) struct Components {
     pub(crate) readings: Vec<Option<Component>>,
     /// By input of the budget; `None` for those of which the runs tell nothing.
     pub(crate) inputs: Vec<Option<Component>>,
+    /// Motion of the bench that nobody measured, across the excitation and along it, by frequency: what each wedge has by itself.
+    pub(crate) motion: Vec<[Option<Component>; 2]>,
+    /// Likewise what is common to several.
+    pub(crate) shared: Vec<(Share, [Option<Component>; 2])>,
 }
 
 /// Degrees of freedom below which a kind of error stays as declared.
@@ -48,16 +53,27 @@ const REACH: f64 = 4.0;
 enum Kind {
     /// Whatever is in the noise N of the runs of a frequency.
     Reading(usize),
-    /// An input of the budget with its draws, as places among the parameters, and the degrees of freedom it is declared
-    /// with; infinite for one that is only declared.
-    Input(usize, Vec<usize>, f64),
+    /// What is drawn, with its draws as places among the parameters, and the degrees of freedom it is declared with;
+    /// infinite for one that is only declared.
+    Drawn(Source, Vec<usize>, f64),
+}
+
+/// What draws are of.
+#[derive(Clone, Copy, Debug)]
+enum Source {
+    /// An input of the budget.
+    Input(usize),
+    /// Motion of the bench at a frequency that nobody measured: across the excitation (0) or along it (1).
+    Motion(usize, usize),
+    /// What of it is common to several.
+    Shared(Share, usize),
 }
 
 impl Kind {
     /// Largest ratio.
     fn most(&self, budget: &Budget) -> f64 {
         match self {
-            Self::Input(index, ..) if budget.inputs[*index].acts.is_angle() => {
+            Self::Drawn(Source::Input(index), ..) if budget.inputs[*index].acts.is_angle() => {
                 let u = budget.inputs[*index].standard_uncertainty();
                 (ANGLE / u).powi(2).clamp(1.0, MOST)
             }
@@ -134,6 +150,8 @@ impl Adjustment {
         let mut components = Components {
             readings: vec![None; self.frequencies.len()],
             inputs: vec![None; budget.inputs.len()],
+            motion: vec![[None; 2]; self.frequencies.len()],
+            shared: Share::ALL[1..].iter().map(|s| (*s, [None; 2])).collect(),
         };
         for (k, kind) in kinds.iter().enumerate() {
             let component = Some(Component {
@@ -142,7 +160,15 @@ impl Adjustment {
             });
             match kind {
                 Kind::Reading(f) => components.readings[*f] = component,
-                Kind::Input(index, ..) => components.inputs[*index] = component,
+                Kind::Drawn(Source::Input(index), ..) => components.inputs[*index] = component,
+                Kind::Drawn(Source::Motion(f, way), ..) => components.motion[*f][*way] = component,
+                Kind::Drawn(Source::Shared(share, way), ..) => {
+                    for (s, ways) in &mut components.shared {
+                        if s == share {
+                            ways[*way] = component;
+                        }
+                    }
+                }
             }
         }
         Ok(components)
@@ -153,10 +179,29 @@ impl Adjustment {
         let readings = (0..self.frequencies.len()).map(Kind::Reading);
         let inputs = budget.inputs.iter().enumerate().map(|(index, input)| {
             let own = self.draws_of(index).map(|d| offset + d);
-            Kind::Input(index, own.collect(), input.dof.get())
+            Kind::Drawn(Source::Input(index), own.collect(), input.dof.get())
         });
-        let some = |kind: &Kind| !matches!(kind, Kind::Input(_, draws, _) if draws.len() < 2);
-        readings.chain(inputs).filter(some).collect()
+        let frequencies = (0..self.frequencies.len()).map(|f| (Share::Own, Some(f)));
+        let shared = Share::ALL[1..].iter().map(|s| (*s, None));
+        let motion = frequencies.chain(shared);
+        let motion = motion
+            .flat_map(|of| [(of, 0), (of, 1)])
+            .map(|((share, f), way)| {
+                let own = |d: &usize| {
+                    let draw = &self.draws[*d];
+                    draw.share == Some(share)
+                        && (f.is_none() || draw.frequency == f)
+                        && (draw.part / 2 == 2) == (way == 1)
+                };
+                let own = (0..self.draws.len()).filter(own).map(|d| offset + d);
+                let source = match f {
+                    Some(f) => Source::Motion(f, way),
+                    None => Source::Shared(share, way),
+                };
+                Kind::Drawn(source, own.collect(), f64::INFINITY)
+            });
+        let some = |kind: &Kind| !matches!(kind, Kind::Drawn(_, draws, _) if draws.len() < 2);
+        readings.chain(inputs).chain(motion).filter(some).collect()
     }
 
     fn block(&self, f: usize) -> Block {
@@ -204,7 +249,7 @@ impl Adjustment {
         for (kind, &ratio) in kinds.iter().zip(ratios) {
             match kind {
                 Kind::Reading(f) => reading[*f] = ratio,
-                Kind::Input(_, draws, _) => draws.iter().for_each(|&d| variance[d] = ratio),
+                Kind::Drawn(_, draws, _) => draws.iter().for_each(|&d| variance[d] = ratio),
             }
         }
         let mut normal = Mat::<f64>::zeros(count, count);
@@ -274,7 +319,7 @@ impl Adjustment {
                     let left = b.square - 2.0 * along + square;
                     left / (phi * phi) - b.count / phi + trace(*f) / (phi * phi)
                 }
-                Kind::Input(_, draws, declared) => {
+                Kind::Drawn(_, draws, declared) => {
                     let one = |&d: &usize| {
                         let z = self.parameters[d] + change[(d, 0)];
                         (z * z + c[(d, d)]) / (phi * phi) - 1.0 / phi
@@ -298,14 +343,14 @@ impl Adjustment {
                             + between(*f, *f) / both
                     }
                     (Kind::Reading(f), Kind::Reading(g)) => between(*f, *g) / both,
-                    (Kind::Input(_, draws, _), Kind::Reading(f)) => {
+                    (Kind::Drawn(_, draws, _), Kind::Reading(f)) => {
                         let one = |&d: &usize| -> f64 {
                             let rows = blocks[*f].parameters.iter().enumerate();
                             rows.map(|(a, &p)| c[(d, p)] * spread[*f][(a, d)]).sum()
                         };
                         draws.iter().map(one).sum::<f64>() / both
                     }
-                    (Kind::Input(_, draws, _), Kind::Input(_, others, _)) => {
+                    (Kind::Drawn(_, draws, _), Kind::Drawn(_, others, _)) => {
                         let pair = |d: usize, e: usize| {
                             (if d == e { 1.0 / phi } else { 0.0 } - c[(d, e)] / (phi * psi)).powi(2)
                         };
@@ -314,7 +359,7 @@ impl Adjustment {
                         draws.iter().map(row).sum::<f64>() + prior
                     }
                     // Readings stand first among the kinds.
-                    (Kind::Reading(_), Kind::Input(..)) => 0.0,
+                    (Kind::Reading(_), Kind::Drawn(..)) => 0.0,
                 };
                 score.information[(k, l)] = value;
                 score.information[(l, k)] = value;

@@ -5,7 +5,7 @@ use crate::budget::{Acts, Budget, Key, ShakerInput};
 use crate::free_phase::{UNKNOWN, nearest};
 use crate::geometry::Seat;
 use crate::matrix::{Matrix, from_real, row_times};
-use crate::observation::{PhasorRow, SpuriousTable};
+use crate::observation::{Basis, PhasorRow, Share, SpuriousTable};
 use faer::{Mat, Side, linalg::solvers::Solve};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -26,6 +26,8 @@ pub(crate) struct Link {
     pub(crate) input: Option<usize>,
     /// Output channel, or component of the spurious ratios (2 k + part).
     pub(crate) part: usize,
+    /// What the component of a spurious ratio is common to.
+    pub(crate) share: Share,
 }
 
 impl Model<'_> {
@@ -34,19 +36,30 @@ impl Model<'_> {
         let mut links: Vec<Vec<Link>> = vec![vec![]; self.rows.len()];
         let mut draws: Vec<Draw> = vec![];
         let mut known: std::collections::HashMap<Vec<i64>, usize> = Default::default();
-        let mut link =
-            |row: usize, input: Option<usize>, part: usize, frequency, value: Vec<i64>| {
-                let draw = *known.entry(value).or_insert_with(|| {
-                    draws.push(Draw {
-                        input,
-                        row,
-                        part,
+        let mut link = |row: usize,
+                        input: Option<usize>,
+                        part: usize,
                         frequency,
-                    });
-                    draws.len() - 1
+                        share: Option<Share>,
+                        value: Vec<i64>| {
+            let draw = *known.entry(value).or_insert_with(|| {
+                draws.push(Draw {
+                    input,
+                    row,
+                    part,
+                    frequency,
+                    share,
                 });
-                links[row].push(Link { draw, input, part });
-            };
+                draws.len() - 1
+            });
+            let share = share.unwrap_or(Share::Own);
+            links[row].push(Link {
+                draw,
+                input,
+                part,
+                share,
+            });
+        };
         // Angles to a microradian, rotations modulo a turn: what a plan calls the same.
         let angle = |a: f64| (a.rem_euclid(std::f64::consts::TAU) * 1e6).round() as i64 % 6_283_185;
         for (i, row) in self.rows.iter().enumerate() {
@@ -75,11 +88,11 @@ impl Model<'_> {
                         value.push(-2 - part as i64);
                     }
                     let frequency = (!input.shared_by_frequencies()).then_some(f);
-                    link(i, Some(index), part, frequency, value.clone());
+                    link(i, Some(index), part, frequency, None, value.clone());
                     if input.acts == Acts::OutputAdditive {
                         // Imaginary part: a second draw.
                         value.push(-1);
-                        link(i, Some(index), part + 3, frequency, value);
+                        link(i, Some(index), part + 3, frequency, None, value);
                     }
                 }
             }
@@ -88,14 +101,23 @@ impl Model<'_> {
                 .get(row.configuration.inclination, row.frequency)
             {
                 for part in 0..6 {
-                    if s.covariance[part / 2] != [0.0; 3] {
-                        let value = vec![
-                            -1,
-                            f as i64,
-                            angle(row.configuration.inclination),
-                            part as i64,
-                        ];
-                        link(i, None, part, Some(f), value);
+                    let unmeasured = s.basis[part / 2] != Basis::Measured;
+                    for share in Share::ALL {
+                        if self.spurious.step(s, share, part) == Complex64::new(0.0, 0.0)
+                            || !unmeasured && share != Share::Own
+                        {
+                            continue;
+                        }
+                        let wedge = angle(row.configuration.inclination);
+                        let (frequency, keys) = match share {
+                            Share::Own => (Some(f), [-1, f as i64, wedge]),
+                            Share::Frequency => (Some(f), [-2, f as i64, 0]),
+                            Share::Wedge => (None, [-3, wedge, 0]),
+                            Share::All => (None, [-4, 0, 0]),
+                        };
+                        let mut value = keys.to_vec();
+                        value.push(part as i64);
+                        link(i, None, part, frequency, unmeasured.then_some(share), value);
                     }
                 }
             }
@@ -111,7 +133,12 @@ impl Model<'_> {
                 .collect();
             let d: Vec<[Complex64; 3]> = rows
                 .iter()
-                .map(|&i| self.direction(i, &self.rows[i].configuration.matrix()))
+                .map(|&i| {
+                    direction(
+                        &self.excitation(i, &[], &[]),
+                        &self.rows[i].configuration.matrix(),
+                    )
+                })
                 .collect();
             let mut gram = Mat::<Complex64>::zeros(3, 3);
             let mut right = Mat::<Complex64>::zeros(3, 3);
@@ -148,19 +175,26 @@ impl Model<'_> {
         Ok(())
     }
 
-    /// R e for a rotation matrix (or a derivative of one).
-    fn direction(&self, row: usize, r: &[[f64; 3]; 3]) -> [Complex64; 3] {
-        let e = self.excitation(row);
-        std::array::from_fn(|i| (0..3).map(|k| e[k] * r[i][k]).sum())
-    }
-
-    fn excitation(&self, row: usize) -> [Complex64; 3] {
+    /// Motion of the seat over that of the table where the adjustment now has it.
+    fn excitation(&self, row: usize, links: &[Link], parameters: &[f64]) -> [Complex64; 3] {
         let row = &self.rows[row];
-        let mut e = self
+        let entry = self
             .spurious
-            .get(row.configuration.inclination, row.frequency)
-            .map_or([Complex64::new(0.0, 0.0); 3], |s| s.ratio);
-        e[2] += 1.0;
+            .get(row.configuration.inclination, row.frequency);
+        let mut e = [
+            Complex64::new(0.0, 0.0),
+            Complex64::new(0.0, 0.0),
+            Complex64::new(1.0, 0.0),
+        ];
+        if let Some(entry) = entry {
+            for (e, ratio) in e.iter_mut().zip(entry.ratio) {
+                *e += ratio;
+            }
+            for link in links.iter().filter(|l| l.input.is_none()) {
+                let step = self.spurious.step(entry, link.share, link.part);
+                e[link.part / 2] += step * parameters[self.offset + link.draw];
+            }
+        }
         e
     }
 
@@ -195,12 +229,15 @@ impl Model<'_> {
     ) -> [f64; 6] {
         let f = self.of_row[i];
         let s = from_real(&parameters[18 * f..18 * f + 18]);
-        let seat = self.seat(i, links, parameters);
+        let (seat, e) = (
+            self.seat(i, links, parameters),
+            self.excitation(i, links, parameters),
+        );
         let turned = match acts {
             Acts::ReferenceModulus => seat.matrix(),
             angle => seat.derivative(angle, part),
         };
-        real(row_times(self.direction(i, &turned), &s), u)
+        real(row_times(direction(&e, &turned), &s), u)
     }
 
     pub(super) fn linear(&self, i: usize, links: &[Link], parameters: &[f64]) -> Linear {
@@ -209,8 +246,8 @@ impl Model<'_> {
         let z = |link: &Link| parameters[self.offset + link.draw];
         let input = |link: &Link| link.input.map(|k| &self.budget.inputs[k]);
         let seat = self.seat(i, links, parameters);
-        let r = seat.matrix();
-        let d = self.direction(i, &r);
+        let (r, e) = (seat.matrix(), self.excitation(i, links, parameters));
+        let d = direction(&e, &r);
         let prediction = row_times(d, &s);
         let mut y = row.ratios();
         if row.free_phase {
@@ -235,14 +272,14 @@ impl Model<'_> {
         for link in links {
             let column = match input(link) {
                 Some(k) if k.acts.is_angle() => {
-                    let d = self.direction(i, &seat.derivative(k.acts, link.part));
+                    let d = direction(&e, &seat.derivative(k.acts, link.part));
                     real(row_times(d, &s), k.standard_uncertainty())
                 }
                 Some(k) => column(k, link.part, row, &prediction, self.scale),
-                None => self.spurious_column(i, link.part, &r, &s),
+                None => self.spurious_column(i, link, &r, &s),
             };
-            // Angles already moved the prediction; the other draws act linearly.
-            let moved = input(link).is_some_and(|k| k.acts.is_angle());
+            // Angles and the motion of the seat already moved the prediction; the other draws act linearly.
+            let moved = input(link).is_none_or(|k| k.acts.is_angle());
             if !moved {
                 for (e, c) in residual.iter_mut().zip(&column) {
                     *e -= c * z(link);
@@ -269,7 +306,7 @@ impl Model<'_> {
     }
 
     /// Derivative of a row by one component of its spurious ratios, through the Cholesky factor of each ratio.
-    fn spurious_column(&self, i: usize, part: usize, r: &[[f64; 3]; 3], s: &Matrix) -> [f64; 6] {
+    fn spurious_column(&self, i: usize, link: &Link, r: &[[f64; 3]; 3], s: &Matrix) -> [f64; 6] {
         let row = &self.rows[i];
         let Some(entry) = self
             .spurious
@@ -277,11 +314,16 @@ impl Model<'_> {
         else {
             return [0.0; 6];
         };
-        let (k, second) = (part / 2, part % 2 == 1);
-        let draw = root(entry.covariance[k])[usize::from(second)];
+        let draw = self.spurious.step(entry, link.share, link.part);
+        let k = link.part / 2;
         let d = std::array::from_fn(|axis| draw * r[axis][k]);
         real(row_times(d, s), 1.0)
     }
+}
+
+/// R e for a rotation matrix (or a derivative of one).
+fn direction(e: &[Complex64; 3], r: &[[f64; 3]; 3]) -> [Complex64; 3] {
+    std::array::from_fn(|i| (0..3).map(|k| e[k] * r[i][k]).sum())
 }
 
 /// How one draw (standard deviation one) of an input that is not an angle acts on a row.
@@ -392,16 +434,6 @@ pub(super) fn phasor_noise(row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [
         }
     }
     noise
-}
-
-/// Two complex numbers whose multiples by independent draws of variance one have this covariance `[rr, ri, ii]`.
-pub(crate) fn root([rr, ri, ii]: [f64; 3]) -> [Complex64; 2] {
-    let l11 = rr.max(0.0).sqrt();
-    let l21 = if l11 > 0.0 { ri / l11 } else { 0.0 };
-    [
-        Complex64::new(l11, l21),
-        Complex64::new(0.0, (ii - l21 * l21).max(0.0).sqrt()),
-    ]
 }
 
 fn real(v: [Complex64; 3], u: f64) -> [f64; 6] {

@@ -3,7 +3,7 @@
 use super::MethodResult;
 use crate::datasheet::{OffDatasheet, off_datasheet};
 use crate::findings;
-use crate::observation::{Correction, PhasorRow};
+use crate::observation::{Correction, PhasorRow, UnmeasuredAt, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
 
 /// Places of the campaign that a correction says nothing about.
@@ -27,6 +27,30 @@ pub(super) fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Findin
         missing.len(),
         first,
     ))
+}
+
+/// Motion of the bench that nobody measured, by the first result that has such: the largest across and along, with their frequencies.
+pub(super) fn unmeasured_motion(
+    results: &[MethodResult],
+    stated: Option<UnmeasuredMotion>,
+) -> Option<Finding> {
+    let all = &results.iter().find(|r| !r.motion.is_empty())?.motion;
+    let largest = |of: fn(&UnmeasuredAt) -> Option<f64>| {
+        let sizes = all.iter().filter_map(|m| Some((of(m)?, m.frequency)));
+        sizes.max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let (across, along) = (largest(|m| m.across), largest(|m| m.along));
+    let words = |size: Option<(f64, f64)>, way: &str| {
+        size.map(|(u, f)| format!("{:.2} % {way} the excitation at {f} Hz", 100.0 * u))
+    };
+    let sizes: Vec<String> = [words(across, "across"), words(along, "along")]
+        .into_iter()
+        .flatten()
+        .collect();
+    Some(match stated {
+        Some(_) => findings::motion_declared(all.len(), &sizes.join(", ")),
+        None => findings::motion_not_measured(all.len(), &sizes.join(", ")),
+    })
 }
 
 /// A rise that announces a resonance, and adhesive where it begins to count.

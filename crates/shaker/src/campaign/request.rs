@@ -2,7 +2,7 @@
 
 use crate::budget::Budget;
 use crate::geometry::Configuration;
-use crate::observation::Correction;
+use crate::observation::{Correction, UnmeasuredMotion};
 use crate::published::MagnitudeBudget;
 use crate::recording::{QualityLimits, RunInput};
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -44,6 +44,8 @@ pub struct ShakerCampaign {
     pub reference: Option<ReferenceTable>,
     /// Corrections to set side by side; empty is no correction alone.
     pub corrections: Vec<Correction>,
+    /// How large the motion of the bench may be where the corrections say nothing; [`UnmeasuredMotion::ASSUMED`] when `None`.
+    pub unmeasured_motion: Option<UnmeasuredMotion>,
     /// Methods to set side by side.
     pub methods: Vec<ShakerMethod>,
     /// Budget. An input that acts on the reference modulus or phase is added from the certificate when none is
@@ -72,6 +74,7 @@ impl ShakerCampaign {
             runs,
             reference: None,
             corrections: vec![],
+            unmeasured_motion: None,
             methods: vec![ShakerMethod::Complex, ShakerMethod::Joint],
             budget,
             magnitude_budget: MagnitudeBudget::published(0.0035),

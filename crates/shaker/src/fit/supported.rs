@@ -3,7 +3,7 @@
 use crate::adjustment::Adjustment;
 use crate::budget::Budget;
 use crate::derived::PROBABILITY;
-use crate::observation::{PhasorRow, SpuriousTable};
+use crate::observation::{Basis, PhasorRow, Share, Spurious, SpuriousTable};
 use proofmass_core::Error;
 use proofmass_uncertainty::{DegreesOfFreedom, dof_of_coverage_factor};
 use serde::Serialize;
@@ -37,8 +37,13 @@ pub(crate) struct Supported {
     readings: Vec<f64>,
     /// Degrees of freedom of each input of the budget.
     inputs: Vec<f64>,
-    /// Whether anything was enlarged.
-    enlarged: bool,
+    /// The motion of the bench, with what the runs tell of what nobody measured.
+    pub(crate) spurious: SpuriousTable,
+    /// Degrees of freedom of the motion that nobody measured: of each wedge by frequency, then of what is common to several.
+    motion: Vec<f64>,
+    shared: [f64; Share::ALL.len()],
+    /// Whether anything has another uncertainty than declared.
+    changed: bool,
 }
 
 /// Key of what differs from run to run.
@@ -46,13 +51,15 @@ const READINGS: &str = "readings";
 
 impl Supported {
     /// U = max(t(ν) û, 1.96 u) for each kind of error by itself, u the declared uncertainty: what the readings say with
-    /// the freedom they have, or what was declared, and nothing is decided in between.
+    /// the freedom they have, or what was declared, and nothing is decided in between. What nobody declares, as the motion of
+    /// the bench that nobody measured, is what the runs say, t(ν) û, as far as they tell it.
     ///
     /// **Source** restricted maximum likelihood `[Harville1977]` for û; the rule is that of
     /// [`BetweenScatter`](proofmass_uncertainty::BetweenScatter).
     pub(crate) fn new(
         adjustment: &Adjustment,
         rows: &[PhasorRow],
+        spurious: &SpuriousTable,
         budget: &Budget,
     ) -> Result<Self, Error> {
         let found = adjustment.components(budget)?;
@@ -62,26 +69,31 @@ impl Supported {
             components: vec![],
             readings: vec![f64::INFINITY; adjustment.frequencies.len()],
             inputs: budget.inputs.iter().map(|i| i.dof.get()).collect(),
-            enlarged: false,
+            spurious: spurious.clone(),
+            motion: vec![f64::INFINITY; adjustment.frequencies.len()],
+            shared: [f64::INFINITY; Share::ALL.len()],
+            changed: false,
         };
         // `declared`: degrees of freedom of the declaration, which are in `freedom`.
-        let mut told = |key: &str, frequency, declared: f64, ratio: f64, freedom: f64| {
+        // `floor`: ratio below which the declared variance stands; zero where nobody declares one.
+        let told = |key: &str, frequency, declared: f64, floor: f64, ratio: f64, freedom: f64| {
+            let used = ratio.max(floor);
             let t = DegreesOfFreedom::new(freedom)
                 .unwrap_or(DegreesOfFreedom::INFINITE)
                 .coverage_factor(PROBABILITY);
-            let dof = match dof_of_coverage_factor(t * ratio.min(1.0).sqrt(), PROBABILITY) {
+            let dof = match dof_of_coverage_factor(t * (ratio / used).sqrt(), PROBABILITY) {
                 dof if declared.is_finite() => dof.min(freedom),
                 dof => dof,
             };
-            supported.components.push(VarianceComponent {
+            let component = VarianceComponent {
                 key: key.to_owned(),
                 frequency,
                 estimated: ratio.sqrt(),
-                used: ratio.max(1.0).sqrt(),
+                used: used.sqrt(),
                 freedom,
                 dof: DegreesOfFreedom::new(dof).unwrap_or(DegreesOfFreedom::INFINITE),
-            });
-            dof
+            };
+            (component, dof)
         };
         let only = match adjustment.frequencies[..] {
             [frequency] => Some(frequency),
@@ -91,8 +103,10 @@ impl Supported {
         for (f, component) in found.readings.iter().enumerate() {
             if let Some(c) = component {
                 let frequency = Some(adjustment.frequencies[f]);
-                supported.readings[f] =
-                    told(READINGS, frequency, f64::INFINITY, c.ratio, c.freedom);
+                let (component, dof) =
+                    told(READINGS, frequency, f64::INFINITY, 1.0, c.ratio, c.freedom);
+                supported.components.push(component);
+                supported.readings[f] = dof;
                 enlarged[f] = c.ratio.max(1.0);
             }
         }
@@ -100,13 +114,42 @@ impl Supported {
         for (index, component) in found.inputs.iter().enumerate() {
             if let Some(c) = component {
                 let input = &budget.inputs[index];
-                supported.inputs[index] =
-                    told(&input.key, only, input.dof.get(), c.ratio, c.freedom);
+                let (component, dof) =
+                    told(&input.key, only, input.dof.get(), 1.0, c.ratio, c.freedom);
+                supported.components.push(component);
+                supported.inputs[index] = dof;
                 factors[index] = c.ratio.max(1.0).sqrt();
             }
         }
-        supported.enlarged = enlarged.iter().chain(&factors).any(|&f| f > 1.0);
-        if supported.enlarged {
+        let declared = |e: &Spurious| e.basis.contains(&Basis::Declared);
+        let floor = f64::from(u8::from(spurious.entries.iter().any(declared)));
+        let mut moved = false;
+        for (share, ways) in &found.shared {
+            for c in ways.iter().flatten() {
+                let (_, dof) = told("", None, f64::INFINITY, floor, c.ratio, c.freedom);
+                let least = &mut supported.shared[*share as usize];
+                *least = least.min(dof);
+            }
+            let factors = ways.map(|c| c.map_or(1.0, |c| c.ratio.max(floor)));
+            moved |= factors != [1.0; 2];
+            supported.spurious.scale_shared(*share, factors);
+        }
+        let mut motion = vec![[1.0; 2]; adjustment.frequencies.len()];
+        for (f, ways) in found.motion.iter().enumerate() {
+            for (way, component) in ways.iter().enumerate() {
+                let Some(c) = component else { continue };
+                let (_, dof) = told("", None, f64::INFINITY, floor, c.ratio, c.freedom);
+                supported.motion[f] = supported.motion[f].min(dof);
+                motion[f][way] = c.ratio.max(floor);
+            }
+        }
+        for (&frequency, &factors) in adjustment.frequencies.iter().zip(&motion) {
+            supported.spurious.scale_unmeasured(frequency, factors);
+        }
+        moved |= motion.iter().flatten().any(|&f| f != 1.0);
+        let enlarges = enlarged.iter().chain(&factors).any(|&f| f > 1.0);
+        supported.changed = enlarges || moved;
+        if enlarges {
             let largest = enlarged.iter().copied().fold(1.0, f64::max).sqrt();
             for (input, factor) in supported.budget.inputs.iter_mut().zip(&factors) {
                 if input.within_a_run() {
@@ -127,19 +170,30 @@ impl Supported {
         Ok(supported)
     }
 
-    /// The adjustment with what was enlarged; `None` where the declared one is it.
-    pub(crate) fn adjusted(&self, spurious: &SpuriousTable) -> Result<Option<Adjustment>, Error> {
-        let again = || Adjustment::new(&self.rows, spurious, &self.budget);
-        self.enlarged.then(again).transpose()
+    /// The adjustment with what the runs say; `None` where the declared one is it.
+    pub(crate) fn adjusted(&self) -> Result<Option<Adjustment>, Error> {
+        let again = || Adjustment::new(&self.rows, &self.spurious, &self.budget);
+        self.changed.then(again).transpose()
     }
 
     /// The same uncertainties as if nobody had estimated them.
     pub(crate) fn taken_as_declared(self) -> Self {
         Self {
             readings: vec![f64::INFINITY; self.readings.len()],
+            motion: vec![f64::INFINITY; self.motion.len()],
+            shared: [f64::INFINITY; Share::ALL.len()],
             inputs: self.budget.inputs.iter().map(|i| i.dof.get()).collect(),
             ..self
         }
+    }
+
+    /// Degrees of freedom of the motion of the bench that nobody measured, at a frequency: the fewer of across and along.
+    pub(super) fn motion_dof(&self, f: usize, share: Share) -> DegreesOfFreedom {
+        let nu = match share {
+            Share::Own => self.motion[f],
+            common => self.shared[common as usize],
+        };
+        DegreesOfFreedom::new(nu).unwrap_or(DegreesOfFreedom::INFINITE)
     }
 
     /// Degrees of freedom of an influence at a frequency: of an input of the budget, or of the noise of the phasors

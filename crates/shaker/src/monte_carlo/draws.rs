@@ -1,15 +1,33 @@
 //! The errors of a trial: which draw of the general engine reaches which phasor of which run.
 
 use super::lanes::{Complex, Motion, Real, leaning, motion, response, tilted, turned, wedge};
-use crate::adjustment::model::root;
 use crate::budget::{Acts, Budget, Key, PART};
 use crate::matrix::{AXES, Matrix};
-use crate::observation::{PhasorRow, SpuriousTable};
+use crate::observation::{Basis, PhasorRow, Share, Spurious, SpuriousTable, root};
 use num_complex::Complex64;
 use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, Labels, Refusal};
 use pulp::Simd;
 
 const SPURIOUS: &str = "measurement of the spurious motion";
+/// Motion of the bench that was not measured, by what it is common to, with the keys it varies with beside its axis and part.
+const UNMEASURED: [(Share, &str, &[Key]); 4] = [
+    (
+        Share::Own,
+        "motion of the bench that was not measured",
+        &[Key::Frequency, Key::Inclination],
+    ),
+    (
+        Share::Frequency,
+        "motion of all wedges that was not measured",
+        &[Key::Frequency],
+    ),
+    (
+        Share::Wedge,
+        "motion of a wedge at all frequencies that was not measured",
+        &[Key::Inclination],
+    ),
+    (Share::All, "motion of the table that was not measured", &[]),
+];
 const NOISE: &str = "noise of the sine approximations";
 
 /// What one draw does to one run.
@@ -76,11 +94,21 @@ impl Errors {
                         PART,
                     ]),
             )
-            .add(Input::new(NOISE, "1", unit).varies_with([
+            .add(Input::new(NOISE, "1", unit.clone()).varies_with([
                 Key::Run.name(),
                 Key::Channel.name(),
                 PART,
             ]));
+        let some = |e: &Spurious| e.basis.iter().any(|b| *b != Basis::Measured);
+        let unmeasured = match spurious.entries.iter().any(some) {
+            true => &UNMEASURED[..],
+            false => &[],
+        };
+        let inputs = unmeasured.iter().fold(inputs, |inputs, (_, name, keys)| {
+            let keys = keys.iter().map(|k| k.name());
+            let keys: Vec<&str> = keys.chain([Key::Channel.name(), PART]).collect();
+            inputs.add(Input::new(*name, "1", unit.clone()).varies_with(keys))
+        });
         // Angles to a microradian, rotations modulo a turn: what a plan calls the same.
         let angle = |a: f64| (a.rem_euclid(std::f64::consts::TAU) * 1e6).round() as i64 % 6_283_185;
         let mut observations = Vec::with_capacity(rows.len() * 8);
@@ -151,10 +179,18 @@ impl Errors {
             if let Some(s) = spurious.get(row.configuration.inclination, row.frequency) {
                 excitation = s.ratio;
                 for (k, _) in AXES.iter().enumerate() {
-                    for (part, r) in root(s.covariance[k]).into_iter().enumerate() {
-                        if r != Complex64::new(0.0, 0.0) {
-                            errors
-                                .push((draw(place(i, k, part), SPURIOUS)?, Error::Spurious(k, r)));
+                    let unmeasured = UNMEASURED.map(|(share, input, _)| (share, input));
+                    let inputs: &[(Share, &str)] = match s.basis[k] {
+                        Basis::Measured => &[(Share::Own, SPURIOUS)],
+                        Basis::Declared | Basis::Assumed => &unmeasured,
+                    };
+                    for &(share, input) in inputs {
+                        for part in 0..2 {
+                            let r = spurious.step(s, share, 2 * k + part);
+                            if r != Complex64::new(0.0, 0.0) {
+                                errors
+                                    .push((draw(place(i, k, part), input)?, Error::Spurious(k, r)));
+                            }
                         }
                     }
                 }

@@ -5,7 +5,6 @@ use super::lanes::{
     Complex, Motion, Real, WIDEST, leaning, motion, response, tilted, turned, turned_back, wedge,
 };
 use crate::adjustment::Adjustment;
-use crate::adjustment::model::root;
 use crate::budget::{Acts, Budget};
 use crate::matrix::Matrix;
 use crate::observation::{PhasorRow, SpuriousTable};
@@ -113,7 +112,7 @@ impl Estimator {
                             None => Unknown::Spurious(
                                 link.part / 2,
                                 entry.map_or(Complex64::new(0.0, 0.0), |s| {
-                                    root(s.covariance[link.part / 2])[link.part % 2]
+                                    spurious.step(s, link.share, link.part)
                                 }),
                             ),
                         };

@@ -36,6 +36,7 @@ fn moving(plan: &[Configuration], frequencies: &[f64], covariance: [f64; 3]) -> 
     let at = |frequency: f64| {
         let wedges = inclinations.iter();
         wedges.map(move |&inclination| Spurious {
+            basis: Default::default(),
             inclination,
             frequency,
             ratio: [MOVES; 3],
@@ -43,9 +44,7 @@ fn moving(plan: &[Configuration], frequencies: &[f64], covariance: [f64; 3]) -> 
             dof: DegreesOfFreedom::INFINITE,
         })
     };
-    SpuriousTable {
-        entries: frequencies.iter().flat_map(|&f| at(f)).collect(),
-    }
+    SpuriousTable::new(frequencies.iter().flat_map(|&f| at(f)).collect())
 }
 
 /// What the device shows on such a table.

@@ -147,13 +147,14 @@ impl SpuriousTable {
     ///
     /// // Two repeats each: u of x′ of 0.1 % and of 0.001 %, which only luck made so small.
     /// let row = |inclination: f64, u: f64| Spurious {
+    ///     basis: Default::default(),
     ///     inclination,
     ///     frequency: 160.0,
     ///     ratio: [Complex64::new(0.01, 0.0); 3],
     ///     covariance: [[u * u, 0.0, u * u], [0.0; 3], [0.0; 3]],
     ///     dof: DegreesOfFreedom::new(1.0).unwrap(),
     /// };
-    /// let (table, _) = SpuriousTable { entries: vec![row(0.0, 1e-3), row(0.5, 1e-5)] }.pooled("first");
+    /// let (table, _) = SpuriousTable::new(vec![row(0.0, 1e-3), row(0.5, 1e-5)]).pooled("first");
     /// assert!((table.entries[1].covariance[0][0].sqrt() - 1e-3 / 2f64.sqrt()).abs() < 1e-7);
     /// assert_eq!(table.entries[1].dof.get(), 2.0);
     /// ```

@@ -83,6 +83,7 @@ impl SpuriousFile {
         let mut rows: Vec<(u64, Spurious)> = Vec::new();
         for row in sheet.rows() {
             let mut entry = Spurious {
+                basis: Default::default(),
                 inclination: row.number(tilt)?,
                 frequency: row.positive(frequency)?,
                 ratio: [Complex64::new(0.0, 0.0); 3],
@@ -117,9 +118,7 @@ impl SpuriousFile {
             input: Some(sheet.input.clone()),
             correction: Correction {
                 label: label.to_owned(),
-                table: SpuriousTable {
-                    entries: rows.into_iter().map(|(_, r)| r).collect(),
-                },
+                table: SpuriousTable::new(rows.into_iter().map(|(_, r)| r).collect()),
             },
         })
     }

@@ -5,7 +5,7 @@ use crate::page::columns::{printed, words};
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::{BarPlot, Block, Section, Table};
 use proofmass_shaker::derived::Expanded;
-use proofmass_shaker::{FrequencyResult, MethodResult, VarianceComponent};
+use proofmass_shaker::{FrequencyResult, MethodResult, UnmeasuredAt, VarianceComponent};
 
 /// What a budget line is about, in the order of the budget.
 fn causes(result: &MethodResult) -> Vec<(String, String, String)> {
@@ -88,10 +88,27 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
             section = section.folded("Budgets of every term at the other frequencies", others);
         }
     }
-    if result.components.is_empty() {
-        return section;
+    if !result.components.is_empty() {
+        section = section.table(supported(&result.components, &causes));
     }
-    section.table(supported(&result.components, &causes))
+    if !result.motion.is_empty() {
+        section = section.table(motion(&result.motion));
+    }
+    section
+}
+
+/// How large the motion of the bench is taken to be that nobody measured.
+fn motion(motion: &[UnmeasuredAt]) -> Table {
+    let percent = |u: Option<f64>| u.map(|u| two_digits(100.0 * u));
+    let fields = [
+        printed("f", "Hz", |m: &UnmeasuredAt| plain(m.frequency)),
+        printed("u across the excitation", "%", move |m: &UnmeasuredAt| {
+            percent(m.across)
+        }),
+        printed("u along it", "%", move |m: &UnmeasuredAt| percent(m.along)),
+    ];
+    Table::of("Motion of the bench that was not measured, as the runs have it", fields, motion)
+        .note("Standard uncertainty of the real and of the imaginary part of its ratio to the excitation.")
 }
 
 /// What the runs tell of the declared uncertainties.
