@@ -49,6 +49,9 @@ fn as_user(program: &Path) -> Command {
 }
 
 fn start() -> Result<Server, String> {
+    if !cfg!(feature = "postgres") {
+        return Err("built without `--features postgres`".to_owned());
+    }
     let bin = programs()
         .ok_or("no initdb and pg_ctl in /usr/lib/postgresql/*/bin: install postgresql")?;
     let folder = tempfile::Builder::new()
