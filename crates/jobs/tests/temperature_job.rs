@@ -37,6 +37,7 @@ fn data(sweep: &Sweep) -> TemperatureData<'_> {
         outputs: vec![x, y, z],
         unit: Unit::StandardGravity,
         temperature: &sweep.temperature,
+        environment: &[],
         rate: 10.0,
         calibration: None,
         findings: &[],

@@ -66,6 +66,7 @@ mod disturbance_findings;
 mod dynamic;
 mod edf;
 mod effects;
+mod expected;
 pub mod findings;
 mod fit_family;
 mod fit_findings;
@@ -132,6 +133,7 @@ pub use disturbance::{
 };
 pub use dynamic::{DynamicWindow, dynamic_deviation};
 pub use edf::{EdfFormula, chi_square_interval, equivalent_dof};
+pub use expected::{AskedOfRecord, ExpectedInterval, expected_interval, samples_for_limit};
 pub use findings::CATALOGUE;
 pub use fit_record::FitRecord;
 pub use front_end::{FrontEnd, LowPass};

@@ -44,8 +44,8 @@ pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
 pub use standstill_calibration::{StandstillCalibration, StandstillEstimator, calibrate};
 pub use temperature::{
-    Attitude as SweepAttitude, AxisFit, Blocks, Hysteresis, OrderFit, OutputStep, SelfHeating,
-    SweepData, TemperatureFit, TemperatureSweep,
+    Attitude as SweepAttitude, AxisFit, Blocks, EnvironmentalCourse, EnvironmentalQuantity,
+    Hysteresis, OrderFit, OutputStep, SelfHeating, SweepData, TemperatureFit, TemperatureSweep,
 };
 pub use threshold_sweep::{Candidate, ThresholdSweep};
 pub use validation::{AttitudeCheck, Calibrated, Validation};
