@@ -48,7 +48,7 @@ pub use temperature::{
     Hysteresis, OrderFit, OutputStep, SelfHeating, SweepData, TemperatureFit, TemperatureSweep,
 };
 pub use threshold_sweep::{Candidate, ThresholdSweep};
-pub use validation::{AttitudeCheck, Calibrated, Validation};
+pub use validation::{AttitudeCheck, Calibrated, NominalOutput, Validation};
 
 /// Three components in the order x, y, z.
 pub type Triple = [f64; 3];

@@ -127,7 +127,7 @@ impl DevicePlanOutcome {
             filed("margin", |(_, p): &Row<'_>| p.needed.margin),
             Field::new("U_needed", |(_, p): &Row<'_>| p.needed.expanded.into())
                 .page("U needed", "")
-                .rounded(Rounding::TwoDigits),
+                .rounded(Rounding::Significant(3)),
             Field::new("unit", |(l, _): &Row<'_>| l.unit.as_str().into()).page("unit", ""),
             Field::new("ratio", |(_, p): &Row<'_>| p.needed.ratio.into())
                 .page("tolerance over U", "")
