@@ -49,6 +49,8 @@ use serde::{Deserialize, Serialize};
 /// };
 /// let outcome = job.evaluate(&data, &Unwatched)?;
 /// assert!(outcome.validation().attitudes.iter().all(|a| a.within_rule));
+/// // Counts with one scale and one zero for all axes are off by some per cent of g, compensated by some hundredths of a per cent.
+/// assert!(outcome.validation().reduction_percent().is_some_and(|r| r > 95.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -82,6 +82,7 @@ mod long_record;
 mod markov;
 mod model;
 mod noise_type;
+mod over_temperature;
 mod overlapping;
 mod parabolic;
 mod phase;
@@ -142,6 +143,7 @@ pub use limit::{ChannelCheck, Conformity, LimitCheck, NoiseLimit, against_limit}
 pub use long_record::{ChannelName, LongRecord};
 pub use model::{GaussMarkov, NoiseModel, Sinusoid, Term};
 pub use noise_type::{NoiseBasis, NoiseType};
+pub use over_temperature::{TermSlope, slope_over_temperature};
 pub use record::NoiseRecord;
 pub use robust::{RobustFit, robust_fit};
 pub use separation::{SeparatedPoint, separated_deviations};

@@ -123,6 +123,7 @@ pub fn noise_comparison(kind: &str) {
         };
         let mut job = NoiseComparisonJob::default();
         job.limits = vec![NoiseLimit::new(Term::White, 1.1e-3 * 60.0, "m/s/√h")];
+        job.temperatures = vec![20.0, 60.0];
         ask(job, &AnyData::NoiseComparison(data), watch)
     });
     let common = figure(&result, "coefficients.csv", 2, "common");
