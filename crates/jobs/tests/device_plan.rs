@@ -363,6 +363,13 @@ fn refuses_numbers_without_meaning() {
         beyond.to_string().contains("does not lie within"),
         "{beyond}"
     );
+    let mut loud = job(&noise);
+    loud.noise = Some(Default::default());
+    if let Some(noise) = &mut loud.noise {
+        noise.white = 200.0 / N;
+    }
+    loud.sheet.limit[0].typical = None;
+    assert!(only(&planned(&loud)).why.contains("lies beyond"));
     let gyroscope = job(&limit(
         "term = \"N\"; most = 1; typical = 0.5; unit = \"°/√h\"",
     ));

@@ -166,7 +166,7 @@ mod tests {
     fn coverage_of_the_slope_of_white_noise() {
         let at = [-20.0, 20.0, 40.0, 70.0];
         let (mut held, mut told, mut bad) = (0, 0, 0);
-        for seed in 0..30 {
+        for seed in 0..12 {
             for truth in [3e-3, 0.0] {
                 let l = line(Term::White, &at, truth, seed);
                 held += usize::from(l.interval.0 <= truth && truth <= l.interval.1);
@@ -174,9 +174,9 @@ mod tests {
                 bad += usize::from(l.chance.unwrap() < 0.01);
             }
         }
-        // Sixty intervals that hold 97 % and more.
-        assert!(held >= 55, "{held}");
-        assert!(told >= 28 && bad <= 3, "{told} {bad}");
+        // 24 intervals that hold 97 % and more.
+        assert!(held >= 22, "{held}");
+        assert!(told >= 11 && bad <= 2, "{told} {bad}");
     }
 
     /// A least-squares line by hand: equal recordings of two temperatures give the difference over them.

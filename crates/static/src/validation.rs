@@ -74,7 +74,6 @@ pub struct Calibrated<'a> {
 
 /// What an uncompensated sensor gives: the same for all axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[allow(clippy::exhaustive_structs)]
 pub struct NominalOutput {
     /// Output per m/s².
     pub sensitivity: f64,

@@ -132,6 +132,17 @@ impl Known<'_> {
             probability: PROBABILITY,
             most: (longest * rate).min(1e15) as usize,
         };
+        if own > upper / factor {
+            return Ok(Way::out_of_reach(
+                "record at rest".to_owned(),
+                format!(
+                    "{} of {} {} lies beyond its limit: such a sensor fails",
+                    term.symbol(),
+                    scientific(needed.typical.unwrap_or(0.0), 3),
+                    limit.unit
+                ),
+            ));
+        }
         let told = match term {
             Term::White => "at rest",
             _ => "at rest, at one temperature",

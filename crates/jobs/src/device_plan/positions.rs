@@ -16,6 +16,9 @@ const ATTITUDES: [usize; 4] = [12, 16, 24, 40];
 /// Shortest and longest rest, s.
 const REST: [f64; 2] = [3.0, 600.0];
 
+/// From one length that is tried to the next.
+const STEP: f64 = 1.5;
+
 /// Time to turn the sensor, s.
 const TURN: f64 = 10.0;
 
@@ -55,8 +58,9 @@ impl Runs {
 }
 
 impl Known<'_> {
-    /// The attitudes and rests after which the limits are decided, the quickest of those tried; a limit that none decides is out of
-    /// reach. What is tried are simulated calibrations by the estimator of `calibrate` itself.
+    /// The attitudes and rests after which the limits are decided, the quickest of those tried; where none decides all of them, those
+    /// that decide most. What is tried are simulated calibrations by the estimator of `calibrate` itself. Longer is not always better: a
+    /// bias that walks moves the rests against each other meanwhile.
     pub(super) fn positions(
         &self,
         limits: &[(&ReadLimit, &Needed)],
@@ -72,72 +76,54 @@ impl Known<'_> {
         let meets = |runs: &Runs, (what, margin): &(What, f64)| {
             runs.decided(*what, *margin, self.r()) >= self.given.decided
         };
-        // What the longest rests in the most attitudes do not decide, none does.
-        let most = ATTITUDES[ATTITUDES.len() - 1];
-        let best = self.runs(most, REST[1], watch)?;
-        let reached: Vec<bool> = targets.iter().map(|t| meets(&best, t)).collect();
-        let wanted: Vec<&(What, f64)> = targets
-            .iter()
-            .zip(&reached)
-            .filter(|(_, r)| **r)
-            .map(|(t, _)| t)
+        let [shortest, longest] = REST;
+        let rests = std::iter::successors(Some(shortest), |t| Some(t * STEP));
+        let rests = rests
+            .take_while(|t| *t < STEP * longest)
+            .map(|t| rounded_up(t.min(longest)));
+        let mut tried: Vec<(usize, f64)> = rests
+            .flat_map(|t| ATTITUDES.into_iter().map(move |n| (n, t)))
             .collect();
-        let mut chosen: Option<(usize, f64)> = None;
-        for n in ATTITUDES {
-            let rest = match wanted.is_empty() {
-                true => None,
-                false => self.rest(n, |runs| wanted.iter().all(|t| meets(runs, t)), watch)?,
-            };
-            if let Some(rest) = rest
-                && chosen.is_none_or(|(m, t)| n as f64 * (rest + TURN) < m as f64 * (t + TURN))
+        let time = |(n, t): (usize, f64)| n as f64 * (t + TURN);
+        tried.sort_by(|a, b| time(*a).total_cmp(&time(*b)));
+        let mut chosen: Option<((usize, f64), Vec<bool>)> = None;
+        for plan in tried {
+            let runs = self.runs(plan.0, plan.1, watch)?;
+            let met: Vec<bool> = targets.iter().map(|t| meets(&runs, t)).collect();
+            let count = |met: &[bool]| met.iter().filter(|m| **m).count();
+            let all = count(&met) == met.len();
+            if chosen
+                .as_ref()
+                .is_none_or(|(_, best)| count(&met) > count(best))
             {
-                chosen = Some((n, rest));
+                chosen = Some((plan, met));
+            }
+            if all {
+                break;
             }
         }
-        let told =
-            |n: usize, rest: f64| format!("{n} attitudes, each at rest for {}", spoken(rest));
+        let Some((plan, met)) = chosen else {
+            return Ok(Vec::new());
+        };
+        let told = format!("{} attitudes, each at rest for {}", plan.0, spoken(plan.1));
         Ok(limits
             .iter()
-            .zip(reached)
-            .map(|((limit, _), reached)| match (chosen, reached) {
-                (Some((n, rest)), true) => Way {
-                    positions: Some((n, rest)),
-                    ..Way::of(told(n, rest), Some(n as f64 * (rest + TURN)))
+            .zip(met)
+            .map(|((limit, _), met)| match met {
+                true => Way {
+                    positions: Some(plan),
+                    ..Way::of(told.clone(), Some(time(plan)))
                 },
-                _ => Way::out_of_reach(
-                    told(most, REST[1]),
+                false => Way::out_of_reach(
+                    told.clone(),
                     format!(
-                        "{}: {most} rests of {} do not suffice; what is left is gravity, what varies between the attitudes, and slow noise",
+                        "{}: up to 40 rests of up to {} do not suffice; what is left is gravity, what varies between the attitudes, and slow noise",
                         limit.characteristic.name(),
-                        spoken(REST[1])
+                        spoken(longest)
                     ),
                 ),
             })
             .collect())
-    }
-
-    /// The shortest rest that suffices, to a tenth.
-    fn rest(
-        &self,
-        n: usize,
-        suffices: impl Fn(&Runs) -> bool,
-        watch: &dyn Watch,
-    ) -> Result<Option<f64>> {
-        let [mut low, mut high] = REST;
-        if suffices(&self.runs(n, low, watch)?) {
-            return Ok(Some(low));
-        }
-        if !suffices(&self.runs(n, high, watch)?) {
-            return Ok(None);
-        }
-        while high > 1.1 * low {
-            let middle = (low * high).sqrt();
-            match suffices(&self.runs(n, middle, watch)?) {
-                true => high = middle,
-                false => low = middle,
-            }
-        }
-        Ok(Some(rounded_up(high)))
     }
 
     /// Simulated calibrations of an ideal sensor with this noise.

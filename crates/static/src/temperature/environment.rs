@@ -4,7 +4,6 @@ use serde::Serialize;
 
 /// What was recorded beside the temperature.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(clippy::exhaustive_structs)] // Made by whoever has a recording.
 pub struct EnvironmentalQuantity<'a> {
     /// Its name in the names of the coefficients.
     pub name: &'a str,
