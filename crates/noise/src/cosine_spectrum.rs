@@ -127,7 +127,7 @@ impl CosineSpectrum {
             let ramp = match end - start {
                 1 => ramp_cosine(start, samples, sample_rate).powi(2),
                 _ => {
-                    let odd = (start + end) / 2 | 1;
+                    let odd = ((start + end) / 2) | 1;
                     0.5 * ramp_cosine(odd, samples, sample_rate).powi(2)
                 }
             };
