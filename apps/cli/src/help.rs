@@ -359,6 +359,21 @@ const HEADINGS: &[(&str, &[Group])] = &[
             ),
         ],
     ),
+    (
+        "device plan",
+        &[(
+            "What is known before",
+            &[
+                "noise-result",
+                "rate",
+                "gravity-uncertainty",
+                "reference-uncertainty",
+                "temperature-range",
+                "acceleration",
+                "wander",
+            ],
+        )],
+    ),
     ("simulate", &[(OPTIONS, &["rate"])]),
     ("filter", &[(OPTIONS, &["rate"])]),
     ("import", &[(OPTIONS, &["unit"])]),

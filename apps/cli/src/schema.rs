@@ -49,6 +49,7 @@ schemas! {
     "noise-request",
     "noise-comparison-request",
     "device-check-request",
+    "device-plan-request",
     "velocity-estimate-request",
     "velocity-compare-request",
     "velocity-tune-request",

@@ -2,6 +2,7 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
+use crate::number_arguments::positive;
 use crate::{Failure, Outcome, clock, console};
 use proofmass::core::Gravity;
 use proofmass::io::Source;
@@ -31,6 +32,19 @@ pub(crate) struct Validate {
     /// Largest windowed variance of a static interval, in multiples of the noise floor
     #[arg(long, default_value_t = 6.0, allow_negative_numbers = true)]
     threshold: f64,
+    /// Nominal output per m/s² of an uncompensated sensor, in the unit of its outputs: what "before" is held against [default: the mean of
+    /// the three axes]
+    #[arg(long, value_name = "VALUE", value_parser = positive)]
+    nominal_sensitivity: Option<f64>,
+    /// Its output at no acceleration
+    #[arg(
+        long,
+        value_name = "VALUE",
+        requires = "nominal_sensitivity",
+        allow_negative_numbers = true,
+        default_value_t = 0.0
+    )]
+    nominal_zero: f64,
     /// Read the recording as a stream, in bounded memory [default: above some 20 million rows, or 48 MiB through a pipe]
     ///
     /// Of more than a million rows means stand for them, as long as these take no more than a quarter of a second.
@@ -64,6 +78,7 @@ impl Validate {
         };
         let mut job = ValidationJob::default();
         job.threshold = self.threshold;
+        job.nominal = self.nominal_sensitivity.map(|s| [s, self.nominal_zero]);
         if let (Some(value), Some(u)) = (self.gravity, self.gravity_uncertainty) {
             job.gravity = Some(Gravity::given(value, u)?);
         }

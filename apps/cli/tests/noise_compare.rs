@@ -209,3 +209,37 @@ fn known_units_that_no_limit_covers_are_named() {
     assert!(!said.contains(text(&one)), "{said}");
     assert!(said.contains("1 of 2"), "{said}");
 }
+
+/// N of one sensor at three temperatures: 1 mU at 0 °C, half as much again at 50 °C, twice at 100 °C.
+#[test]
+fn known_noise_over_the_temperature() {
+    let folder = tempfile::tempdir().unwrap();
+    let units: Vec<PathBuf> = [("cold", "1e-3"), ("warm", "1.5e-3"), ("hot", "2e-3")]
+        .into_iter()
+        .map(|(name, white)| unit(folder.path(), name, white, "7"))
+        .collect();
+    let out = folder.path().join("over");
+    let mut arguments = vec!["noise", "compare"];
+    arguments.extend(units.iter().map(|u| text(u)));
+    let mut typed = arguments.clone();
+    typed.extend(["--temperatures", "0,50,100", "-o", text(&out)]);
+    succeed(&typed);
+    let result = json(&out.join("result.json"));
+    let (slope, u, _) = quantity(&result, "acc_x.N.slope");
+    assert!((slope - 1e-5).abs() < 2.0 * u && u < 1e-6, "{slope} {u}");
+    let table = std::fs::read_to_string(out.join("temperature.csv")).unwrap();
+    assert!(
+        table.starts_with("channel,coefficient,temperature_degC,value,slope,"),
+        "{table}"
+    );
+    for (words, said) in [
+        ("0,50", "2 temperatures are stated for 3"),
+        ("20,20,20", "at one temperature"),
+        ("-300,0,20", "is none"),
+    ] {
+        let mut typed = arguments.clone();
+        typed.extend(["--temperatures", words]);
+        let refused = refuse(&typed);
+        assert!(refused.contains(said), "{refused}");
+    }
+}

@@ -1,5 +1,6 @@
 //! Shock calibration: the pulse, its measures, and the sensitivity against a reference.
 
+mod after_pulse;
 mod doubts;
 mod pair_doubts;
 mod pulse;
@@ -11,6 +12,7 @@ mod standard;
 #[cfg(test)]
 mod tests;
 
+pub use after_pulse::ReturnToBaseline;
 pub use doubts::{PulseContext, pulse_findings};
 pub(crate) use pulse::{Functional, LEVEL};
 pub use pulse::{NoPulse, Pulse, PulseMeasures, PulseSearch, Tolerance, ToleranceResult};

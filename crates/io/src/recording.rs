@@ -80,6 +80,8 @@ pub struct RecordingOptions {
     pub sampling_rate_hz: Option<f64>,
     /// Temperature column: °C, or what its heading says.
     pub temperature: Option<ColumnRef>,
+    /// Columns of other quantities of the surroundings, in whatever units.
+    pub surroundings: Vec<ColumnRef>,
     /// Unit of the signals where the headings do not say it.
     pub unit: Option<Unit>,
     /// The stretch to be read, from one time on and before another, s ([`TimeWindow`]); all without it.
@@ -124,6 +126,8 @@ pub struct Recording {
     pub columns: Vec<RecordedColumn>,
     /// Temperature in °C, where asked for.
     pub temperature: Option<RecordedColumn>,
+    /// Other quantities of the surroundings, as they stand in the file.
+    pub surroundings: Vec<RecordedColumn>,
     /// Times.
     pub time: TimeBase,
     lines: Vec<(usize, u64)>,
@@ -224,6 +228,12 @@ impl Recording {
         let asked = Thermometer::asked(&layout, options.temperature.as_ref())?;
         let (temperature, thermometer) = asked.unzip();
         selected.extend(temperature);
+        let surroundings = options
+            .surroundings
+            .iter()
+            .map(|c| layout.find(c))
+            .collect::<Result<Vec<_>>>()?;
+        selected.extend(&surroundings);
 
         let mut findings = layout.findings();
         findings.extend(unused_time(&layout, options, &selected));
@@ -349,6 +359,14 @@ impl Recording {
             }
         }
 
+        let beside = data.split_off(data.len() - surroundings.len());
+        let surroundings = surroundings.iter().zip(beside);
+        let surroundings = surroundings.map(|(&index, data)| RecordedColumn {
+            name: layout.name(index),
+            unit: layout.unit(index),
+            data,
+        });
+        let surroundings = surroundings.collect();
         let temperature = temperature.zip(thermometer).map(|(index, thermometer)| {
             let numbers = data.pop().unwrap_or_default();
             RecordedColumn {
@@ -393,6 +411,7 @@ impl Recording {
             layout,
             columns,
             temperature,
+            surroundings,
             time: time_base,
             lines,
             missing,

@@ -7,6 +7,7 @@ use crate::comparison::{ComparisonData, ComparisonJob};
 use crate::convert::{ConvertData, ConvertJob};
 use crate::deconvolution::{DeconvolutionData, DeconvolutionJob};
 use crate::device_check::{DeviceCheckData, DeviceCheckJob};
+use crate::device_plan::DevicePlanJob;
 use crate::free_living::{FreeLivingJob, FreeLivingWindows};
 use crate::inspect::{InspectData, InspectJob};
 use crate::known_keys::known_keys;
@@ -251,6 +252,8 @@ jobs! {
     NoiseComparison(NoiseComparisonJob, NoiseComparisonData, "noise-comparison", |d| only!(d, NoiseComparison)),
     /// Devices, held against their data sheet.
     DeviceCheck(DeviceCheckJob, DeviceCheckData, "device-check", |d| only!(d, DeviceCheck)),
+    /// What to measure for a data sheet, and for how long.
+    DevicePlan(DevicePlanJob, (), "device-plan", |d| nothing(d)),
     /// Velocity of an axis.
     VelocityEstimate(VelocityEstimateJob, AxisData, "velocity-estimate", |d| only!(d, Axis)),
     /// Methods of velocity estimation side by side.

@@ -4,7 +4,7 @@ mod characteristic;
 mod limit;
 pub(crate) mod unit;
 
-pub use characteristic::{Characteristic, Known, characteristics};
+pub use characteristic::{Characteristic, Known, Measurement, characteristics};
 pub(crate) use characteristic::{axis_of_channel, is_of_a_device, shown_by as characteristic_of};
 pub use limit::{ReadLimit, SheetLimit};
 pub use unit::ratio as unit_ratio;

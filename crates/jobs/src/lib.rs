@@ -23,6 +23,7 @@ pub mod deconvolution;
 mod destination;
 pub mod device_check;
 mod device_output;
+pub mod device_plan;
 pub mod findings;
 pub mod firmware;
 pub mod free_living;

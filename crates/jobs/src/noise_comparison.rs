@@ -9,7 +9,10 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
-use proofmass_noise::{Analysis, NoiseLimit, Sensor, UnitComparison, compare_units};
+use proofmass_noise::{
+    Analysis, CoefficientFit, NoiseLimit, Sensor, Term, TermSlope, UnitComparison, compare_units,
+    slope_over_temperature,
+};
 use proofmass_report::Report;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};
 use serde::{Deserialize, Serialize};
@@ -24,6 +27,9 @@ pub struct NoiseComparisonJob {
     pub limits: Vec<NoiseLimit>,
     /// Probability at which equal units are called different in any coefficient.
     pub false_alarm_rate: f64,
+    /// Temperature at which each result was recorded, °C, in their order: of one sensor, the coefficients over them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub temperatures: Vec<f64>,
 }
 
 impl Default for NoiseComparisonJob {
@@ -31,6 +37,7 @@ impl Default for NoiseComparisonJob {
         Self {
             limits: Vec::new(),
             false_alarm_rate: 0.01,
+            temperatures: Vec::new(),
         }
     }
 }
@@ -226,6 +233,7 @@ impl Job for NoiseComparisonJob {
             meaningful(limit)?;
             known_channels(limit, analyses)?;
         }
+        let slopes = self.slopes(data)?;
         let comparison = compare_units(data.names, analyses, &self.limits, self.false_alarm_rate)?;
         if comparison.channels.is_empty() && self.limits.is_empty() {
             let channels: Vec<String> = analyses
@@ -269,7 +277,60 @@ impl Job for NoiseComparisonJob {
             names: data.names.iter().map(|&n| n.to_owned()).collect(),
             probability,
             comparison,
+            slopes,
         })
+    }
+}
+
+impl NoiseComparisonJob {
+    /// The lines over the temperature, channel by channel.
+    fn slopes(&self, data: &NoiseComparisonData<'_>) -> Result<Vec<(String, TermSlope)>> {
+        let temperatures = &self.temperatures;
+        if temperatures.is_empty() {
+            return Ok(Vec::new());
+        }
+        let all = data.results.len();
+        let usable = temperatures.iter().all(|t| (-273.15..1e4).contains(t));
+        let spread = temperatures.iter().any(|t| *t != temperatures[0]);
+        if temperatures.len() != all || !usable || !spread {
+            return Err(Trouble::request(match (temperatures.len() == all, usable) {
+                (false, _) => format!("{} temperatures are stated for {all} results", temperatures.len()),
+                (true, false) => "a temperature is none".to_owned(),
+                (true, true) => "all results are at one temperature: there is no line over it".to_owned(),
+            })
+            .with_hint("give one temperature in °C for each result, in their order: --temperatures=-20,20,60"));
+        }
+        let mut names: Vec<&str> = Vec::new();
+        for channel in data.results.iter().flat_map(|a| &a.channels) {
+            if !names.contains(&channel.name.as_str()) {
+                names.push(&channel.name);
+            }
+        }
+        let mut lines = Vec::new();
+        for name in names {
+            let of =
+                |analysis: &'_ &Analysis| analysis.channels.iter().position(|c| c.name == name);
+            let fits: Vec<(&CoefficientFit, f64)> = data
+                .results
+                .iter()
+                .zip(temperatures)
+                .filter_map(|(analysis, t)| {
+                    let channel = &analysis.channels[of(analysis)?];
+                    Some((channel.whittle.as_ref()?, *t))
+                })
+                .collect();
+            let terms = [
+                Term::Quantisation,
+                Term::White,
+                Term::Flicker,
+                Term::RandomWalk,
+            ];
+            let found = terms
+                .into_iter()
+                .filter_map(|term| slope_over_temperature(term, &fits));
+            lines.extend(found.map(|line| (name.to_owned(), line)));
+        }
+        Ok(lines)
     }
 }
 
@@ -281,9 +342,15 @@ pub struct NoiseComparisonOutcome {
     names: Vec<String>,
     probability: f64,
     comparison: UnitComparison,
+    slopes: Vec<(String, TermSlope)>,
 }
 
 impl NoiseComparisonOutcome {
+    /// Lines of the coefficients over the temperature, by channel.
+    pub fn slopes(&self) -> &[(String, TermSlope)] {
+        &self.slopes
+    }
+
     /// What was compared.
     pub fn comparison(&self) -> &UnitComparison {
         &self.comparison
@@ -325,6 +392,20 @@ impl Outcome for NoiseComparisonOutcome {
                     ));
                 }
             }
+        }
+        let normal = DegreesOfFreedom::INFINITE.coverage_factor(self.probability);
+        for (channel, line) in &self.slopes {
+            let half = 0.5 * (line.interval.1 - line.interval.0);
+            all.push(StatedQuantity::new(
+                &Quantity {
+                    name: format!("{channel}.{}.slope", line.term.symbol()),
+                    unit: format!("{}/K", line.unit),
+                    value: line.slope,
+                    standard_uncertainty: half / normal,
+                    dof: DegreesOfFreedom::INFINITE,
+                },
+                self.probability,
+            ));
         }
         all
     }

@@ -68,6 +68,10 @@ pub struct ShockJob {
     pub required: Vec<(f64, f64)>,
     /// How far the spectrum may depart from it.
     pub spectrum_tolerance: SpectrumTolerance,
+    /// Half-width of the band about the baseline before the pulse into which the device returns, in m/s² or the unit of its output; what
+    /// the noise before the pulse gives without it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub return_band: Option<f64>,
     /// Calibration over frequency of the reference, whose channel is then in volts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub standard: Option<ReferenceTable>,
@@ -85,6 +89,7 @@ impl Default for ShockJob {
             tolerance: None,
             required: Vec::new(),
             spectrum_tolerance: SpectrumTolerance::default(),
+            return_band: None,
             standard: None,
         }
     }
@@ -263,6 +268,16 @@ impl ShockJob {
             }
         };
         watch.step("pulse", 1, 1)?;
+        let of_output = calibration.as_ref().map_or(&pulse, |c| &c.output_pulse);
+        let back = of_output.return_to_baseline(output.data, data.rate, self.return_band);
+        if let Some(back) = back.filter(|b| b.time.is_none()) {
+            findings.push(findings::not_back_at_baseline(
+                output.name,
+                back.band,
+                output.unit,
+                back.looked,
+            ));
+        }
         let judged = data.reference.unwrap_or(output);
         let tolerance = match &self.tolerance {
             Some(t) => {
@@ -326,6 +341,7 @@ impl ShockJob {
             pulse,
             measures,
             calibration,
+            back,
             tolerance,
             spectrum_tolerance,
             spectra,
@@ -339,6 +355,12 @@ impl ShockJob {
                 "a quality factor of {} is none: Q is larger than 0.5",
                 self.quality
             )));
+        }
+        if let Some(band) = self.return_band.filter(|b| !(*b > 0.0 && b.is_finite())) {
+            return Err(
+                Trouble::request(format!("a band of ± {band} about the baseline is none"))
+                    .with_hint("give a number above zero, in m/s² or the unit of the output"),
+            );
         }
         if self.per_octave == 0 || self.per_octave > 192 {
             return Err(Trouble::request(format!(

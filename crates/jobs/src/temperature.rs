@@ -2,8 +2,10 @@
 
 mod page;
 mod recording;
+mod surroundings;
 
 pub use recording::TemperatureRecording;
+pub use surroundings::{EnvironmentalColumn, EnvironmentalRequest};
 
 use crate::measured_within::MeasuredWithin;
 use crate::outcome::{Job, Outcome, section};
@@ -34,6 +36,7 @@ use serde::{Deserialize, Serialize};
 ///     outputs: vec![&x, &y, &z],
 ///     unit: Unit::StandardGravity,
 ///     temperature: &temperature,
+///     environment: &[],
 ///     rate: 10.0,
 ///     calibration: None,
 ///     findings: &[],
@@ -62,6 +65,8 @@ pub struct TemperatureData<'a> {
     pub unit: Unit,
     /// Temperature of every sample, °C.
     pub temperature: &'a [f64],
+    /// Other quantities of the surroundings.
+    pub environment: &'a [EnvironmentalColumn],
     /// Samples per second.
     pub rate: f64,
     /// A calibration at one temperature that gets these coefficients.
@@ -114,7 +119,11 @@ impl Job for TemperatureJob {
             temperature: data.temperature,
             rate: data.rate,
         };
-        let fit = sweep.fit(&swept).map_err(|error| refusal(error, data))?;
+        let environment = surroundings::distinct(data)?;
+        let fit = sweep
+            .fit_beside(&swept, &environment)
+            .map_err(|error| refusal(error, data))?;
+        surroundings::told(&fit, data)?;
         watch.step("temperature", 1, 2)?;
         let mut findings = data.findings.to_vec();
         findings.extend(fit.findings.iter().cloned());
@@ -323,6 +332,7 @@ impl Outcome for TemperatureOutcome {
         Ok(vec![
             within.section()?,
             section("axes", &self.fit.axes)?,
+            section("environment", &self.fit.environment)?,
             section("thermometer_lag_s", &self.fit.thermometer_lag())?,
         ])
     }

@@ -14,7 +14,9 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
 use proofmass_io::{CalibrationFile, ReadGravity, StatedQuantity};
 use proofmass_report::Report;
-use proofmass_static::{Calibrated, MeanNoise, Samples, Segment, Standstill, Validation};
+use proofmass_static::{
+    Calibrated, MeanNoise, NominalOutput, Samples, Segment, Standstill, Validation,
+};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +49,8 @@ use serde::{Deserialize, Serialize};
 /// };
 /// let outcome = job.evaluate(&data, &Unwatched)?;
 /// assert!(outcome.validation().attitudes.iter().all(|a| a.within_rule));
+/// // Counts with one scale and one zero for all axes are off by some per cent of g, compensated by some hundredths of a per cent.
+/// assert!(outcome.validation().reduction_percent().is_some_and(|r| r > 95.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,6 +65,9 @@ pub struct ValidationJob {
     /// How standstills are found where none are given.
     #[serde(default)]
     pub search: Standstill,
+    /// Nominal output per m/s² and output at no acceleration of an uncompensated sensor, in the unit of its outputs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<[f64; 2]>,
 }
 
 impl Default for ValidationJob {
@@ -69,6 +76,7 @@ impl Default for ValidationJob {
             threshold: 6.0,
             gravity: None,
             search: Standstill::default(),
+            nominal: None,
         }
     }
 }
@@ -109,6 +117,32 @@ impl ValidationJob {
                 data.name,
             ),
         }
+    }
+
+    /// Output of the uncompensated sensor: as stated; of outputs that are accelerations themselves; else the mean scale and the mean bias
+    /// of its three axes, which a single axis has for itself.
+    fn nominal(&self, file: &CalibrationFile) -> Result<Option<NominalOutput>> {
+        if let Some([sensitivity, zero]) = self.nominal {
+            if !(sensitivity != 0.0 && sensitivity.is_finite() && zero.is_finite()) {
+                return Err(Trouble::request(format!(
+                    "a nominal output of {sensitivity} per m/s² with {zero} at rest is none"
+                ))
+                .with_hint("give --nominal-sensitivity in the unit of the outputs per m/s², and --nominal-zero"));
+            }
+            return Ok(Some(NominalOutput { sensitivity, zero }));
+        }
+        let mean = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>() / 3.0;
+        Ok(match (file.input_unit.is_acceleration(), file.axes()) {
+            (true, _) => Some(NominalOutput {
+                sensitivity: 1.0,
+                zero: 0.0,
+            }),
+            (false, 3) => Some(NominalOutput {
+                sensitivity: mean(&|i| file.k[i][i].abs()),
+                zero: mean(&|i| file.b[i]),
+            }),
+            (false, _) => None,
+        })
     }
 
     /// Gravity of the calibration, and that of the validation where it is another.
@@ -153,7 +187,7 @@ impl Job for ValidationJob {
             estimate: &estimate,
             gravity,
             repeatability: file.repeatability.unwrap_or(0.0),
-            nominal_sensitivity: file.input_unit.is_acceleration().then_some(1.0),
+            nominal: self.nominal(file)?,
         };
         let mut poses = noise.poses(&samples, &segments);
         if file.curvature.is_some() || file.axes() == 1 {
@@ -189,6 +223,11 @@ impl Job for ValidationJob {
                 None => read_gravity(gravity, "that of the calibration"),
             },
             findings,
+            before: match (self.nominal, file.input_unit.is_acceleration()) {
+                (Some(_), _) => "by the nominal output",
+                (None, true) => "uncompensated",
+                (None, false) => "one scale and one zero of all axes",
+            },
             validation,
         })
     }
@@ -218,6 +257,8 @@ pub struct ValidationOutcome {
     model: String,
     gravity: ReadGravity,
     findings: Vec<Finding>,
+    /// What "before" is.
+    before: &'static str,
     validation: Validation,
 }
 
@@ -259,6 +300,6 @@ impl Outcome for ValidationOutcome {
     }
 
     fn page(&self, page: Report) -> Report {
-        page::add(page, &self.validation)
+        page::add(page, &self.validation, self.before)
     }
 }

@@ -409,3 +409,63 @@ fn known_oscillators_too_fast_for_the_samples_are_told() {
     assert_eq!(said(2000.0, Peaks::AtSamples), None);
     assert_eq!(said(4000.0, Peaks::BetweenSamples), None);
 }
+
+/// 5 V for 11 ms beside noise of 1 mV; 20 ms later 80 mV stay.
+#[test]
+fn known_zero_shift_and_return_of_a_device() {
+    let pulse = PulseShape::HalfSine.record(5.0, 0.011, 0.1, 12_000, RATE);
+    let healthy = with_noise(pulse, 1e-3, 11);
+    let end = ((0.111 + 0.02) * RATE) as usize;
+    let shifted: Vec<f64> = healthy
+        .iter()
+        .enumerate()
+        .map(|(k, v)| if k > end { v + 0.08 } else { *v })
+        .collect();
+    let of = |record: &[f64], band: Option<f64>| {
+        let data = ShockData {
+            reference: None,
+            output: channel("u", "V", record),
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let mut job = ShockJob::default();
+        job.per_octave = 1;
+        job.return_band = band;
+        job.evaluate(&data, &Unwatched).expect("a shock")
+    };
+    let at_once = of(&healthy, None);
+    let back = at_once.return_to_baseline().expect("a return");
+    assert!(back.time.is_some_and(|t| t < 0.002), "{back:?}");
+    let stays = of(&shifted, None);
+    assert!(
+        stays
+            .findings()
+            .iter()
+            .any(|f| f.code() == "not-back-at-baseline")
+    );
+    let shift = stays
+        .quantities()
+        .into_iter()
+        .find(|q| q.name == "zero_shift")
+        .expect("a shift");
+    assert!(
+        (shift.value - 0.08).abs() < shift.expanded.max(2e-4),
+        "{shift:?}"
+    );
+    let wide = of(&shifted, Some(0.2));
+    assert!(
+        wide.return_to_baseline()
+            .is_some_and(|b| b.stated && b.time.is_some())
+    );
+    let data = ShockData {
+        reference: None,
+        output: channel("u", "V", &healthy),
+        rate: RATE,
+        findings: &[],
+        name: "memory",
+    };
+    let mut job = ShockJob::default();
+    job.return_band = Some(0.0);
+    assert!(job.evaluate(&data, &Unwatched).is_err());
+}

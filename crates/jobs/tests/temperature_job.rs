@@ -1,7 +1,7 @@
 //! The temperature job from memory: evaluated, filed, read again, cancelled.
 
 use proofmass_io::Unit;
-use proofmass_jobs::temperature::{TemperatureData, TemperatureJob};
+use proofmass_jobs::temperature::{EnvironmentalColumn, TemperatureData, TemperatureJob};
 use proofmass_jobs::{Job, Record, StoredResult, TroubleKind, Unwatched, Watch};
 use std::ops::ControlFlow;
 
@@ -37,6 +37,7 @@ fn data(sweep: &Sweep) -> TemperatureData<'_> {
         outputs: vec![x, y, z],
         unit: Unit::StandardGravity,
         temperature: &sweep.temperature,
+        environment: &[],
         rate: 10.0,
         calibration: None,
         findings: &[],
@@ -81,4 +82,37 @@ fn refuses_units_that_are_no_acceleration_without_a_calibration() {
         .evaluate(&data, &Unwatched)
         .unwrap_err();
     assert!(trouble.to_string().contains("count") && trouble.hint().is_some());
+}
+
+/// A humidity that falls as the temperature rises, one that does not change, one that is named like a power of the temperature.
+#[test]
+fn refuses_surroundings_that_cannot_be_told() {
+    let sweep = sweep();
+    let with = |columns: &[EnvironmentalColumn]| {
+        let mut data = data(&sweep);
+        data.environment = columns;
+        TemperatureJob::default().evaluate(&data, &Unwatched)
+    };
+    let n = sweep.temperature.len();
+    let falls: Vec<f64> = sweep.temperature.iter().map(|t| 80.0 - t).collect();
+    let own: Vec<f64> = (0..n)
+        .map(|k| 50.0 + 10.0 * (0.013 * k as f64).sin())
+        .collect();
+    let humidity = |values: &[f64]| EnvironmentalColumn::new("humidity", "%", values.to_vec());
+    let trouble = with(&[humidity(&falls)]).unwrap_err();
+    assert!(
+        trouble
+            .to_string()
+            .contains("does not tell humidity from the temperature"),
+        "{trouble}"
+    );
+    assert!(trouble.hint().unwrap().contains("two humidities"));
+    let trouble = with(&[humidity(&vec![50.0; n])]).unwrap_err();
+    assert!(trouble.to_string().contains("does not change"), "{trouble}");
+    let trouble = with(&[EnvironmentalColumn::new("T1", "V", own.clone())]).unwrap_err();
+    assert!(trouble.to_string().contains("no name"), "{trouble}");
+    let trouble = with(&[humidity(&own), humidity(&own)]).unwrap_err();
+    assert!(trouble.to_string().contains("twice"), "{trouble}");
+    let told = with(&[humidity(&own)]).unwrap();
+    assert!(told.fit().estimate.get("output.x.humidity").is_some());
 }

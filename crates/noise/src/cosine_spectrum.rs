@@ -119,6 +119,33 @@ impl CosineSpectrum {
         }
     }
 
+    /// Bins of a record that is not there yet: what is known of its ramp, and nothing of its squares.
+    pub(crate) fn of_length(samples: usize, sample_rate: f64) -> Self {
+        let bins = spans(samples, SINGLE).map(|(start, end)| {
+            let nodes = nodes(start, end, samples, sample_rate);
+            // Above the single ones every other cosine of a ramp is zero, and all are small.
+            let ramp = match end - start {
+                1 => ramp_cosine(start, samples, sample_rate).powi(2),
+                _ => {
+                    let odd = ((start + end) / 2) | 1;
+                    0.5 * ramp_cosine(odd, samples, sample_rate).powi(2)
+                }
+            };
+            Bin {
+                frequency: 0.25 * (start + end - 1) as f64 * sample_rate / samples as f64,
+                count: (end - start) as f64,
+                products: vec![0.0, 0.0, ramp],
+                nodes,
+            }
+        });
+        Self {
+            sample_rate,
+            longest: samples as f64 / sample_rate,
+            forms: 1,
+            bins: bins.collect(),
+        }
+    }
+
     /// Mean over each bin of a density.
     pub(crate) fn average(&self, density: impl Fn(&Node) -> f64) -> Vec<f64> {
         self.bins
@@ -244,19 +271,7 @@ fn bins_of(
         without.iter().all(|(low, high)| f < *low || f > *high)
     };
     let mut bins = Vec::new();
-    let mut start = 1;
-    while start < n {
-        let end = if start <= single {
-            start + 1
-        } else {
-            let end = start + ((start as f64 * WIDTH) as usize).max(1);
-            // A narrow last bin joins the one before.
-            if n - end.min(n) < (end - start) / 2 {
-                n
-            } else {
-                end
-            }
-        };
+    for (start, end) in spans(n, single) {
         let mut products = vec![0.0; pair(order, 0)];
         let mut count = 0_usize;
         for k in (start..end).filter(|k| clear(*k)) {
@@ -276,30 +291,54 @@ fn bins_of(
             count += 1;
         }
         if count > 0 {
-            let points = (end - start).min(NODES);
-            let step = (end - start) as f64 / points as f64;
-            let nodes = (0..points)
-                .map(|p| {
-                    let k = start as f64 + (p as f64 + 0.5) * step - 0.5;
-                    Node {
-                        frequency: frequency(k),
-                        k,
-                        n: n as f64,
-                        weight: 1.0 / points as f64,
-                    }
-                })
-                .collect();
             let m = count as f64;
             bins.push(Bin {
                 frequency: frequency(0.5 * (start + end - 1) as f64),
                 count: m,
                 products: products.into_iter().map(|s| s / m).collect(),
-                nodes,
+                nodes: nodes(start, end, n, sample_rate),
             });
         }
-        start = end;
     }
     bins
+}
+
+/// First cosine of each bin and one past its last.
+fn spans(n: usize, single: usize) -> impl Iterator<Item = (usize, usize)> {
+    let mut start = 1;
+    std::iter::from_fn(move || {
+        if start >= n {
+            return None;
+        }
+        let end = if start <= single {
+            start + 1
+        } else {
+            let end = start + ((start as f64 * WIDTH) as usize).max(1);
+            // A narrow last bin joins the one before.
+            if n - end.min(n) < (end - start) / 2 {
+                n
+            } else {
+                end
+            }
+        };
+        Some((std::mem::replace(&mut start, end), end))
+    })
+}
+
+/// Where the densities of a bin are taken.
+fn nodes(start: usize, end: usize, n: usize, sample_rate: f64) -> Vec<Node> {
+    let points = (end - start).min(NODES);
+    let step = (end - start) as f64 / points as f64;
+    let node = |p: usize| {
+        let k = start as f64 + (p as f64 + 0.5) * step - 0.5;
+        Node {
+            frequency: 0.5 * k * sample_rate / n as f64,
+            k,
+            n: n as f64,
+            weight: 1.0 / points as f64,
+        }
+    };
+    (0..points).map(node).collect()
 }
 
 /// The coefficients c_k, k = 0 … n−1 (c_0 means nothing).

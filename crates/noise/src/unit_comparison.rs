@@ -29,15 +29,15 @@ pub struct TermComparison {
 /// An interval ends where the profile has risen by its level: that of a square is used as it is; a ramp that a walk can stand in for needs
 /// more, and is counted in units of χ²₁ again.
 #[derive(Clone, Copy, Debug)]
-struct Parabolas {
-    best: f64,
-    below: f64,
-    above: f64,
+pub(crate) struct Parabolas {
+    pub(crate) best: f64,
+    pub(crate) below: f64,
+    pub(crate) above: f64,
 }
 
 impl Parabolas {
     /// `None` for a coefficient that is given, and for one without a limit.
-    fn of(verdict: &Verdict, term: Term, quantile: f64) -> Option<Self> {
+    pub(crate) fn of(verdict: &Verdict, term: Term, quantile: f64) -> Option<Self> {
         let (best, low, high) = match *verdict {
             Verdict::Identified {
                 value, interval, ..
@@ -71,7 +71,7 @@ impl Parabolas {
         })
     }
 
-    fn rise(&self, x: f64) -> f64 {
+    pub(crate) fn rise(&self, x: f64) -> f64 {
         let distance = x - self.best;
         let side = if distance < 0.0 {
             self.below

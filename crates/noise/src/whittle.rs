@@ -494,7 +494,7 @@ pub fn whittle_record(
 ///
 /// Squared cosines of a white sequence of excess kurtosis κ have covariances of κ/n of their product: one factor common to all of
 /// them, however few are used, while what is left of each is nearly Gaussian.
-fn widened(profile: &Profile, level: f64, further: f64) -> f64 {
+pub(crate) fn widened(profile: &Profile, level: f64, further: f64) -> f64 {
     let half = 0.5 * (profile.interval.1 - profile.interval.0) / profile.best;
     let variance = half * half / level;
     if variance > 0.0 && variance.is_finite() {

@@ -83,6 +83,22 @@ findings! {
         evidence "the rate varies by less than a third within the branches",
         advice "record at several rates, or with plateaus, to separate them";
 
+    /// The output still goes on at the temperatures.
+    soak_too_short(rests: usize, minutes: f64, sizes: &str) =
+        "soak-too-short", [Warning],
+        what "the output still settles while the temperature rests: the sensor is not yet as warm as its thermometer",
+        evidence "second half of a rest less the first, in the mean of {rests} rests of some {minutes:.1} min: {sizes}",
+        advice "soak for longer before the rest counts, 15 minutes and more, until the output rests too; or sweep slowly, so that the lag is told",
+        false_alarms "0.5 % of recordings, by Student's t over the rests";
+
+    /// A quantity of the surroundings hardly differs from the temperature.
+    environment_follows(name: &str, own_part: f64) =
+        "environment-follows", [Warning],
+        what "{name} largely follows the temperature: the coefficients of both are told badly, and together better than apart",
+        evidence "{own_part:.1} % of its course is its own",
+        advice "change one while the other stays: two sweeps of the temperature at two values of the other quantity",
+        false_alarms "none: a property of the recording";
+
     /// Temperature and self-heating run alike.
     self_heating_not_determined(own_part: f64) =
         "self-heating-not-determined", [Decision],

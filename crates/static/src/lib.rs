@@ -44,11 +44,11 @@ pub use six_position::Ferraris;
 pub use standstill::{Standstill, WindowedVariance};
 pub use standstill_calibration::{StandstillCalibration, StandstillEstimator, calibrate};
 pub use temperature::{
-    Attitude as SweepAttitude, AxisFit, Blocks, Hysteresis, OrderFit, OutputStep, SelfHeating,
-    SweepData, TemperatureFit, TemperatureSweep,
+    Attitude as SweepAttitude, AxisFit, Blocks, EnvironmentalCourse, EnvironmentalQuantity,
+    Hysteresis, OrderFit, OutputStep, SelfHeating, SweepData, TemperatureFit, TemperatureSweep,
 };
 pub use threshold_sweep::{Candidate, ThresholdSweep};
-pub use validation::{AttitudeCheck, Calibrated, Validation};
+pub use validation::{AttitudeCheck, Calibrated, NominalOutput, Validation};
 
 /// Three components in the order x, y, z.
 pub type Triple = [f64; 3];

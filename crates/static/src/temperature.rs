@@ -5,15 +5,18 @@ mod blocks;
 mod branches;
 mod coefficients;
 mod correlated_noise;
+mod environment;
 mod findings;
 mod fit;
 mod joint_estimate;
+mod soak;
 mod steps;
 mod warm_up;
 
 pub use blocks::{Attitude, Blocks};
 pub use branches::Hysteresis;
 pub use coefficients::{AxisFit, OrderFit, TemperatureFit};
+pub use environment::{EnvironmentalCourse, EnvironmentalQuantity};
 pub use steps::OutputStep;
 pub use warm_up::SelfHeating;
 
@@ -27,10 +30,11 @@ use serde::{Deserialize, Serialize};
 /// powers of d = T − T₀; where the sensor was both heated and cooled, half the difference of the branches is part of the
 /// model, so that hysteresis is neither averaged away nor taken for a coefficient; where the rate of the temperature varies
 /// enough besides, the lag of the thermometer is. Self-heating after switching on is part of it where it is asked for, at every
-/// time constant of a grid.
+/// time constant of a grid. Quantities of the surroundings beside the temperature (E_j: humidity, pressure, supply voltage) are
+/// linear in it.
 ///
 /// ```text
-/// y(t) = a_s + Σ c_k dᵏ ± ½ h(d) + λ Ṫ + A e^{−t/τ} + noise,   noise: white + first-order Gauss–Markov or a random walk
+/// y(t) = a_s + Σ c_k dᵏ + Σ e_j (E_j − E_j0) ± ½ h(d) + λ Ṫ + A e^{−t/τ} + noise,   noise: white + first-order Gauss–Markov or a random walk
 /// ```
 ///
 /// Neither the order nor the noise is chosen. What is stated is the largest order, with the evidence for each order beside it
@@ -106,6 +110,22 @@ impl TemperatureSweep {
     /// [`Error::Constant`] for a temperature that does not change, [`Error::Unobservable`] where the sensor was turned and the
     /// temperature did not change while it lay still, [`Error::OutOfRange`] for settings without meaning.
     pub fn fit(&self, data: &SweepData<'_>) -> Result<TemperatureFit, Error> {
+        self.fit_beside(data, &[])
+    }
+
+    /// Fits the coefficients of the temperature and of other quantities of the surroundings in one model: `bias.x.humidity` … in the
+    /// estimate, and `scale.x.humidity` … where attitudes tell them apart.
+    ///
+    /// A quantity whose course temperature, attitudes, branches and the others explain but for 2 % is left out, which
+    /// [`TemperatureFit::environment`] says.
+    ///
+    /// # Errors
+    /// As [`TemperatureSweep::fit`].
+    pub fn fit_beside(
+        &self,
+        data: &SweepData<'_>,
+        environment: &[EnvironmentalQuantity<'_>],
+    ) -> Result<TemperatureFit, Error> {
         let settings = [
             ("largest order", self.largest_order as f64, 1.0, 3.0),
             ("number of blocks", self.blocks as f64, 40.0, 400.0),
@@ -138,7 +158,9 @@ impl TemperatureSweep {
                 max: 0.5,
             });
         }
-        let blocks = Blocks::of(data, self.blocks)?;
-        fit::fit(self, &blocks)
+        let blocks = Blocks::of(data, environment, self.blocks)?;
+        let courses = environment.iter().zip(&blocks.environment);
+        let courses = courses.map(|(quantity, means)| EnvironmentalCourse::of(quantity, means));
+        fit::fit(self, &blocks, courses.collect())
     }
 }

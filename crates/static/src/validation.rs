@@ -39,8 +39,8 @@ pub struct AttitudeCheck {
 pub struct Validation {
     /// One per standstill.
     pub attitudes: Vec<AttitudeCheck>,
-    /// Root mean square of ‖ã/s‖ − g with the nominal sensitivity s and no compensation, in mg (10⁻³ standard
-    /// gravity); `None` for raw outputs without nominal sensitivity.
+    /// Root mean square of ‖(ã − z)/s‖ − g with the nominal output, one sensitivity s and one zero z of all axes, and no compensation,
+    /// in mg (10⁻³ standard gravity); `None` where no nominal output is known.
     pub rms_before_mg: Option<f64>,
     /// Root mean square of ‖a‖ − g after compensation, in mg.
     pub rms_after_mg: f64,
@@ -68,11 +68,26 @@ pub struct Calibrated<'a> {
     pub gravity: Gravity,
     /// Standard deviation of one standstill about the model beyond its noise, m/s².
     pub repeatability: f64,
-    /// Output per m/s² of an uncompensated sensor, for the comparison before and after.
-    pub nominal_sensitivity: Option<f64>,
+    /// Output of an uncompensated sensor, for the comparison before and after.
+    pub nominal: Option<NominalOutput>,
+}
+
+/// What an uncompensated sensor gives: the same for all axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NominalOutput {
+    /// Output per m/s².
+    pub sensitivity: f64,
+    /// Output at no acceleration.
+    pub zero: f64,
 }
 
 impl Validation {
+    /// What compensation takes off the error, per cent of that before; below zero where it adds to it.
+    pub fn reduction_percent(&self) -> Option<f64> {
+        let before = self.rms_before_mg.filter(|b| *b > 0.0)?;
+        Some(100.0 * (1.0 - self.rms_after_mg / before))
+    }
+
     /// Compares new standstills with gravity.
     ///
     /// `gravity`: at the place of validation; `None` when it is the very gravity of the calibration, whose error
@@ -118,9 +133,10 @@ impl Validation {
                 within_rule: residuals[i].abs() <= RULE * g,
             })
             .collect();
-        let rms_before_mg = calibration
-            .nominal_sensitivity
-            .map(|s| rms(&mut poses.iter().map(|p| norm(p.mean) / s - g)));
+        let rms_before_mg = calibration.nominal.map(|n| {
+            let length = |p: &Pose| norm(p.mean.map(|v| v - n.zero)) / n.sensitivity.abs();
+            rms(&mut poses.iter().map(|p| length(p) - g))
+        });
         let mut validation = Self {
             attitudes,
             rms_before_mg,

@@ -149,7 +149,7 @@ fn known_calibration_that_does_not_hold_any_more() {
         estimate: calibration.estimate(),
         gravity: calibration.gravity(),
         repeatability: 0.0,
-        nominal_sensitivity: Some(1.0),
+        nominal: None,
     };
     let validate = |length: f64| {
         let new = poses(SKEW, 12, 6, move |_| length);

@@ -4,8 +4,8 @@ use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::number_arguments::false_alarm_rate;
 use crate::{Failure, Outcome, clock, console};
-use proofmass::io::Source;
-use proofmass::jobs::data_sheet::read_sheet;
+use proofmass::io::{Input, Source};
+use proofmass::jobs::data_sheet::{DataSheet, read_sheet};
 use proofmass::jobs::device_check::{
     DeviceCheckData, DeviceCheckJob, DeviceCheckOutcome, DeviceResult,
 };
@@ -55,12 +55,7 @@ impl Check {
         let mut inputs: Vec<&Path> = places.iter().map(|(_, place)| place.as_path()).collect();
         inputs.push(&self.sheet);
         let folder = self.delivery.begin(DeviceCheckOutcome::KIND, &inputs)?;
-        if !self.sheet.exists() {
-            return Err(Failure::new(format!("there is no {}", self.sheet.display())).hint(
-                "name the data sheet: --sheet FILE, with [[limit]] and in it characteristic, most and unit",
-            ));
-        }
-        let (sheet, input) = read_sheet(Source::open(&self.sheet)?)?;
+        let (sheet, input) = read_sheet_file(&self.sheet)?;
         let mut files = vec![input];
         let mut job = DeviceCheckJob::default();
         job.sheet = sheet;
@@ -85,6 +80,16 @@ impl Check {
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
+}
+
+/// The data sheet of a file.
+pub(super) fn read_sheet_file(sheet: &Path) -> Result<(DataSheet, Input), Failure> {
+    if !sheet.exists() {
+        return Err(Failure::new(format!("there is no {}", sheet.display())).hint(
+            "name the data sheet: --sheet FILE, with [[limit]] and in it characteristic, most and unit",
+        ));
+    }
+    Ok(read_sheet(Source::open(sheet)?)?)
 }
 
 /// Every result.json of a folder and those below it, in the order of their names; hidden folders and links to folders are left out.

@@ -26,6 +26,16 @@ pub(crate) struct Compare {
     /// Probability at which equal units are called different in any coefficient
     #[arg(long, value_name = "P", default_value_t = NoiseComparisonJob::default().false_alarm_rate, value_parser = false_alarm_rate, allow_negative_numbers = true)]
     false_alarm_rate: f64,
+    /// Temperature of each result in °C, in their order, of one sensor: the coefficients over the temperature, each with a slope and its
+    /// interval
+    #[arg(
+        long,
+        value_name = "T,T,…",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true
+    )]
+    temperatures: Vec<f64>,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -42,6 +52,7 @@ impl Compare {
         let folder = self.delivery.begin(NoiseComparisonOutcome::KIND, &inputs)?;
         let mut job = NoiseComparisonJob::default();
         job.false_alarm_rate = self.false_alarm_rate;
+        job.temperatures.clone_from(&self.temperatures);
         let mut files = Vec::with_capacity(inputs.len());
         if let Some(path) = &self.limits {
             let (limits, input) = read_limits(Source::open(path)?)?;

@@ -79,6 +79,10 @@ pub(super) struct Shock {
     /// Band for the others
     #[arg(long, value_name = "LOW,HIGH", value_parser = decibels, default_value = "-3,6", allow_hyphen_values = true)]
     spectrum_rest: [f64; 2],
+    /// Half-width of the band about the baseline before the pulse into which the device returns, in m/s² or the unit of its output
+    /// [default: what the noise before the pulse gives]
+    #[arg(long, value_name = "VALUE", value_parser = positive)]
+    return_band: Option<f64>,
     #[command(flatten)]
     standard: StandardArguments,
     #[command(flatten)]
@@ -166,6 +170,7 @@ impl Shock {
         let mut job = ShockJob::default();
         job.reference.relative_uncertainty = 1e-2 * self.reference_uncertainty;
         job.frequencies = self.frequencies;
+        job.return_band = self.return_band;
         job.per_octave = self.per_octave;
         job.quality = self.quality;
         job.peaks = match self.peaks {

@@ -5,7 +5,9 @@ use crate::delivery::Delivery;
 use crate::number_arguments::positive;
 use crate::{Failure, Outcome, clock};
 use proofmass::io::{ColumnRef, Source};
-use proofmass::jobs::temperature::{TemperatureJob, TemperatureOutcome, TemperatureRecording};
+use proofmass::jobs::temperature::{
+    EnvironmentalRequest, TemperatureJob, TemperatureOutcome, TemperatureRecording,
+};
 use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use std::path::PathBuf;
 
@@ -22,6 +24,10 @@ pub(super) struct Temperature {
     /// Column of the temperature in °C, by name or number (from 1)
     #[arg(long, value_name = "COLUMN")]
     temperature: ColumnRef,
+    /// Column of another quantity of the surroundings (humidity, pressure, supply voltage), with its unit where the heading does not say it,
+    /// and the value at which its coefficients change nothing [default: the middle]; more than once
+    #[arg(long, value_name = "COLUMN[:UNIT][=REFERENCE]")]
+    environment: Vec<EnvironmentalRequest>,
     /// Calibration at one temperature that is to get the coefficients
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
@@ -54,6 +60,7 @@ impl Temperature {
         let recording = TemperatureRecording::read(
             Source::open(&self.recording)?,
             self.temperature,
+            &self.environment,
             &self.reading,
             calibration.transpose()?,
         )?;

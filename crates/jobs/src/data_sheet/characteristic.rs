@@ -13,6 +13,44 @@ pub enum Characteristic {
     Of(&'static Known),
 }
 
+/// What is measured to show a characteristic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Measurement {
+    /// A recording at rest.
+    Noise,
+    /// Rests in many attitudes.
+    Positions,
+    /// Rests at several temperatures.
+    Temperature,
+    /// Accelerations of many sizes.
+    Levels,
+    /// Sinusoidal vibration beside a reference.
+    Shaker,
+    /// Vibration across the axis, from all sides.
+    Transverse,
+    /// A frequency response.
+    Response,
+    /// Calibrations over months.
+    Calibrations,
+}
+
+impl Measurement {
+    /// The command that evaluates it.
+    pub fn command(self) -> &'static str {
+        match self {
+            Self::Noise => "proofmass noise",
+            Self::Positions => "proofmass calibrate",
+            Self::Temperature => "proofmass test temperature",
+            Self::Levels => "proofmass test linearity",
+            Self::Shaker => "proofmass calibrate (shaker)",
+            Self::Transverse => "proofmass calibrate (transverse)",
+            Self::Response => "proofmass test random, then model",
+            Self::Calibrations => "proofmass test stability",
+        }
+    }
+}
+
 /// A characteristic that results state as quantities.
 #[derive(Debug, PartialEq)]
 #[non_exhaustive]
@@ -27,6 +65,8 @@ pub struct Known {
     pub unit: Option<&'static str>,
     /// Whether it may have either sign.
     pub signed: bool,
+    /// What is measured to show it; a scale over frequency is shown on a shaker.
+    pub shown_by: Measurement,
 }
 
 const fn known(
@@ -34,6 +74,7 @@ const fn known(
     also: &'static [&'static str],
     what: &'static str,
     unit: Option<&'static str>,
+    shown_by: Measurement,
 ) -> Known {
     Known {
         name,
@@ -41,6 +82,7 @@ const fn known(
         what,
         unit,
         signed: true,
+        shown_by,
     }
 }
 
@@ -50,10 +92,11 @@ const fn size(
     also: &'static [&'static str],
     what: &'static str,
     unit: Option<&'static str>,
+    shown_by: Measurement,
 ) -> Known {
     Known {
         signed: false,
-        ..known(name, also, what, unit)
+        ..known(name, also, what, unit, shown_by)
     }
 }
 
@@ -63,86 +106,106 @@ static KNOWN: [Known; 15] = [
         &["zero-g-offset", "zero-g", "offset"],
         "output at no acceleration; in an acceleration divided by the scale",
         None,
+        Measurement::Positions,
     ),
     known(
         "scale",
         &["sensitivity", "scale-factor"],
         "output per acceleration, also over frequency",
         None,
+        Measurement::Positions,
     ),
     known(
         "misalignment",
         &["cross-axis", "cross-axis-sensitivity"],
         "response of one axis to another, by pairs (xy)",
         Some("rad"),
+        Measurement::Positions,
     ),
     known(
         "non-orthogonality",
         &["orthogonality"],
         "departure of two axes from a right angle, by pairs (xy)",
         Some("rad"),
+        Measurement::Positions,
     ),
     size(
         "transverse-sensitivity",
         &["transverse"],
         "largest response across the axis over that along it",
         Some("1"),
+        Measurement::Transverse,
     ),
     known(
         "second-order",
         &["K2", "second-order-nonlinearity"],
         "second-order non-linearity",
         Some("1/(m/s²)"),
+        Measurement::Levels,
     ),
     known(
         "third-order",
         &["K3", "third-order-nonlinearity"],
         "third-order non-linearity",
         Some("1/(m/s²)²"),
+        Measurement::Levels,
     ),
     known(
         "bias-temperature",
         &["bias-temperature-coefficient", "offset-temperature"],
         "change of the bias per kelvin",
         None,
+        Measurement::Temperature,
     ),
     known(
         "scale-temperature",
         &["scale-temperature-coefficient", "sensitivity-temperature"],
         "relative change of the scale per kelvin",
         Some("1/K"),
+        Measurement::Temperature,
     ),
     known(
         "bias-drift",
         &["drift"],
         "change of the bias per month",
         None,
+        Measurement::Calibrations,
     ),
     size(
         "resonance",
         &["resonance-frequency", "natural-frequency"],
         "frequency of the first resonance",
         Some("Hz"),
+        Measurement::Response,
     ),
     size(
         "damping",
         &["damping-ratio"],
         "damping ratio of the first resonance",
         Some("1"),
+        Measurement::Response,
     ),
     size(
         "bandwidth",
         &["corner"],
         "corner of the low-pass of a fitted model",
         Some("Hz"),
+        Measurement::Response,
     ),
     size(
         "low-corner",
         &["high-pass-corner"],
         "corner of the high-pass of a fitted model",
         Some("Hz"),
+        Measurement::Response,
     ),
-    size("delay", &["latency"], "delay of the output", Some("s")),
+    size(
+        "delay",
+        &["latency"],
+        "delay of the output",
+        Some("s"),
+        Measurement::Response,
+    ),
 ];
 
 /// Every characteristic beside the coefficients of the noise.
@@ -195,6 +258,15 @@ impl Characteristic {
                     .flat_map(|k| std::iter::once(k.name).chain(k.also.iter().copied()));
                 Err(proofmass_io::spelling::nearest(word, names))
             }
+        }
+    }
+
+    /// What is measured to show it, at rest or over frequency.
+    pub fn shown_by(self, over_frequency: bool) -> Measurement {
+        match self {
+            Self::Noise(_) => Measurement::Noise,
+            Self::Of(known) if known.name == "scale" && over_frequency => Measurement::Shaker,
+            Self::Of(known) => known.shown_by,
         }
     }
 

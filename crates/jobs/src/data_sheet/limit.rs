@@ -47,6 +47,9 @@ pub struct SheetLimit {
         skip_serializing_if = "Option::is_none"
     )]
     pub tolerance_percent: Option<f64>,
+    /// Value that a device typically has, by which measurements are planned; with its sign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub typical: Option<f64>,
     /// Unit of the values; g is standard gravity.
     pub unit: String,
     /// Of noise, what the data sheet means: `one-sided` or `two-sided`, `floor` or `coefficient`.
@@ -79,6 +82,8 @@ pub struct ReadLimit {
     pub characteristic: Characteristic,
     /// The values that it permits, in its unit.
     pub limits: Limits,
+    /// Value that a device typically has, in its unit.
+    pub typical: Option<f64>,
     /// Its unit.
     pub unit: String,
     /// Of noise, what is meant by it.
@@ -142,9 +147,18 @@ impl SheetLimit {
                 .with_hint("write the lower end first"));
             }
         }
+        if let Some(typical) = self.typical
+            && !(typical.is_finite() && limits.contains(typical))
+        {
+            return Err(Trouble::request(format!(
+                "typical = {typical} of the limit of {name} does not lie within the limit"
+            ))
+            .with_hint("write the value that a device typically has, in the unit of the limit"));
+        }
         let limit = ReadLimit {
             characteristic,
             limits,
+            typical: self.typical,
             unit: self.unit.trim().to_owned(),
             meaning: self.meaning.clone(),
             channels: self.channels.clone(),

@@ -22,6 +22,30 @@ findings! {
         advice "measure what is missing, and give the folder of that result too; the page Devices of the documentation lists which test shows what",
         false_alarms "none: the quantities of the results are compared by name";
 
+    /// Limits that no measurement of a plan decides.
+    plan_out_of_reach(count: usize, limits: &str, why: &str) =
+        "plan-out-of-reach", [Warning],
+        what "limits of the data sheet that no measurement here will decide: {count} ({limits})",
+        evidence "{why}",
+        advice "lower what is left, or expect these limits to stay undecided; a device further from its limit needs less",
+        false_alarms "none: the prediction is compared with the margin";
+
+    /// Limits whose typical value nobody stated.
+    typical_not_stated(count: usize, ratio: f64, limits: &str) =
+        "typical-not-stated", [Note],
+        what "no typical value is stated for {count} of the limits",
+        evidence "planned for U of the tolerance over {ratio}: {limits}",
+        advice "write typical = … into the limit: a device nearer to it than to the middle needs a smaller U, one in the middle a larger",
+        false_alarms "none: the sheet states a typical value or it does not";
+
+    /// A plan that knows white noise alone.
+    slow_noise_not_stated() =
+        "slow-noise-not-stated", [Note],
+        what "nothing is known of noise slower than white; the plan assumes none",
+        evidence "neither B nor K is stated",
+        advice "give --noise-result, or a typical value of B or K in the sheet",
+        false_alarms "none: they are stated or not";
+
     /// A limit in a unit that the quantity cannot be converted to.
     limit_not_convertible(device: &str, characteristic: &str, unit: &str, stated: &str) =
         "limit-not-convertible", [Warning],
@@ -349,6 +373,14 @@ findings! {
         what "whether the spectrum keeps {profile} is not shown",
         evidence "the intervals of {lines} of {all} lines reach over a limit",
         advice "{remedy}";
+
+    /// A device does not come back to its baseline after a shock.
+    not_back_at_baseline(channel: &str, band: f64, unit: &str, looked: f64) =
+        "not-back-at-baseline", [Warning],
+        what "{channel} is not back at the baseline before the pulse when the record ends",
+        evidence "± {band:.3e} {unit}, looked for {looked:.3e} s after the pulse",
+        advice "record for longer; a level that stays is a zero shift: test the device again, or state a wider --return-band",
+        false_alarms "1 % of records with white noise that are back at once";
 
     /// Oscillators of a shock spectrum are fast for the sampling rate.
     few_samples_per_oscillation(frequency: f64, rate: f64, low: f64) =

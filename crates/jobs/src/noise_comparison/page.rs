@@ -4,7 +4,8 @@ use super::NoiseComparisonOutcome;
 use crate::page::columns::{filed, number};
 use crate::page::stability::stability;
 use proofmass_noise::{
-    CheckedLimit, ComparedChannel, ComparedTerm, Conformity, LimitCheck, TermComparison, Verdict,
+    CheckedLimit, ComparedChannel, ComparedTerm, Conformity, LimitCheck, TermComparison, TermSlope,
+    Verdict,
 };
 use proofmass_report::Rounding::{Decimals, Significant};
 use proofmass_report::{
@@ -31,6 +32,10 @@ pub(super) fn add(mut page: Report, outcome: &NoiseComparisonOutcome) -> Report 
         page = page
             .section(section.summarised())
             .section(Section::filed([all]));
+    }
+    if !outcome.slopes.is_empty() {
+        let section = Section::new("Over the temperature").table(outcome.over_temperature());
+        page = page.section(section.summarised());
     }
     for channel in channels {
         page = page.section(outcome.channel(channel));
@@ -225,6 +230,41 @@ impl NoiseComparisonOutcome {
              comparisons.",
             scientific(100.0 * self.comparison.false_alarm_rate, 2).trim_end_matches(".0")
         ))
+    }
+
+    /// One row to a coefficient: its line over the temperature.
+    fn over_temperature(&self) -> Table {
+        type Row = (String, TermSlope);
+        let fields = [
+            Field::new("channel", |(channel, _): &Row| channel.as_str().into()).page("channel", ""),
+            Field::new("coefficient", |(_, l): &Row| l.term.symbol().into())
+                .page("coefficient", ""),
+            filed("temperature_degC", |(_, l): &Row| l.temperature),
+            number(
+                "value",
+                ("at the mean temperature", ""),
+                Significant(4),
+                |(_, l): &Row| l.value,
+            ),
+            number(
+                "slope",
+                ("per kelvin", ""),
+                Significant(3),
+                |(_, l): &Row| l.slope,
+            ),
+            Field::shown("interval", "", |(_, l): &Row| range(l.interval).into()),
+            filed("slope_low", |(_, l): &Row| l.interval.0),
+            filed("slope_high", |(_, l): &Row| l.interval.1),
+            Field::new("unit_of_coefficient", |(_, l): &Row| l.unit.as_str().into())
+                .page("unit", ""),
+            Field::new("chance", |(_, l): &Row| {
+                Cell::from(l.chance).worded(l.chance.map_or("–".to_owned(), |c| scientific(c, 2)))
+            })
+            .page("chance of the line", ""),
+        ];
+        Table::of("Straight lines of the coefficients over the temperature", fields, &self.slopes)
+            .note("Chance of the line: how often recordings whose coefficient follows a line depart from it so much; of two recordings nothing can be said.")
+            .file("temperature.csv")
     }
 
     fn coefficients<'a>(

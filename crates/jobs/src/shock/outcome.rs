@@ -6,7 +6,8 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_dynamic::shock::{
-    Pulse, PulseMeasures, ShockCalibration, SpectrumToleranceResult, ToleranceResult,
+    Pulse, PulseMeasures, ReturnToBaseline, ShockCalibration, SpectrumToleranceResult,
+    ToleranceResult,
 };
 use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
@@ -62,6 +63,7 @@ pub struct ShockOutcome {
     pub(super) pulse: Pulse,
     pub(super) measures: PulseMeasures,
     pub(super) calibration: Option<ShockCalibration>,
+    pub(super) back: Option<ReturnToBaseline>,
     pub(super) tolerance: Option<ToleranceResult>,
     pub(super) spectrum_tolerance: Option<SpectrumVerdict>,
     pub(super) spectra: Vec<ShockSpectra>,
@@ -82,6 +84,19 @@ impl ShockOutcome {
     /// Calibration against the reference, where there is one.
     pub fn shock_calibration(&self) -> Option<&ShockCalibration> {
         self.calibration.as_ref()
+    }
+
+    /// When the device is back at the baseline before the pulse.
+    pub fn return_to_baseline(&self) -> Option<&ReturnToBaseline> {
+        self.back.as_ref()
+    }
+
+    /// Mean of the device after the pulse less its mean before, unit of its channel, and its standard uncertainty.
+    pub fn zero_shift(&self) -> Option<(f64, f64)> {
+        match &self.calibration {
+            Some(c) => c.output.zero_shift,
+            None => self.measures.zero_shift,
+        }
     }
 
     /// Shock response spectra: of the reference, then of the output.
@@ -127,6 +142,17 @@ impl Outcome for ShockOutcome {
             };
             quantities.push(StatedQuantity::new(&peak, 0.95));
         }
+        if let Some((shift, u)) = self.zero_shift() {
+            let unit = self.channels.last().map_or("U", |c| c.unit.as_str());
+            let shift = Quantity {
+                name: "zero_shift".into(),
+                unit: unit.into(),
+                value: shift,
+                standard_uncertainty: u,
+                dof: DegreesOfFreedom::INFINITE,
+            };
+            quantities.push(StatedQuantity::new(&shift, 0.95));
+        }
         quantities
     }
 
@@ -141,6 +167,7 @@ impl Outcome for ShockOutcome {
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
         Ok(vec![
             section("pulse", &self.measures)?,
+            section("return_to_baseline", &self.back)?,
             section("tolerance", &self.tolerance)?,
             section("spectrum_tolerance", &self.spectrum_tolerance)?,
         ])

@@ -115,7 +115,16 @@ fn pulse(shock: &ShockOutcome) -> Table {
     let instant = Cell::number(format!("{:.6}", m.peak_time));
     let rise = maybe(m.rise_time.map(|t| format!("{:.4}", 1e3 * t)));
     let overshoot = percent(m.overshoot, 2);
-    let shift = maybe(m.zero_shift.map(|(z, u)| concise(z, u)));
+    let shift = maybe(shock.zero_shift().map(|(z, u)| concise(z, u)));
+    let of_device = shock.channels.last().map_or("", |c| c.unit.as_str());
+    let back = shock.return_to_baseline();
+    let returned = back.map_or(Cell::Empty, |b| match b.time {
+        Some(t) => Cell::number(format!("{:.3}", 1e3 * t)),
+        None => Cell::text(format!("not within {} ms", two_digits(1e3 * b.looked))),
+    });
+    let between = back.and_then(|b| b.interval);
+    let between = maybe(between.map(|[a, b]| format!("{:.3} to {:.3}", 1e3 * a, 1e3 * b)));
+    let band = maybe(back.map(|b| format!("± {}", two_digits(b.band))));
     let ringing = percent(m.ringing.map(|r| r.0), 1);
     let frequency = maybe(m.ringing.map(|r| format!("{:.0}", r.1)));
     let noise = Cell::number(two_digits(shock.pulse().noise));
@@ -123,7 +132,10 @@ fn pulse(shock: &ShockOutcome) -> Table {
         ("instant of the peak", instant, "s"),
         ("rise from 10 % to 90 %", rise, "ms"),
         ("overshoot to the other side", overshoot, share),
-        ("zero shift", shift, unit),
+        ("zero shift of the device", shift, of_device),
+        ("time to return to the baseline", returned, "ms"),
+        ("with the noise", between, "ms"),
+        ("into the band", band, of_device),
         ("ringing after the pulse", ringing, share),
         ("its frequency", frequency, "Hz"),
         ("noise before the pulse", noise, unit),

@@ -1,6 +1,6 @@
 //! A recording over temperature as files have it.
 
-use super::TemperatureData;
+use super::{EnvironmentalColumn, EnvironmentalRequest, TemperatureData};
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
@@ -11,6 +11,7 @@ use proofmass_io::{CalibrationFile, ColumnRef, Input, Recording, Source, Unit};
 pub struct TemperatureRecording {
     recording: Recording,
     temperature: Vec<f64>,
+    environment: Vec<EnvironmentalColumn>,
     unit: Unit,
     calibration: Option<CalibrationFile>,
     name: String,
@@ -18,13 +19,14 @@ pub struct TemperatureRecording {
 }
 
 impl TemperatureRecording {
-    /// Reads the recording, and the calibration where one is given.
+    /// Reads the recording with the quantities of the surroundings that are asked for, and the calibration where one is given.
     ///
     /// # Errors
     /// A file that cannot be read, columns that neither the reading nor the calibration names, units that differ.
     pub fn read(
         source: Source,
         temperature: ColumnRef,
+        environment: &[EnvironmentalRequest],
         reading: &RecordingReading,
         calibration: Option<Source>,
     ) -> Result<Self> {
@@ -35,14 +37,20 @@ impl TemperatureRecording {
             None => reading.options_of_axes()?,
         };
         options.temperature = Some(temperature);
+        options.surroundings = environment.iter().map(|e| e.column.clone()).collect();
         let recording = Recording::from_source(source, &options)?;
         let unit = reading.common_unit(&recording);
         let Some(column) = &recording.temperature else {
             return Err(Trouble::data("the recording has no temperature").detail(name));
         };
+        let environment = environment.iter().zip(&recording.surroundings);
+        let environment = environment
+            .map(|(request, column)| request.of(column).map_err(|e| e.detail(name.clone())))
+            .collect::<Result<_>>()?;
         let (calibration, of_calibration) = calibration.unzip();
         Ok(Self {
             temperature: column.data.clone(),
+            environment,
             unit: unit.map_err(|e| e.detail(name.clone()))?,
             inputs: std::iter::once(recording.input())
                 .chain(of_calibration)
@@ -64,6 +72,7 @@ impl TemperatureRecording {
                 .collect(),
             unit: self.unit,
             temperature: &self.temperature,
+            environment: &self.environment,
             rate: self.recording.time.rate_hz(),
             calibration: self.calibration.as_ref(),
             findings: self.recording.findings(),

@@ -1,13 +1,13 @@
 //! The page of a validation.
 
 use crate::page::columns::number;
-use proofmass_report::number::two_digits;
+use proofmass_report::number::{minus, two_digits};
 use proofmass_report::{
     Axis, Field, KeyFigure, Report, Rounding, Section, Series, SpherePlot, Table, XyPlot,
 };
 use proofmass_static::{AttitudeCheck, Validation};
 
-pub(super) fn add(page: Report, validation: &Validation) -> Report {
+pub(super) fn add(page: Report, validation: &Validation, before: &str) -> Report {
     let attitudes = &validation.attitudes;
     let one_axis = is_of_one_axis(attitudes);
     let number: Vec<f64> = (1..=attitudes.len()).map(|i| i as f64).collect();
@@ -28,7 +28,7 @@ pub(super) fn add(page: Report, validation: &Validation) -> Report {
         sphere = sphere.point(a.acceleration, 1e3 * a.residual, format!("{}", i + 1));
     }
     let result = Section::new("Result")
-        .key_figures(figures(validation))
+        .key_figures(figures(validation, before))
         .table(table(attitudes));
     let outside = attitudes.iter().filter(|a| !a.within_rule).count();
     let rule = match outside {
@@ -66,7 +66,7 @@ fn is_of_one_axis(attitudes: &[AttitudeCheck]) -> bool {
     attitudes.iter().all(|a| a.acceleration[1..] == [0.0, 0.0])
 }
 
-fn figures(validation: &Validation) -> Vec<KeyFigure> {
+fn figures(validation: &Validation, word: &str) -> Vec<KeyFigure> {
     let attitudes = &validation.attitudes;
     let within = attitudes.iter().filter(|a| a.within_rule).count();
     let within = format!("{within} of {}", attitudes.len());
@@ -79,10 +79,13 @@ fn figures(validation: &Validation) -> Vec<KeyFigure> {
             validation.degrees_of_freedom, validation.p_value
         )),
     ];
-    // Raw counts have no distance from g.
     if let Some(before) = validation.rms_before_mg {
         let before = KeyFigure::new("RMS before", format!("{before:.3}"), "mg");
-        figures.insert(1, before.note("uncompensated"));
+        figures.insert(1, before.note(word.to_owned()));
+    }
+    if let Some(reduction) = validation.reduction_percent() {
+        let figure = KeyFigure::new("reduction", minus(&format!("{reduction:.1}")), "%");
+        figures.insert(3, figure.note("of the RMS"));
     }
     figures
 }

@@ -345,6 +345,7 @@ pub fn temperature(kind: &str) -> StoredResult {
             outputs: outputs.iter().map(Vec::as_slice).collect(),
             unit: Unit::StandardGravity,
             temperature: &temperature,
+            environment: &[],
             rate: 10.0,
             calibration: None,
             findings: &[],

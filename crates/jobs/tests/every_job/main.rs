@@ -56,6 +56,7 @@ walk! {
     noise: "noise" => "noise" in models;
     noise_comparison: "noise-comparison" => "noise-comparison" in models;
     device_check: "device-check" => "device-check" in models;
+    device_plan: "device-plan" => "device-plan" in models;
     simulate: "simulate" => "simulate" in models;
     uncertainty: "uncertainty" => "uncertainty" in models;
     modes: "modes" => "modes" in models;

@@ -8,6 +8,7 @@ use proofmass_jobs::campaign::CampaignFile;
 use proofmass_jobs::convert::{ConvertData, ConvertFormat, ConvertJob};
 use proofmass_jobs::data_sheet;
 use proofmass_jobs::device_check::{DeviceCheckData, DeviceCheckJob, DeviceResult};
+use proofmass_jobs::device_plan::DevicePlanJob;
 use proofmass_jobs::inspect::{InspectData, InspectJob};
 use proofmass_jobs::modes::ModesFile;
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
@@ -122,6 +123,7 @@ pub fn noise_comparison(kind: &str) {
         };
         let mut job = NoiseComparisonJob::default();
         job.limits = vec![NoiseLimit::new(Term::White, 1.1e-3 * 60.0, "m/s/√h")];
+        job.temperatures = vec![20.0, 60.0];
         ask(job, &AnyData::NoiseComparison(data), watch)
     });
     let common = figure(&result, "coefficients.csv", 2, "common");
@@ -185,6 +187,27 @@ pub fn device_check(kind: &str) {
     for word in ["pass", "fail", "undecided", "not shown", "Failed: 3 of"] {
         assert!(page.contains(word), "{word}");
     }
+}
+
+/// A limit of the noise, one of the bias, and one that the reference does not reach.
+pub fn device_plan(kind: &str) {
+    let sheet = "[[limit]]\nterm = \"N\"\nmost = 160.0\ntypical = 145\nunit = \"µg/√Hz\"\n\
+                 [[limit]]\ncharacteristic = \"bias\"\nchannels = [\"x\"]\nmost = 50\nunit = \"mg\"\n\
+                 [[limit]]\ncharacteristic = \"scale\"\nnominal = 10\n\"tolerance_%\" = 1\nunit = \"mV/g\"\nfrequency_Hz = [10, 100]\n";
+    let sheet = data_sheet::sheet(sheet).expect("a sheet");
+    let result = check(kind, &|watch| {
+        let mut job = DevicePlanJob::default();
+        job.sheet = sheet.clone();
+        job.given.rate = Some(50.0);
+        job.given.gravity_uncertainty = Some(1e-4);
+        job.given.reference_uncertainty = Some(0.5);
+        ask(job, &AnyData::None, watch)
+    });
+    // 15 µg/√Hz over 1 + 1.2816/1.9600.
+    let needed = figure(&result, "planned.csv", 0, "U_needed");
+    assert!((needed - 9.07).abs() < 0.01, "{needed}");
+    let page = result.html().expect("a page");
+    assert!(page.contains("out of reach") && page.contains("1 of 3 limits"));
 }
 
 pub fn uncertainty(kind: &str) {

@@ -305,7 +305,8 @@ fn temperature(odd: &Odd, said: &Said) -> Answer {
     }
     let source = Source::from_bytes(odd.name, odd_bytes).unwrap();
     let column = ColumnRef::from_word(odd.position);
-    let read = TemperatureRecording::read(source, column, &recording_reading(odd, said), None)?;
+    let read =
+        TemperatureRecording::read(source, column, &[], &recording_reading(odd, said), None)?;
     told(&read.record(None).inputs, None)
 }
 

@@ -1,6 +1,6 @@
 //! A recording reduced to block means, and the attitudes the sensor was in.
 
-use super::{SweepData, means};
+use super::{EnvironmentalQuantity, SweepData, means};
 use crate::Triple;
 use proofmass_core::numeric::median;
 use proofmass_core::{Error, check, norm};
@@ -32,6 +32,8 @@ pub struct Blocks {
     pub temperature: Vec<f64>,
     /// Mean outputs, m/s²; y and z are zero where there is one axis.
     pub output: Vec<Triple>,
+    /// Means of other quantities of the surroundings, each over all blocks.
+    pub environment: Vec<Vec<f64>>,
     /// Number of axes: three, or one.
     pub axes: usize,
     /// Attitude of each block, its number in `attitudes`.
@@ -63,7 +65,11 @@ pub struct Attitude {
 }
 
 impl Blocks {
-    pub(super) fn of(data: &SweepData<'_>, aim: usize) -> Result<Self, Error> {
+    pub(super) fn of(
+        data: &SweepData<'_>,
+        environment: &[EnvironmentalQuantity<'_>],
+        aim: usize,
+    ) -> Result<Self, Error> {
         let n = data.temperature.len();
         let axes = data.outputs.len();
         if !matches!(axes, 1 | 3) {
@@ -78,6 +84,9 @@ impl Blocks {
             check::column(name, column, n)?;
         }
         check::finite("temperature", data.temperature)?;
+        for quantity in environment {
+            check::column("environmental quantity", quantity.values, n)?;
+        }
         let samples = n.div_ceil(aim).max(1);
         let count = n / samples;
         if count < 40 {
@@ -91,6 +100,7 @@ impl Blocks {
             time: Vec::with_capacity(count),
             temperature: Vec::with_capacity(count),
             output: Vec::with_capacity(count),
+            environment: vec![Vec::with_capacity(count); environment.len()],
             axes,
             attitude: Vec::new(),
             stretch: Vec::with_capacity(count),
@@ -121,6 +131,9 @@ impl Blocks {
                 .map(|w| (w[1] - w[0]).powi(2))
                 .sum::<f64>();
             blocks.output.push(means(&data.outputs, start, end));
+            for (means, quantity) in blocks.environment.iter_mut().zip(environment) {
+                means.push(quantity.values[start..end].iter().sum::<f64>() / samples as f64);
+            }
         }
         if samples > 1 {
             let pairs = (blocks.len() * (samples - 1)).max(1) as f64;
@@ -264,6 +277,7 @@ impl Blocks {
         let pick = |v: &[f64]| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
         self.time = pick(&self.time);
         self.temperature = pick(&self.temperature);
+        self.environment = self.environment.iter().map(|e| pick(e)).collect();
         self.stretch = kept.iter().map(|i| self.stretch[*i]).collect();
         self.output = kept.iter().map(|i| self.output[*i]).collect();
         self.attitude = kept

@@ -2,7 +2,7 @@
 
 use super::steps::OutputStep;
 use super::warm_up::SelfHeating;
-use super::{Attitude, Blocks, Hysteresis};
+use super::{Attitude, Blocks, EnvironmentalCourse, Hysteresis};
 use proofmass_core::THERMAL_ORDER;
 use proofmass_uncertainty::{Estimate, Finding, Quantity};
 use serde::Serialize;
@@ -79,8 +79,10 @@ pub struct TemperatureFit {
     /// The axes: three, or one.
     pub axes: Vec<AxisFit>,
     /// `slope.x` … (mean over the range), `bias.x.T1` … (`output.x.T1` … in one attitude), `scale.x.T1` …; of one axis `slope`,
-    /// `bias.T1` …
+    /// `bias.T1` …; of other quantities of the surroundings `bias.x.humidity` …
     pub estimate: Estimate,
+    /// Other quantities of the surroundings, in the order in which they were given.
+    pub environment: Vec<EnvironmentalCourse>,
     /// The block means.
     pub blocks: Blocks,
     /// What to doubt.

@@ -17,6 +17,8 @@ pub(super) fn of(
     turned(fit, &mut found);
     jump(fit, settings.tilt, &mut found);
     steps(fit, probability, &mut found);
+    found.extend(super::soak::of(fit, probability));
+    environment(fit, &mut found);
     if cycle {
         hysteresis(fit, probability, &mut found);
     } else {
@@ -36,6 +38,17 @@ pub(super) fn of(
         found.push(findings::lag_not_determined());
     }
     found
+}
+
+/// Own part of its course below which a quantity of the surroundings is told badly.
+const FOLLOWS: f64 = 0.2;
+
+fn environment(fit: &TemperatureFit, found: &mut Vec<Finding>) {
+    let follow = fit
+        .environment
+        .iter()
+        .filter(|e| e.determined && e.own_part < FOLLOWS);
+    found.extend(follow.map(|e| findings::environment_follows(&e.name, 1e2 * e.own_part)));
 }
 
 /// One in a hundred healthy recordings of three axes: 2.94 standard uncertainties each.

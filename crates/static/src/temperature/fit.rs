@@ -6,13 +6,15 @@ use super::coefficients::{AxisFit, OrderFit, TemperatureFit};
 use super::correlated_noise::{Noise, grid, stationary};
 use super::steps;
 use super::warm_up::{LEAST, WarmUp, own_part, unexplained};
-use super::{Attitude, Blocks, Hysteresis, TemperatureSweep, findings};
+use super::{Attitude, Blocks, EnvironmentalCourse, Hysteresis, TemperatureSweep, findings};
 use proofmass_core::Error;
 use proofmass_uncertainty::f_quantile;
 
-/// Columns of one model: nuisance first, then powers of z for the bias, then those for the scale.
+/// Columns of one model: nuisance first, then the surroundings, then powers of z for the bias, then those for the scale.
 pub(super) struct Design {
     nuisance: Vec<Vec<f64>>,
+    /// Quantities of the surroundings, for the bias, and for the scale where it is told from it.
+    environment: Vec<Vec<f64>>,
     z: Vec<f64>,
     /// Specific force along each axis at every block, m/s², where scale is told from bias.
     force: Option<Vec<Vec<f64>>>,
@@ -29,6 +31,11 @@ impl Design {
                 .collect()
         };
         let mut columns = self.nuisance.clone();
+        columns.extend(self.environment.iter().cloned());
+        if let Some(force) = &self.force {
+            let along = |e: &Vec<f64>| e.iter().zip(&force[axis]).map(|(e, f)| e * f).collect();
+            columns.extend(self.environment.iter().map(along));
+        }
         columns.extend((1..=order).map(|k| power(k, None)));
         if let Some(force) = &self.force {
             columns.extend((1..=order).map(|k| power(k, Some(&force[axis]))));
@@ -51,7 +58,11 @@ impl Design {
     }
 }
 
-pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<TemperatureFit, Error> {
+pub(super) fn fit(
+    settings: &TemperatureSweep,
+    blocks: &Blocks,
+    mut environment: Vec<EnvironmentalCourse>,
+) -> Result<TemperatureFit, Error> {
     let range = blocks.range();
     let reference = settings.reference.unwrap_or(0.5 * (range[0] + range[1]));
     let half = 0.5 * (range[1] - range[0]);
@@ -124,13 +135,32 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         nuisance.extend(warm_up.decays.first().cloned());
         (nuisance.len() - 1, warm_up)
     });
-    let fixed = nuisance.len();
-    let design = Design {
+    let environment_at = nuisance.len();
+    let column = |(course, means): (&EnvironmentalCourse, &Vec<f64>)| course.column(means);
+    let mut design = Design {
         nuisance,
+        environment: environment
+            .iter()
+            .zip(&blocks.environment)
+            .map(column)
+            .collect(),
         z,
         force,
         warm_up,
     };
+    let kinds = if design.force.is_some() { 2 } else { 1 };
+    for (j, course) in environment.iter_mut().enumerate() {
+        let parts = (0..blocks.axes).flat_map(|axis| {
+            let columns = design.columns(settings.largest_order, axis);
+            let many = design.environment.len();
+            (0..kinds).map(move |kind| own_part(&columns, environment_at + kind * many + j))
+        });
+        course.own_part = parts.fold(1.0, f64::min);
+        course.determined = course.own_part >= LEAST;
+    }
+    let mut told = environment.iter().map(|course| course.determined);
+    design.environment.retain(|_| told.next().unwrap_or(true));
+    let fixed = environment_at + kinds * design.environment.len();
     let noises = grid(&blocks.time, blocks.duration);
     // A walk follows any loop, so that beside it no form of the branches is missed.
     let stationary = match branches.common {
@@ -148,12 +178,15 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         reference,
         gap_at,
         lag_at,
+        environment_at,
+        environment: environment.iter().filter(|e| e.determined).collect(),
         fixed,
     };
     let axes: Vec<Axis> = (0..blocks.axes)
         .map(|axis| context.axis(axis))
         .collect::<Result<_, _>>()?;
     let estimate = context.estimate(&axes)?;
+    drop(context);
     let scale = design.force.is_some();
     let mut fit = TemperatureFit {
         reference,
@@ -162,6 +195,7 @@ pub(super) fn fit(settings: &TemperatureSweep, blocks: &Blocks) -> Result<Temper
         scale,
         axes: axes.into_iter().map(|a| a.fit).collect(),
         estimate,
+        environment,
         blocks: blocks.clone(),
         findings: Vec::new(),
         direction: branches.sign,
@@ -208,13 +242,16 @@ pub(super) struct Context<'a> {
     pub(super) reference: f64,
     pub(super) gap_at: usize,
     pub(super) lag_at: usize,
+    pub(super) environment_at: usize,
+    /// The quantities of the surroundings that are in the model.
+    pub(super) environment: Vec<&'a EnvironmentalCourse>,
     pub(super) fixed: usize,
 }
 
 /// One axis with what the joint estimate needs.
 pub(super) struct Axis {
     pub(super) fit: AxisFit,
-    /// Coefficients in powers of z: bias, then scale, each up to the largest order.
+    /// Coefficients in powers of z: bias, then scale, each up to the largest order; then those of the surroundings, bias and scale.
     pub(super) coefficients: Vec<f64>,
     pub(super) covariance: Vec<f64>,
     /// Half the difference of the branches in the same coefficients.
@@ -308,10 +345,11 @@ impl Context<'_> {
                 }
             })
             .collect();
-        let count = kinds * top;
-        let coefficients = x[fixed..].to_vec();
+        let places: Vec<usize> = (fixed..size).chain(self.environment_at..fixed).collect();
+        let count = places.len();
+        let coefficients: Vec<f64> = places.iter().map(|i| x[*i]).collect();
         let covariance = (0..count * count)
-            .map(|i| c[(fixed + i / count) * size + fixed + i % count])
+            .map(|i| c[places[i / count] * size + places[i % count]])
             .collect();
         let hysteresis = match self.branches.common {
             Some(common) => {

@@ -56,7 +56,8 @@ impl Context<'_> {
         let design = [columns.to_vec()];
         let coefficients = |step: &Vec<f64>| {
             let run = averaged::fit(&design, step, &self.noises[..1])?;
-            Ok(run.estimate[self.fixed..].to_vec())
+            let (surroundings, powers) = run.estimate.split_at(self.fixed);
+            Ok([powers, &surroundings[self.environment_at..]].concat())
         };
         causes.iter().map(coefficients).collect()
     }
@@ -65,7 +66,9 @@ impl Context<'_> {
     pub(super) fn estimate(&self, axes: &[Axis]) -> Result<Estimate, Error> {
         let top = self.settings.largest_order;
         let kinds = self.kinds();
-        let count = kinds * top;
+        // Powers of z, then the surroundings.
+        let powers = kinds * top;
+        let count = powers + kinds * self.environment.len();
         let parts = axes.len();
         let all = parts * count;
         // One covariance in powers of z: within an axis its own, between axes by the correlation of the residuals.
@@ -112,7 +115,7 @@ impl Context<'_> {
         }
         let kind = if kinds == 2 { "bias" } else { "output" };
         for (a, axis) in axes.iter().enumerate() {
-            for k in 0..count {
+            for k in 0..powers {
                 let power = k % top + 1;
                 let unit = self.half.powi(power as i32);
                 let exponent = ["", "²", "³"][power - 1];
@@ -128,6 +131,26 @@ impl Context<'_> {
                         axis.coefficients[k] / unit,
                     ),
                     vec![(a * count + k, 1.0 / unit)],
+                );
+            }
+        }
+        for (a, axis) in axes.iter().enumerate() {
+            for k in 0..count - powers {
+                let course = self.environment[k % self.environment.len()];
+                let (name, unit) = match k < self.environment.len() {
+                    true => (kind, "m/s²"),
+                    false => ("scale", "1"),
+                };
+                push(
+                    Component::new(
+                        format!("{}.{}", self.blocks.parameter(name, a), course.name),
+                        match course.unit.as_str() {
+                            "1" => unit.to_owned(),
+                            of => format!("{unit}/{of}"),
+                        },
+                        axis.coefficients[powers + k] / course.half,
+                    ),
+                    vec![(a * count + powers + k, 1.0 / course.half)],
                 );
             }
         }

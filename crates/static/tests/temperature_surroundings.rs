@@ -1,0 +1,208 @@
+//! Quantities of the surroundings beside the temperature, and the soak at each temperature.
+
+use proofmass_static::{EnvironmentalQuantity, SweepData, TemperatureFit, TemperatureSweep};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+
+const G: f64 = 9.80665;
+const MG: f64 = G / 1e3;
+
+/// Temperature, humidity and supply voltage of a day in a chamber at 1 Hz: two cycles of the temperature at different humidities, the
+/// voltage going its own way.
+fn surroundings(n: usize) -> [Vec<f64>; 3] {
+    let at = |k: usize| k as f64 / n as f64;
+    let temperature = (0..n).map(|k| 20.0 + 30.0 * (std::f64::consts::TAU * 2.0 * at(k)).sin());
+    let humidity =
+        (0..n).map(|k| if at(k) < 0.5 { 30.0 } else { 70.0 } + 5.0 * (40.0 * at(k)).cos());
+    let supply = (0..n).map(|k| 3.3 + 0.2 * (std::f64::consts::TAU * 3.3 * at(k)).cos());
+    [temperature.collect(), humidity.collect(), supply.collect()]
+}
+
+/// mg/K, mg/%, mg/V of x, y, z.
+const SLOPES: [[f64; 3]; 3] = [[0.3, 0.05, 4.0], [-0.2, 0.0, -2.0], [0.1, -0.02, 0.0]];
+
+fn fit(seed: u64, environment: bool) -> TemperatureFit {
+    let n = 7200;
+    let [t, h, v] = surroundings(n);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut column = |axis: usize| -> Vec<f64> {
+        let level = [0.0, 0.0, G][axis];
+        let [kt, kh, kv] = SLOPES[axis];
+        (0..n)
+            .map(|k| {
+                let w: f64 = StandardNormal.sample(&mut rng);
+                level + MG * (kt * (t[k] - 20.0) + kh * (h[k] - 50.0) + kv * (v[k] - 3.3) + 3.0 * w)
+            })
+            .collect()
+    };
+    let outputs = [column(0), column(1), column(2)];
+    let data = SweepData {
+        outputs: outputs.iter().map(Vec::as_slice).collect(),
+        temperature: &t,
+        rate: 1.0,
+    };
+    let quantities = [
+        EnvironmentalQuantity {
+            name: "humidity",
+            unit: "%",
+            values: &h,
+            reference: Some(50.0),
+        },
+        EnvironmentalQuantity {
+            name: "supply",
+            unit: "V",
+            values: &v,
+            reference: Some(3.3),
+        },
+    ];
+    let mut sweep = TemperatureSweep::default();
+    sweep.largest_order = 1;
+    sweep
+        .fit_beside(&data, if environment { &quantities } else { &[] })
+        .unwrap()
+}
+
+/// Coefficients of temperature, humidity and supply in one covariance hold the truth.
+#[test]
+fn coverage_of_coefficients_of_the_surroundings() {
+    let mut held = 0;
+    let mut all = 0;
+    for seed in 0..30 {
+        let fit = fit(seed, true);
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            for (k, of) in ["T1", "humidity", "supply"].into_iter().enumerate() {
+                let q = fit.estimate.get(&format!("output.{name}.{of}")).unwrap();
+                assert_eq!(q.unit, ["m/s²/K", "m/s²/%", "m/s²/V"][k]);
+                all += 1;
+                let off = (q.value - MG * SLOPES[axis][k]).abs();
+                held += usize::from(off <= q.expanded(0.95));
+                // Known to a tenth of what it does over the range, and not by a useless interval.
+                let range = [60.0, 50.0, 0.4][k];
+                assert!(
+                    q.expanded(0.95) * range < 2.5 * MG,
+                    "{} {}",
+                    q.name,
+                    q.expanded(0.95) * range / MG
+                );
+            }
+        }
+    }
+    // 270 intervals of 95 %, wide because every noise has a weight: at least 250.
+    println!("{held} of {all} held");
+    assert!(held >= 250, "{held} of {all}");
+}
+
+/// Without them the coefficient of the temperature takes what they did, and its interval is no wider.
+#[test]
+fn known_surroundings_left_out_are_in_the_residuals() {
+    let (with, without) = (fit(1, true), fit(1, false));
+    let scatter = |f: &TemperatureFit| f.axes[0].residuals.iter().map(|r| r * r).sum::<f64>();
+    assert!(scatter(&without) > 5.0 * scatter(&with));
+    assert!(without.estimate.get("output.x.humidity").is_none());
+}
+
+/// One covariance: coefficients of what goes half with the temperature are correlated.
+#[test]
+fn law_one_joint_covariance() {
+    let fit = fit(2, true);
+    let estimate = &fit.estimate;
+    let [a, b] = ["output.x.T1", "output.x.supply"].map(|n| estimate.index_of(n).unwrap());
+    let c = estimate.covariance();
+    let r = c[(a, b)] / (c[(a, a)] * c[(b, b)]).sqrt();
+    assert!(r.is_finite() && r.abs() > 0.01 && r.abs() < 0.9, "{r}");
+}
+
+fn found(fit: &TemperatureFit, code: &str) -> bool {
+    fit.findings.iter().any(|f| f.code() == code)
+}
+
+fn follows(own: f64) -> TemperatureFit {
+    let n = 4000;
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(3);
+    let t: Vec<f64> = (0..n)
+        .map(|k| 20.0 + 20.0 * (6.0 * k as f64 / n as f64).sin())
+        .collect();
+    let h: Vec<f64> = (0..n)
+        .map(|k| 80.0 - t[k] + own * (40.0 * k as f64 / n as f64).cos())
+        .collect();
+    let x: Vec<f64> = t
+        .iter()
+        .map(|t| {
+            let w: f64 = StandardNormal.sample(&mut rng);
+            MG * (0.2 * t + w)
+        })
+        .collect();
+    let data = SweepData {
+        outputs: vec![&x],
+        temperature: &t,
+        rate: 1.0,
+    };
+    let humidity = EnvironmentalQuantity {
+        name: "humidity",
+        unit: "%",
+        values: &h,
+        reference: None,
+    };
+    TemperatureSweep::default()
+        .fit_beside(&data, &[humidity])
+        .unwrap()
+}
+
+#[test]
+fn known_humidity_that_follows_the_temperature() {
+    let alone = follows(0.0);
+    assert!(!alone.environment[0].determined && alone.estimate.get("output.humidity").is_none());
+    let hardly = follows(1.0);
+    assert!(hardly.environment[0].determined);
+    assert!(found(&hardly, "environment-follows"));
+    let told = follows(20.0);
+    assert!(told.environment[0].determined);
+    assert!(!found(&told, "environment-follows"));
+}
+
+/// Plateaus up and back, the sensor behind its thermometer by a first-order lag.
+fn plateaus(minutes: f64, lag: f64, seed: u64) -> TemperatureFit {
+    let levels = [
+        20.0, 40.0, 60.0, 80.0, 60.0, 40.0, 20.0, 0.0, -20.0, 0.0, 20.0,
+    ];
+    let (rest, ramp) = ((60.0 * minutes) as usize, 300);
+    let mut t: Vec<f64> = Vec::new();
+    for (k, level) in levels.iter().enumerate() {
+        if k > 0 {
+            let before = levels[k - 1];
+            t.extend(
+                (0..ramp).map(|i| before + (level - before) * f64::from(i as u32) / ramp as f64),
+            );
+        }
+        t.extend(std::iter::repeat_n(*level, rest));
+    }
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut inner = t[0];
+    let x: Vec<f64> = t
+        .iter()
+        .map(|outer| {
+            inner += (outer - inner) / lag;
+            let w: f64 = StandardNormal.sample(&mut rng);
+            MG * (0.5 * inner + 2.0 * w)
+        })
+        .collect();
+    let data = SweepData {
+        outputs: vec![&x],
+        temperature: &t,
+        rate: 1.0,
+    };
+    TemperatureSweep::default().fit(&data).unwrap()
+}
+
+#[test]
+fn known_soak_that_is_too_short() {
+    // A sensor that takes five minutes, after rests of eight; and one that takes ten seconds, after rests of 15 minutes.
+    assert!(found(&plateaus(8.0, 300.0, 50), "soak-too-short"));
+    let told = |minutes, lag, seed| found(&plateaus(minutes, lag, seed), "soak-too-short");
+    let short = (0..10).filter(|s| told(8.0, 300.0, *s)).count();
+    assert!(short >= 9, "{short}");
+    let healthy = (0..60).filter(|s| told(15.0, 10.0, 100 + s)).count();
+    println!("{short} of 10 short soaks, {healthy} of 60 long ones");
+    assert!(healthy <= 2, "{healthy}");
+}
