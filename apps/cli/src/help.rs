@@ -122,6 +122,16 @@ const HEADINGS: &[(&str, &[Group])] = &[
                 "From results",
                 &["noise-result", "noise-channel", "calibration", "axis"],
             ),
+            (
+                "Aiding",
+                &[
+                    "rest",
+                    "encoder-increment",
+                    "encoder-rate",
+                    "encoder-scale-uncertainty",
+                    "encoder-walk",
+                ],
+            ),
         ],
     ),
     (

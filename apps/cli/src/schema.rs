@@ -54,6 +54,7 @@ schemas! {
     "velocity-tune-request",
     "velocity-map-request",
     "velocity-drift-request",
+    "velocity-integrator-request",
     "temperature-request",
     "bias-request",
     "static-test-request",

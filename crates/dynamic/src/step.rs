@@ -1,5 +1,6 @@
 //! Step response: an oscillator fitted to a record, and what is read from it.
 
+mod first_order;
 mod fit;
 mod profile;
 mod response;
@@ -7,17 +8,18 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
+pub use first_order::FirstOrderStep;
 pub use response::{risen_response, step_response};
 
 use crate::findings;
 use fit::{P, Samples, Unit, cost, left_out, sandwich, settled};
 use proofmass_core::Error;
-use proofmass_uncertainty::adjustment::Equations;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Severity, student_quantile,
 };
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Places of frequency (by its logarithm) and damping among the parameters.
 const FREQUENCY: usize = 3;
@@ -62,6 +64,28 @@ pub struct StepFit {
 }
 
 impl StepFit {
+    /// The best of the oscillators to which the starts lead on the whole record, with the squares that it leaves.
+    fn found(samples: &Samples) -> Option<(f64, Unit, Vec<f64>)> {
+        let early = samples.values[..4].iter().sum::<f64>() / 4.0;
+        let onset = starts::onset(&samples.values, early);
+        let mut best: Option<(f64, Unit, Vec<f64>)> = None;
+        for start in starts::starts(samples, onset).iter().take(3) {
+            let time = start.unit;
+            let fit = settled(&start.parameters, 60, |p| time.equations(samples, p));
+            if let Some((p, equations, _)) = fit
+                && best.as_ref().is_none_or(|b| cost(&equations) < b.0)
+            {
+                best = Some((cost(&equations), time, p));
+            }
+        }
+        best
+    }
+
+    /// Least squares of an oscillator on the whole record, in squares of the height.
+    fn least(samples: &Samples) -> Option<f64> {
+        Self::found(samples).map(|(squares, ..)| squares)
+    }
+
     /// Fits a step to a record, in `unit`, sampled at `rate`.
     ///
     /// # Errors
@@ -74,20 +98,9 @@ impl StepFit {
             rate,
             begin: 0.0,
         };
-        let early = samples.values[..4].iter().sum::<f64>() / 4.0;
-        let onset = starts::onset(&samples.values, early);
-        let mut best: Option<(f64, Unit, Vec<f64>, Equations, bool)> = None;
-        for start in starts::starts(&samples, onset).iter().take(3) {
-            let time = start.unit;
-            let fit = settled(&start.parameters, 60, |p| time.equations(&samples, p));
-            if let Some((p, equations, done)) = fit
-                && best.as_ref().is_none_or(|b| cost(&equations) < b.0)
-            {
-                best = Some((cost(&equations), time, p, equations, done));
-            }
-        }
+        let best = Self::found(&samples);
         // While it rises the record is that of the rise and the filter; after it any of them is absorbed by instant and variance.
-        let best = best.and_then(|(_, time, p, ..)| {
+        let best = best.and_then(|(_, time, p)| {
             let rising = time.rising(&samples, &p);
             let without = |p: &[f64]| time.equations(&samples, p).map(|e| left_out(e, &rising));
             let (p, equations, done) = settled(&p, 300, without)?;
@@ -167,7 +180,8 @@ impl StepFit {
                 distribution: "normal".into(),
                 dof: DegreesOfFreedom::new(freedom).unwrap_or(DegreesOfFreedom::INFINITE),
                 effect: Effect::Joint {
-                    covariance: Covariance::try_from_rows(stated, &rows)?,
+                    covariance: Covariance::try_from_rows(stated, &rows)
+                        .map_err(|_| unobservable)?,
                 },
             }],
         )?;
@@ -179,7 +193,16 @@ impl StepFit {
         let length = n as f64 / rate;
         let quiet = ((instant * rate).max(0.0) as usize).min(n);
         let residual: Vec<f64> = equations.residual.iter().map(|r| r * height).collect();
-        let (residual_ratio, mut findings) = misfit(record, &residual, quiet, (value[1]).abs());
+        // The swing says whether it is one of an oscillator; long after it a record says nothing.
+        let swing = settling(frequency, damping).unwrap_or(length);
+        let swing = quiet..(((instant + swing) * rate).ceil() as usize).min(n);
+        let (residual_ratio, mut findings) = misfit(
+            record,
+            &residual,
+            [quiet..n, swing],
+            &rising,
+            value[1].abs(),
+        );
         if quiet < 16 {
             findings.push(
                 findings::record_starts_late(
@@ -262,26 +285,43 @@ fn checked(record: &[f64], rate: f64) -> Result<f64, Error> {
     Ok(height)
 }
 
-/// Residuals after the step over the noise before it, and whether they are more.
-fn misfit(record: &[f64], residual: &[f64], quiet: usize, height: f64) -> (f64, Vec<Finding>) {
-    let n = record.len();
-    if quiet < 16 || quiet == n {
+/// Residuals after the step over the noise before it, and whether they are more: over all that follows, or over the swing.
+fn misfit(
+    record: &[f64],
+    residual: &[f64],
+    [after, swing]: [Range<usize>; 2],
+    rising: &Range<usize>,
+    height: f64,
+) -> (f64, Vec<Finding>) {
+    let quiet = after.start;
+    if quiet < 16 || quiet == record.len() {
         return (1.0, Vec::new());
     }
-    let rms = |v: &mut dyn Iterator<Item = f64>, count: usize| {
-        (v.map(|x| x * x).sum::<f64>() / count as f64).sqrt()
-    };
     let level = record[..quiet].iter().sum::<f64>() / quiet as f64;
-    let early = rms(&mut record[..quiet].iter().map(|v| v - level), quiet);
-    let late = rms(&mut residual[quiet..].iter().copied(), n - quiet);
+    let early = record[..quiet].iter().map(|v| (v - level) * (v - level));
+    let early = (early.sum::<f64>() / quiet as f64).sqrt();
     if !(early > 0.0) {
         return (1.0, Vec::new());
     }
-    let ratio = late / early;
-    // The ratio of two noise variances from q and n − q samples has a relative spread of √(2/q + 2/(n − q)).
-    let spread = (0.5 / quiet as f64 + 0.5 / (n - quiet) as f64).sqrt();
-    if ratio <= 1.0 + 5.0 * spread || late <= 1e-3 * height {
-        return (ratio, Vec::new());
+    let within = |samples: Range<usize>| {
+        let fitted = samples.filter(|k| !rising.contains(k));
+        let (sum, count) = fitted.fold((0.0, 0usize), |(sum, count), k| {
+            (sum + residual[k] * residual[k], count + 1)
+        });
+        let late = (sum / count.max(1) as f64).sqrt();
+        // The ratio of two noise variances from q and m samples has a relative spread of √(2/q + 2/m).
+        let spread = (0.5 / quiet as f64 + 0.5 / count.max(1) as f64).sqrt();
+        (
+            late,
+            late / early,
+            late / early > 1.0 + 5.0 * spread && late > 1e-3 * height,
+        )
+    };
+    let all = within(after);
+    let of_swing = within(swing);
+    let (late, ratio, off) = if all.2 { all } else { of_swing };
+    if !off {
+        return (all.1, Vec::new());
     }
     let finding = findings::model_does_not_describe(
         "the step response: it is not that of one oscillator",
@@ -289,7 +329,7 @@ fn misfit(record: &[f64], residual: &[f64], quiet: usize, height: f64) -> (f64, 
             "residuals {ratio:.2} times the noise before the step, {:.2} % of the height",
             100.0 * late / height
         ),
-        "the step itself may not be one (a slow release), or a second resonance answers",
+        "the step itself may not be one (a slow release), a second resonance answers, or the output is not linear",
     );
     (ratio, vec![finding.at(Severity::Warning)])
 }
