@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use crate::velocity::{StoredMap, TunedGains, VelocityMap, VelocityTuning};
-use proofmass_core::velocity::{Kalman, MotionNoise, SteadyKalman};
+use proofmass_core::velocity::{Kalman, MotionNoise, ProcessNoise, SteadyKalman};
 use proofmass_core::{Error, Matrix3};
 use proofmass_io::{FirmwareBlock, ResultDocument};
 use proofmass_motion::{EncoderMap, KalmanModel, Method, ReadingSource};
@@ -113,6 +113,46 @@ pub(crate) fn of_method(
     })
 }
 
+/// How fast the offset behind a corner may walk, over the walk of an acceleration that is given back: little enough to cost nothing, and
+/// enough that the gain does not fall to zero.
+const OFFSET_WALK: f64 = 0.1;
+
+/// The Kalman filter of an accelerometer with a low corner of first order, which is a state of it.
+///
+/// The noise of the accelerometer enters velocity and shown velocity alike, so that the offset of what is given back walks by (2πf)² q of
+/// itself; the offset behind the corner walks by a hundredth of that.
+pub(crate) fn with_low_corner(
+    model: &KalmanModel,
+    source: ReadingSource,
+    corner: f64,
+    sample_time: f64,
+) -> Result<FirmwareBlock> {
+    let noise = MotionNoise {
+        acceleration: model.acceleration_noise,
+        form: model.noise_form,
+        position: model.reading_noise,
+    };
+    let density = match model.noise_form {
+        ProcessNoise::SampleConstant => model.acceleration_noise * sample_time,
+        ProcessNoise::Continuous => model.acceleration_noise,
+    };
+    let rate = OFFSET_WALK * std::f64::consts::TAU * corner;
+    let walk = rate * rate * density;
+    let kalman =
+        Kalman::<f64, 4>::with_low_corner(&noise, walk, corner, model.interpolation, sample_time)?;
+    let component = usize::from(source == ReadingSource::Speed);
+    let filter = kalman.steady_for(component).map_err(|e| {
+        Trouble::from(e).with_hint(
+            "the gain does not settle with the corner as a state: choose --method observer, and give back the slow accelerations before",
+        )
+    })?;
+    Ok(FirmwareBlock::VelocityCorner {
+        filter,
+        corner,
+        sample_time,
+    })
+}
+
 fn steady(model: &KalmanModel, source: ReadingSource, sample_time: f64) -> Result<FirmwareBlock> {
     let noise = MotionNoise {
         acceleration: model.acceleration_noise,
@@ -198,7 +238,7 @@ fn doubled(kalman: &Kalman<f64, 3>) -> core::result::Result<SteadyKalman<f64, 3>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_core::velocity::{BiasModel, Hold, ProcessNoise};
+    use proofmass_core::velocity::{BiasModel, Hold, KalmanState};
 
     fn kalman(density: f64) -> core::result::Result<Kalman<f64, 3>, Error> {
         let noise = MotionNoise {
@@ -226,6 +266,56 @@ mod tests {
             }
             assert!((fast.velocity_variance / slow.velocity_variance - 1.0).abs() < 1e-6);
         }
+        Ok(())
+    }
+
+    /// An axis that swings and stands, an accelerometer behind a corner of 0.5 Hz with an offset behind that: the steady filter of the chip
+    /// finds the velocity for hours, where the integral of the output has left every number.
+    #[test]
+    fn law_a_corner_that_is_a_state_does_not_drift() -> Result<()> {
+        let (dt, corner, offset) = (1e-3, 0.5, 0.05);
+        let model = KalmanModel::new(4e-4, 1e-9);
+        let block = with_low_corner(&model, ReadingSource::Position, corner, dt)?;
+        let FirmwareBlock::VelocityCorner { filter, .. } = block else {
+            return Err(Trouble::request("another block"));
+        };
+        let single = SteadyKalman::<f32, 4> {
+            f: filter.f.map(|r| r.map(|v| v as f32)),
+            g: filter.g.map(|r| r.map(|v| v as f32)),
+            k: filter.k.map(|v| v as f32),
+            component: 0,
+            velocity_variance: filter.velocity_variance as f32,
+        };
+        let mut state = KalmanState::new([0.0; 4], [0.0; 4], 0.0);
+        let mut on_chip = KalmanState::new([0.0f32; 4], [0.0; 4], 0.0);
+        let w = std::f64::consts::TAU * corner;
+        let decay = (-w * dt).exp();
+        let (mut low, mut last) = (0.0, 0.0);
+        let (mut worst, mut off) = (0.0f64, 0.0f64);
+        let n = 2_000_000;
+        for k in 0..n {
+            let t = dt * f64::from(k);
+            // Half a minute of motion, half a minute of rest.
+            let moves = f64::from(u8::from((t / 30.0).rem_euclid(2.0) < 1.0));
+            let swing = std::f64::consts::TAU * 0.2;
+            let (x, v, a) = (
+                moves * 0.1 * (1.0 - (swing * t).cos()),
+                moves * 0.1 * swing * (swing * t).sin(),
+                moves * 0.1 * swing * swing * (swing * t).cos(),
+            );
+            low = low * decay + 0.5 * (a + last) * (1.0 - decay);
+            last = a;
+            let read = (x / 1e-4).round() * 1e-4;
+            let found = filter.step(&mut state, Some(read), a - low + offset);
+            let chip = single.step(&mut on_chip, Some(read as f32), (a - low + offset) as f32);
+            if k > n / 2 {
+                worst = worst.max((found - v).abs());
+                off = off.max((f64::from(chip) - found).abs());
+            }
+        }
+        // A swing begins and ends with a jump of its acceleration by 0.16 m/s², which a corner between two samples smears.
+        assert!(worst < 5e-3, "{worst}");
+        assert!(off < 1e-3, "{off}");
         Ok(())
     }
 

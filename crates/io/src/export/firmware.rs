@@ -70,6 +70,15 @@ pub enum FirmwareBlock {
         /// Time between samples, s.
         sample_time: f64,
     },
+    /// The same of an accelerometer with a low corner: position, velocity, what it has shown of the velocity, its offset.
+    VelocityCorner {
+        /// The filter.
+        filter: SteadyKalman<f64, 4>,
+        /// Corner of first order, Hz.
+        corner: f64,
+        /// Time between samples, s.
+        sample_time: f64,
+    },
     /// Velocity by an observer.
     Observer {
         /// 1/s
@@ -200,6 +209,13 @@ impl FirmwareBlock {
             }
             Self::VelocityOffset { sample_time, .. } => format!(
                 "Velocity and offset of the accelerometer by a Kalman filter with its steady gain, sample time {sample_time:?} s, no delay"
+            ),
+            Self::VelocityCorner {
+                corner,
+                sample_time,
+                ..
+            } => format!(
+                "Velocity, with the low corner of the accelerometer at {corner:?} Hz as a state, by a Kalman filter with its steady gain, sample time {sample_time:?} s, no delay; states: position, velocity, what the accelerometer has shown of the velocity, its offset"
             ),
             Self::Observer {
                 k_x,

@@ -75,6 +75,7 @@ pub(super) fn text(
         } => bias(&mut c, &style, coefficients, state),
         FirmwareBlock::Velocity { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::VelocityOffset { filter, .. } => kalman(&mut c, &style, filter),
+        FirmwareBlock::VelocityCorner { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::Observer {
             k_x,
             k_v,

@@ -117,6 +117,11 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
             filter,
             sample_time,
         } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        FirmwareBlock::VelocityCorner {
+            filter,
+            sample_time,
+            ..
+        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
         FirmwareBlock::Observer {
             k_x,
             k_v,
@@ -285,6 +290,15 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
             filter: f,
             sample_time,
         } => filter("velocity-offset", f, *sample_time),
+        FirmwareBlock::VelocityCorner {
+            filter: f,
+            corner,
+            sample_time,
+        } => {
+            let mut value = filter("velocity-corner", f, *sample_time);
+            value["corner_Hz"] = json!(corner);
+            value
+        }
         FirmwareBlock::MovingAverage { samples, rate } => {
             json!({"kind": "moving-average", "samples": samples, "rate_Hz": rate})
         }
