@@ -135,6 +135,14 @@ const HEADINGS: &[(&str, &[Group])] = &[
         ],
     ),
     (
+        "velocity integrator",
+        &[
+            ("Motion", &["band", "speed", "rate", "duration"]),
+            ("Accelerometer", &["bias", "noise"]),
+            ("Choice", &["error", "on-line"]),
+        ],
+    ),
+    (
         "velocity",
         &[
             (
@@ -456,6 +464,16 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "gain-uncertainty",
             "low-corner-uncertainty",
             "low-corner-order",
+        ],
+    ),
+    (
+        "velocity drift",
+        &[
+            "offset-walk",
+            "noise-channel",
+            "encoder-rate",
+            "encoder-scale-uncertainty",
+            "encoder-walk",
         ],
     ),
     (

@@ -303,7 +303,7 @@ fn misfit(
     if !(early > 0.0) {
         return (1.0, Vec::new());
     }
-    let within = |samples: Range<usize>| {
+    let within = |samples: Range<usize>, least: f64| {
         let fitted = samples.filter(|k| !rising.contains(k));
         let (sum, count) = fitted.fold((0.0, 0usize), |(sum, count), k| {
             (sum + residual[k] * residual[k], count + 1)
@@ -314,11 +314,12 @@ fn misfit(
         (
             late,
             late / early,
-            late / early > 1.0 + 5.0 * spread && late > 1e-3 * height,
+            late / early > 1.0 + 5.0 * spread && late > least * height,
         )
     };
-    let all = within(after);
-    let of_swing = within(swing);
+    let all = within(after, 1e-3);
+    // What the swing is off by a ten-thousandth is a hundredth of the damping.
+    let of_swing = within(swing, 1e-4);
     let (late, ratio, off) = if all.2 { all } else { of_swing };
     if !off {
         return (all.1, Vec::new());

@@ -384,7 +384,9 @@ fn best_integrator(record: &MotionRecord, truth: &[f64]) -> f64 {
             corner,
         };
         integrate(&record.acceleration, record.sample_time, None, method)
-            .map_or(f64::INFINITY, |v| judged(&v, None, truth, record.sample_time).square)
+            .map_or(f64::INFINITY, |v| {
+                judged(&v, None, truth, record.sample_time).square
+            })
     };
     corners.map(of).fold(f64::INFINITY, f64::min)
 }

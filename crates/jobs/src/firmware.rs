@@ -292,7 +292,7 @@ mod tests {
         let decay = (-w * dt).exp();
         let (mut low, mut last) = (0.0, 0.0);
         let (mut worst, mut off) = (0.0f64, 0.0f64);
-        let n = 2_000_000;
+        let n = 600_000;
         for k in 0..n {
             let t = dt * f64::from(k);
             // Half a minute of motion, half a minute of rest.

@@ -31,20 +31,29 @@ fn coverage_of_frequency_damping_and_gain() {
             let cell = place(damping, samples, 1e-4).cell(4, 0);
             records += cell.recordings;
             answers += cell.recordings - cell.refused;
-            for (sum, held) in held.iter_mut().zip([cell.held[0], cell.held[1], cell.height_held]) {
+            for (sum, held) in held
+                .iter_mut()
+                .zip([cell.held[0], cell.held[1], cell.height_held])
+            {
                 *sum += held;
             }
             // A creep of which a period is five samples is one pole.
             if cell.refused > 0 {
                 let reason = cell.reason.unwrap_or_default();
-                assert!(damping >= 1.0 && samples <= 5.0, "{damping} {samples}: {reason}");
+                assert!(
+                    damping >= 1.0 && samples <= 5.0,
+                    "{damping} {samples}: {reason}"
+                );
                 assert!(reason.contains("first-order element"), "{reason}");
             }
         }
     }
     assert!(records == 80 && answers >= 72, "{answers}");
     // 95 % of 72: 62 and more (1e-3).
-    assert!(held.iter().all(|h| *h * 100 >= 86 * answers), "{held:?} of {answers}");
+    assert!(
+        held.iter().all(|h| *h * 100 >= 86 * answers),
+        "{held:?} of {answers}"
+    );
 }
 
 /// Every simulated principle as `simulate transducer --motion step` has it, in an eighth of its samples.
@@ -70,8 +79,17 @@ fn known_steps_of_every_principle() {
             transducer,
         };
         let recording = bench.simulate(1).unwrap();
-        let channel = Channel { name: "output", unit, data: &recording.output };
-        let data = StepData { channel, rate: bench.rate, findings: &[], name: &name };
+        let channel = Channel {
+            name: "output",
+            unit,
+            data: &recording.output,
+        };
+        let data = StepData {
+            channel,
+            rate: bench.rate,
+            findings: &[],
+            name: &name,
+        };
         let outcome = StepJob::default().evaluate(&data, &Unwatched);
         if name.starts_with("thermal") {
             // A time constant of 5 ms hides a mass of 10 kHz: in this record hardly a tenth of it is over.
@@ -80,15 +98,25 @@ fn known_steps_of_every_principle() {
             continue;
         }
         let outcome = outcome.unwrap_or_else(|e| panic!("{name}: {e}"));
-        let doubted = outcome.findings().iter().any(|f| f.code() == "model-does-not-describe");
+        let doubted = outcome
+            .findings()
+            .iter()
+            .any(|f| f.code() == "model-does-not-describe");
         // A gap that closes, a charge that leaks and a tunnel are no straight lines.
         let crooked = ["capacitive", "piezoelectric", "tunnelling"];
-        assert_eq!(doubted, crooked.iter().any(|c| name.starts_with(c)), "{name}");
+        assert_eq!(
+            doubted,
+            crooked.iter().any(|c| name.starts_with(c)),
+            "{name}"
+        );
         if !doubted {
             for (quantity, truth) in [("frequency", frequency), ("damping", damping)] {
                 let all = outcome.quantities();
                 let q = all.iter().find(|q| q.name == quantity).unwrap();
-                assert!((q.value - truth).abs() < 2.0 * q.expanded, "{name} {quantity}: {q:?}");
+                assert!(
+                    (q.value - truth).abs() < 2.0 * q.expanded,
+                    "{name} {quantity}: {q:?}"
+                );
             }
         }
     }

@@ -465,6 +465,7 @@ mod tests {
                 );
             }
             assert_eq!(found.findings.len(), 1 + usize::from(!events.is_empty()));
+            assert_eq!(found.findings[0].code(), "zero-at-index");
             assert!(
                 found.findings[1..]
                     .iter()

@@ -598,7 +598,9 @@ fn coverage_linearity_with_weights() {
 /// A vehicle that stands, accelerates twice and brakes once on a straight road; the outputs of a sensor at these angles, and the stretches.
 fn driven(seed: u64, angles: [f64; 3], wander: f64) -> ([Vec<f64>; 3], Mounting) {
     let mut n = Normal::new(seed);
-    let turn = TaitBryan::new(angles[0], angles[1], angles[2]).unwrap().matrix::<f64>();
+    let turn = TaitBryan::new(angles[0], angles[1], angles[2])
+        .unwrap()
+        .matrix::<f64>();
     let level = [n.draw(), n.draw()].map(|d| 0.2f64.to_radians() * d);
     let straight = 0.3f64.to_radians() * n.draw();
     let bias: [f64; 3] = std::array::from_fn(|_| 0.01 * n.draw());
@@ -637,7 +639,12 @@ fn driven(seed: u64, angles: [f64; 3], wander: f64) -> ([Vec<f64>; 3], Mounting)
 /// Level, oblique, upside down.
 #[test]
 fn coverage_mounting() {
-    for angles in [[0.0, 0.0, 0.0], [0.3, -0.4, 2.5], [3.0, 0.2, -1.0], [0.1, 1.2, 0.5]] {
+    for angles in [
+        [0.0, 0.0, 0.0],
+        [0.3, -0.4, 2.5],
+        [3.0, 0.2, -1.0],
+        [0.1, 1.2, 0.5],
+    ] {
         let result = coverage(|seed| {
             let (outputs, test) = driven(seed % 500, angles, 0.05);
             let [x, y, z] = &outputs;
@@ -665,7 +672,9 @@ fn law_the_turn_is_known_where_its_angles_are_not() {
         let (_, turn) = test.fit([x, y, z]).unwrap();
         let [r, p, w] = turn.angles;
         let found = TaitBryan::new(r, p, w).unwrap().matrix::<f64>();
-        let truth = TaitBryan::new(angles[0], angles[1], angles[2]).unwrap().matrix::<f64>();
+        let truth = TaitBryan::new(angles[0], angles[1], angles[2])
+            .unwrap()
+            .matrix::<f64>();
         let off = found.product(&truth.transpose()).0;
         let about = [
             0.5 * (off[2][1] - off[1][2]),
@@ -691,8 +700,12 @@ fn known_doubts_of_a_mounting() {
         let (fit, _) = test.fit([x, y, z]).unwrap();
         fit.findings.iter().map(|f| f.code().to_owned()).collect()
     };
-    assert_eq!(codes(&|_, t| t.levelling = 0.0, 0.05), ["level-taken-as-exact"]);
-    let half = |o: &mut [Vec<f64>; 3], _: &mut Mounting| o.iter_mut().flatten().for_each(|v| *v *= 0.5);
+    assert_eq!(
+        codes(&|_, t| t.levelling = 0.0, 0.05),
+        ["level-taken-as-exact"]
+    );
+    let half =
+        |o: &mut [Vec<f64>; 3], _: &mut Mounting| o.iter_mut().flatten().for_each(|v| *v *= 0.5);
     assert_eq!(codes(&half, 0.05), ["rest-is-not-gravity"]);
     assert_eq!(codes(&|_, _| (), 1.0), ["travel-not-straight"]);
     // The road rises where it accelerates: the nose points up by a tenth.
@@ -709,7 +722,10 @@ fn known_doubts_of_a_mounting() {
     let [x, y, z] = &outputs;
     test.forward = vec![[2500, 2900]];
     test.braking.clear();
-    assert!(matches!(test.fit([x, y, z]), Err(Error::Unobservable { .. })));
+    assert!(matches!(
+        test.fit([x, y, z]),
+        Err(Error::Unobservable { .. })
+    ));
     test.forward = vec![[3900, 4100]];
     assert!(matches!(test.fit([x, y, z]), Err(Error::OutOfRange { .. })));
     test.forward.clear();

@@ -217,10 +217,27 @@ fn crosscheck_the_header_of_linear_phase_against_the_desk() {
         .filter_map(|i| filter.step(&mut state, model.apply(output(i), 0.0)))
         .collect();
     assert_eq!(desk.len(), (SAMPLES as usize - 16).div_ceil(5));
-    let rust = export_chain(&file, &behind, ExportForm::Rust, &options(ExportNumber::Double)).unwrap();
-    assert!(rust.contains("FirDecimator<f64, 3, 17> = FirDecimator::constant(low_pass::CHAIN_LOW_PASS_TAPS, 5)"), "{rust}");
+    let rust = export_chain(
+        &file,
+        &behind,
+        ExportForm::Rust,
+        &options(ExportNumber::Double),
+    )
+    .unwrap();
+    assert!(
+        rust.contains(
+            "FirDecimator<f64, 3, 17> = FirDecimator::constant(low_pass::CHAIN_LOW_PASS_TAPS, 5)"
+        ),
+        "{rust}"
+    );
     let folder = tempfile::tempdir().unwrap();
-    let header = export_chain(&file, &behind, ExportForm::C, &options(ExportNumber::Double)).unwrap();
+    let header = export_chain(
+        &file,
+        &behind,
+        ExportForm::C,
+        &options(ExportNumber::Double),
+    )
+    .unwrap();
     std::fs::write(folder.path().join("chain.h"), &header).unwrap();
     let list: Vec<String> = (0..SAMPLES)
         .map(|i| format!("{{{}}}", output(i).map(|v| format!("{v}")).join(",")))
@@ -236,13 +253,24 @@ fn crosscheck_the_header_of_linear_phase_against_the_desk() {
     std::fs::write(folder.path().join("main.c"), main).unwrap();
     let program = folder.path().join("main");
     let out = Command::new("cc")
-        .args(["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror"])
+        .args([
+            "-std=c99",
+            "-O2",
+            "-Wall",
+            "-Wextra",
+            "-pedantic",
+            "-Werror",
+        ])
         .arg(folder.path().join("main.c"))
         .arg("-o")
         .arg(&program)
         .output()
         .unwrap();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    assert!(
+        out.status.success(),
+        "{}",
+        String::from_utf8_lossy(&out.stderr)
+    );
     let out = Command::new(&program).output().unwrap();
     assert!(out.status.success(), "the self-check fails");
     let text = String::from_utf8(out.stdout).unwrap();

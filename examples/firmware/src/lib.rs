@@ -145,7 +145,8 @@ impl Aided {
         let driven = sample.clamp(1000, 2000) - 1000;
         let coasted = sample.max(2000) - 2000;
         let count = driven * driven / 400 + 5 * coasted;
-        self.filter.step(&mut self.state, Some(1e-4 * count as f32), a);
+        self.filter
+            .step(&mut self.state, Some(1e-4 * count as f32), a);
         let velocity = LINEAR_PHASE.step(&mut self.smooth, [self.state.x[1]]);
         velocity.map(|[v]| v)
     }

@@ -1,11 +1,11 @@
 //! The page of a choice of integration rule and high-pass.
 
 use super::figures;
-use crate::page::columns::{filed, number};
+use crate::page::columns::{filed, number, words};
 use crate::velocity::VelocityIntegrator;
 use proofmass_core::velocity::IntegratorRule;
 use proofmass_motion::IntegratorDesign;
-use proofmass_report::{Report, Rounding::Significant, Section, Table, scientific};
+use proofmass_report::{Field, Report, Rounding::Significant, Section, Table, scientific};
 use std::f64::consts::PI;
 
 /// Parts of the Nyquist frequency, in per cent, at which the accuracy of the rules is listed.
@@ -22,14 +22,16 @@ pub(in crate::velocity) fn integrator(page: Report, outcome: &VelocityIntegrator
             "Total: speed times the largest error of gain and phase together in the band, what white noise leaves at the end, and what the bias leaves over the record, as a root \
              of the sum of squares. A bias that changes and an inclination that changes are not in it.",
         );
-    page.section(result.summarised()).section(
-        Section::new("Accuracy and noise of every rule")
-            .table(rules())
-            .figure(
-                "Accuracy functions |H|ω, and the amplification of noise",
-                figures::integrators(),
-            ),
-    )
+    page.section(result.summarised())
+        .section(
+            Section::new("Accuracy and noise of every rule")
+                .table(rules())
+                .figure(
+                    "Accuracy functions |H|ω, and the amplification of noise",
+                    figures::integrators(),
+                ),
+        )
+        .section(Section::filed([all(outcome)]))
 }
 
 fn verdict(outcome: &VelocityIntegrator, best: &IntegratorDesign) -> String {
@@ -73,21 +75,10 @@ fn words_of(design: &IntegratorDesign) -> String {
     )
 }
 
-fn ranked(outcome: &VelocityIntegrator) -> Table {
-    type D = IntegratorDesign;
-    let fields = vec![
-        filed("rule", |d: &D| d.rule.name()).page("rule", ""),
-        filed("runs", |d: &D| match d.zero_phase {
-            true => "off line",
-            false => "on line",
-        })
-        .page("runs", ""),
-        number("order", ("order", ""), Significant(1), |d: &D| {
-            d.order as f64
-        }),
-        number("corner_Hz", ("corner", "Hz"), Significant(3), |d: &D| {
-            d.corner
-        }),
+type D = IntegratorDesign;
+
+fn errors<'a>() -> Vec<Field<'a, D>> {
+    vec![
         number("gain_error_%", ("gain", "%"), Significant(3), |d: &D| {
             100.0 * d.gain_error
         }),
@@ -95,7 +86,10 @@ fn ranked(outcome: &VelocityIntegrator) -> Table {
             "phase_error_deg",
             ("phase", "°"),
             Significant(3),
-            |d: &D| d.phase_error.to_degrees(),
+            |d: &D| {
+                // What rounding leaves of none is none.
+                Some(d.phase_error.to_degrees()).filter(|p| p.abs() > 1e-9)
+            },
         ),
         number("noise_m/s", ("noise", "m/s"), Significant(3), |d: &D| {
             d.noise
@@ -104,9 +98,36 @@ fn ranked(outcome: &VelocityIntegrator) -> Table {
         number("total_m/s", ("total", "m/s"), Significant(3), |d: &D| {
             d.total
         }),
-        filed("method", VelocityIntegrator::method).page("method", ""),
+    ]
+}
+
+/// Designs that are shown; the file has all.
+const SHOWN: usize = 8;
+
+fn ranked(outcome: &VelocityIntegrator) -> Table {
+    let all = outcome.ranked();
+    let mut fields = vec![words("method", VelocityIntegrator::method)];
+    fields.extend(errors());
+    Table::of(
+        "The smallest error first",
+        fields,
+        &all[..all.len().min(SHOWN)],
+    )
+}
+
+fn all(outcome: &VelocityIntegrator) -> Table {
+    let mut fields = vec![
+        filed("rule", |d: &D| d.rule.name()),
+        filed("runs", |d: &D| match d.zero_phase {
+            true => "off line",
+            false => "on line",
+        }),
+        filed("order", |d: &D| d.order as f64),
+        filed("corner_Hz", |d: &D| d.corner),
     ];
-    Table::of("The smallest error first", fields, outcome.ranked()).file("integrators.csv")
+    fields.extend(errors());
+    fields.push(filed("method", VelocityIntegrator::method));
+    Table::of("", fields, outcome.ranked()).file("integrators.csv")
 }
 
 /// The table of docs/velocity.md.
