@@ -14,6 +14,7 @@ pub use response::{risen_response, step_response};
 use crate::findings;
 use fit::{P, Samples, Unit, cost, left_out, sandwich, settled};
 use proofmass_core::Error;
+use proofmass_uncertainty::adjustment::Equations;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Severity, student_quantile,
@@ -106,6 +107,11 @@ impl StepFit {
             let (p, equations, done) = settled(&p, 300, without)?;
             Some((time, p, equations, done))
         });
+        // Of one that creeps another fast pole may do as well beside the same slow one.
+        let (best, others) = best.map_or((None, Vec::new()), |(time, p, equations, done)| {
+            let ((p, equations), others) = creeping(&samples, time, (p, equations));
+            (Some((time, p, equations, done)), others)
+        });
         let Some((time, p, equations, true)) = best else {
             return Err(Error::NotConverged {
                 name: "step fit",
@@ -134,7 +140,7 @@ impl StepFit {
         // By how much U is larger than that of a parabola.
         let wider = [FREQUENCY, DAMPING].map(|parameter| {
             let linear = linear(parameter);
-            if linear < NEARLY_LINEAR {
+            if linear < NEARLY_LINEAR && others.is_empty() {
                 return 1.0;
             }
             let growth = linear * linear / inverse[parameter * (P + 1)];
@@ -143,7 +149,15 @@ impl StepFit {
                 FREQUENCY => (1.0 - (-down).exp()).max(up.exp_m1()),
                 _ => down.max(up),
             };
-            (far / linear).max(1.0)
+            // Other minima that the record admits are within U as well.
+            let admitted = others
+                .iter()
+                .filter(|(squares, _)| *squares < least + growth);
+            let apart = admitted.map(|(_, other)| match parameter {
+                FREQUENCY => (other[FREQUENCY] - p[FREQUENCY]).exp_m1().abs(),
+                _ => (other[parameter] - p[parameter]).abs(),
+            });
+            (apart.fold(far, f64::max) / linear).max(1.0)
         });
         // Records of which most do not determine it answer by chance, and wrongly.
         if !(wider[0] * linear(FREQUENCY) < FREQUENCY_KNOWN && wider[1].is_finite()) {
@@ -256,6 +270,44 @@ impl StepFit {
             findings,
         })
     }
+}
+
+/// A fit, and minima beside it with the squares that they leave.
+type Beside = ((Vec<f64>, Equations), Vec<(f64, Vec<f64>)>);
+
+/// The best of the minima on a line of one slow pole, and the others: beyond critical damping a fast pole that is gone within a sample is hardly
+/// told from another.
+fn creeping(samples: &Samples, time: Unit, found: (Vec<f64>, Equations)) -> Beside {
+    let (mut best, mut others) = (found, Vec::new());
+    let begin = best.0.clone();
+    let slow = |z: f64| z - (z * z - 1.0).max(0.0).sqrt();
+    let damping = begin[DAMPING];
+    let factors: &[f64] = match damping > 0.9 {
+        true => &[0.6, 0.8, 1.3, 1.7],
+        false => &[],
+    };
+    let rising = time.rising(samples, &begin);
+    let without = |p: &[f64]| time.equations(samples, p).map(|e| left_out(e, &rising));
+    for factor in factors {
+        let mut start = begin.clone();
+        start[DAMPING] = damping * factor;
+        start[FREQUENCY] += (slow(damping) / slow(damping * factor)).ln();
+        let Some((p, equations, true)) = settled(&start, 100, without) else {
+            continue;
+        };
+        let other = (p, equations);
+        let [now, then] = [&best, &other].map(|f| cost(&f.1));
+        let (kept, left) = match then < now {
+            true => (other, best),
+            false => (best, other),
+        };
+        others.push((cost(&left.1), left.0));
+        best = kept;
+    }
+    // What has come back to the same place is no other minimum.
+    let place = best.0.clone();
+    others.retain(|(_, p)| (p[DAMPING] - place[DAMPING]).abs() > 1e-3 * place[DAMPING]);
+    (best, others)
 }
 
 /// What a record departs most from its beginning, with its sign: the scale of the fit.

@@ -118,6 +118,11 @@ fn refused(error: Error, record: &[f64], rate: f64) -> Trouble {
             first.rise_samples
         ))
         .with_hint("sample faster"),
+        Ok(first) if matches!(error, Error::Unobservable { .. }) => Trouble::data(format!(
+            "the expanded uncertainty of the natural frequency is half of it or more: the step is nearly that of a first-order element, time constant {} s, and what an oscillator describes better is little beside the noise",
+            scientific(first.time_constant, 4)
+        ))
+        .with_hint("record with less noise and more samples"),
         _ => plain,
     }
 }
