@@ -395,9 +395,9 @@ fn known_rules_and_the_choice_of_an_integrator() {
             .parse::<f64>()
             .map_or("–".to_owned(), |p| format!("{p:.2}"));
         let line = format!(
-            "| {} | {} | {accuracy} | {:.3} | {pole} |",
+            "| {} | {:.0} | {accuracy} | {:.3} | {pole} |",
             field(&row, "rule"),
-            field(&row, "steps"),
+            number(&row, "steps"),
             number(&row, "noise_walk")
         );
         assert!(page.contains(&line), "{line}");
@@ -412,7 +412,7 @@ fn known_rules_and_the_choice_of_an_integrator() {
     let method = field(&ranked[0], "method").to_owned();
     let on_line = succeed(&[&task[..], &["--on-line", "--json"]].concat());
     let on_line: serde_json::Value = serde_json::from_slice(&on_line.stdout).unwrap();
-    let zero_phase = on_line["ranked"].as_array().unwrap().iter();
+    let zero_phase = on_line["extra"]["ranked"].as_array().unwrap().iter();
     assert!(zero_phase.into_iter().all(|d| d["zero_phase"] == false));
     // The word is one that a recording of the accelerometer alone takes.
     let mut table = String::from("t_s,a_m/s2\n");

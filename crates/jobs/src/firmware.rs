@@ -238,7 +238,7 @@ fn doubled(kalman: &Kalman<f64, 3>) -> core::result::Result<SteadyKalman<f64, 3>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_core::velocity::{BiasModel, Hold, KalmanState};
+    use proofmass_core::velocity::{BiasModel, Hold};
 
     fn kalman(density: f64) -> core::result::Result<Kalman<f64, 3>, Error> {
         let noise = MotionNoise {
@@ -266,56 +266,6 @@ mod tests {
             }
             assert!((fast.velocity_variance / slow.velocity_variance - 1.0).abs() < 1e-6);
         }
-        Ok(())
-    }
-
-    /// An axis that swings and stands, an accelerometer behind a corner of 0.5 Hz with an offset behind that: the steady filter of the chip
-    /// finds the velocity for hours, where the integral of the output has left every number.
-    #[test]
-    fn law_a_corner_that_is_a_state_does_not_drift() -> Result<()> {
-        let (dt, corner, offset) = (1e-3, 0.5, 0.05);
-        let model = KalmanModel::new(4e-4, 1e-9);
-        let block = with_low_corner(&model, ReadingSource::Position, corner, dt)?;
-        let FirmwareBlock::VelocityCorner { filter, .. } = block else {
-            return Err(Trouble::request("another block"));
-        };
-        let single = SteadyKalman::<f32, 4> {
-            f: filter.f.map(|r| r.map(|v| v as f32)),
-            g: filter.g.map(|r| r.map(|v| v as f32)),
-            k: filter.k.map(|v| v as f32),
-            component: 0,
-            velocity_variance: filter.velocity_variance as f32,
-        };
-        let mut state = KalmanState::new([0.0; 4], [0.0; 4], 0.0);
-        let mut on_chip = KalmanState::new([0.0f32; 4], [0.0; 4], 0.0);
-        let w = std::f64::consts::TAU * corner;
-        let decay = (-w * dt).exp();
-        let (mut low, mut last) = (0.0, 0.0);
-        let (mut worst, mut off) = (0.0f64, 0.0f64);
-        let n = 600_000;
-        for k in 0..n {
-            let t = dt * f64::from(k);
-            // Half a minute of motion, half a minute of rest.
-            let moves = f64::from(u8::from((t / 30.0).rem_euclid(2.0) < 1.0));
-            let swing = std::f64::consts::TAU * 0.2;
-            let (x, v, a) = (
-                moves * 0.1 * (1.0 - (swing * t).cos()),
-                moves * 0.1 * swing * (swing * t).sin(),
-                moves * 0.1 * swing * swing * (swing * t).cos(),
-            );
-            low = low * decay + 0.5 * (a + last) * (1.0 - decay);
-            last = a;
-            let read = (x / 1e-4).round() * 1e-4;
-            let found = filter.step(&mut state, Some(read), a - low + offset);
-            let chip = single.step(&mut on_chip, Some(read as f32), (a - low + offset) as f32);
-            if k > n / 2 {
-                worst = worst.max((found - v).abs());
-                off = off.max((f64::from(chip) - found).abs());
-            }
-        }
-        // A swing begins and ends with a jump of its acceleration by 0.16 m/s², which a corner between two samples smears.
-        assert!(worst < 5e-3, "{worst}");
-        assert!(off < 1e-3, "{off}");
         Ok(())
     }
 

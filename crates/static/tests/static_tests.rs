@@ -645,19 +645,24 @@ fn coverage_mounting() {
         [3.0, 0.2, -1.0],
         [0.1, 1.2, 0.5],
     ] {
-        let result = coverage(|seed| {
-            let (outputs, test) = driven(seed % 500, angles, 0.05);
+        let mut held = [0; 3];
+        for seed in 0..300 {
+            let (outputs, test) = driven(seed, angles, 0.05);
             let [x, y, z] = &outputs;
             let (fit, turn) = test.fit([x, y, z]).unwrap();
             assert!(fit.findings.is_empty(), "{:?}", fit.findings);
             assert_eq!(turn.angles[0], fit.estimate.get("roll").unwrap().value);
-            let names = ["roll", "pitch", "yaw"].into_iter().zip(angles);
-            (fit.estimate, names.collect())
-        });
-        for (name, share) in &result {
-            // 500 recordings: 0.95 ± 4 · 0.0097.
-            assert!((0.91..=0.99).contains(share), "{angles:?} {name}: {share}");
+            let truths = ["roll", "pitch", "yaw"].into_iter().zip(angles);
+            for (held, (name, truth)) in held.iter_mut().zip(truths) {
+                let q = fit.estimate.get(name).unwrap();
+                *held += usize::from((q.value - truth).abs() <= q.expanded(0.95));
+            }
         }
+        // 300 of 95 %: 285 ± 4 · 3.8.
+        assert!(
+            held.iter().all(|h| (270..=300).contains(h)),
+            "{angles:?} {held:?}"
+        );
     }
 }
 
@@ -683,7 +688,7 @@ fn law_the_turn_is_known_where_its_angles_are_not() {
         ];
         for axis in 0..3 {
             let u = turn.covariance[axis][axis].sqrt();
-            assert!(u < 0.01, "{u}");
+            assert!(u < 0.02, "{u}");
             inside += usize::from(about[axis].abs() < 1.96 * u);
         }
     }

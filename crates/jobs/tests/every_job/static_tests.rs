@@ -52,9 +52,9 @@ pub fn static_test(kind: &str) {
         moved[0]
             .iter()
             .enumerate()
-            .map(|(k, v)| v + travel(k))
+            .map(|(k, v)| v + travel(k) + 0.3)
             .collect(),
-        moved[1].clone(),
+        moved[1].iter().map(|v| v - 0.5).collect(),
         moved[2].iter().map(|v| v + g).collect(),
     ];
     let mut mounting = Mounting::default();
