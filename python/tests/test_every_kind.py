@@ -33,6 +33,7 @@ CALLS = {
     "velocity-tuning": "velocity tune {sim}/axis/recording.csv {axis}",
     "velocity-map": "velocity map {sim}/wheel/recording.csv --orders 1,2 --position encoder --counts-per-turn 2000 --radius 0.02 --acceleration acceleration",
     "velocity-drift": "velocity drift --noise-density 1e-3 --offset 1e-4",
+    "velocity-integrator": "velocity integrator --band 2,40 --rate 200 --bias 0.02 --noise 1e-3 --speed 0.5",
     "static-test": "test linearity {sim}/levels.csv --output-column V --acceleration a",
     "shock": "test shock {sim}/shock/recording.csv --column output --reference reference",
     "frequency-response-test": "test random {sim}/random/recording.csv --input reference --output-column output",

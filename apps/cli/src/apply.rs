@@ -133,7 +133,7 @@ impl Apply {
         if let Some(bias) = &bias {
             data = data.with_bias(bias);
         }
-        let outcome = self.job().evaluate(&data, &Progress::new())?;
+        let outcome = self.job()?.evaluate(&data, &Progress::new())?;
         let device = match calibration.device().line() {
             none if none.is_empty() => "a device that it does not name".to_owned(),
             device => device,
@@ -186,11 +186,11 @@ impl Apply {
         Ok(Outcome::Done)
     }
 
-    fn job(&self) -> ApplyJob {
+    fn job(&self) -> Result<ApplyJob, Failure> {
         let mut job = ApplyJob::default();
         job.reading = self.reading.clone();
         job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
-        job.chain = self.chain.chain();
+        job.chain = self.chain.chain()?;
         job.method = match (self.filter, self.band) {
             (true, band) => {
                 let mut design = FilterDesign::default();
@@ -206,7 +206,7 @@ impl Apply {
         if self.within_range {
             job.out_of_range = OutOfRange::Refuse;
         }
-        job
+        Ok(job)
     }
 
     fn tell(&self, outcome: &ApplyOutcome) {

@@ -1,7 +1,11 @@
 //! What follows a calibration, as options.
 
+use crate::Failure;
 use crate::number_arguments::positive;
+use proofmass::io::Source;
 use proofmass::jobs::apply::{Chain, LowPass, LowPassForm, Rotation};
+use proofmass::jobs::static_test::mounted_turn;
+use std::path::PathBuf;
 
 /// Options of the commands that put steps behind a calibration.
 #[derive(clap::Args)]
@@ -9,9 +13,10 @@ pub(crate) struct ChainArguments {
     /// Turn to the frame of a machine or vehicle: roll, pitch and yaw of the sensor in it, in degrees
     ///
     /// The frame of the machine is turned about its z axis by yaw, about its new y axis by pitch and about its new x axis by roll
-    /// (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor.
-    #[arg(long, value_name = "ROLL,PITCH,YAW", value_parser = angles, allow_hyphen_values = true)]
-    rotate: Option<[f64; 3]>,
+    /// (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor. Or the result.json of
+    /// `proofmass test mounting`, with its uncertainty.
+    #[arg(long, value_name = "ROLL,PITCH,YAW|FILE", value_parser = turn, allow_hyphen_values = true)]
+    rotate: Option<Turn>,
     /// Standard uncertainties of these angles, in degrees
     #[arg(long, value_name = "ROLL,PITCH,YAW", value_parser = angles, requires = "rotate", allow_hyphen_values = true)]
     rotate_uncertainty: Option<[f64; 3]>,
@@ -29,6 +34,25 @@ pub(crate) struct ChainArguments {
     attenuation: Option<f64>,
 }
 
+/// A turn by its angles in degrees, or the result that measured it.
+#[derive(Clone, Debug)]
+enum Turn {
+    Angles([f64; 3]),
+    Measured(PathBuf),
+}
+
+/// Angles where the text begins like a number; a file otherwise.
+fn turn(text: &str) -> Result<Turn, String> {
+    match text
+        .trim_start()
+        .starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+        && !text.ends_with(".json")
+    {
+        true => angles(text).map(Turn::Angles),
+        false => Ok(Turn::Measured(text.into())),
+    }
+}
+
 /// Three finite numbers: `0,-90,12.5`.
 fn angles(text: &str) -> Result<[f64; 3], String> {
     let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite());
@@ -39,16 +63,30 @@ fn angles(text: &str) -> Result<[f64; 3], String> {
 }
 
 impl ChainArguments {
-    /// As a request has it.
-    pub(crate) fn chain(&self) -> Chain {
+    /// As a request has it; a measured turn is read from its file.
+    pub(crate) fn chain(&self) -> Result<Chain, Failure> {
         let mut chain = Chain::default();
-        chain.rotation = self.rotate.map(|angles| Rotation {
-            angles: angles.map(f64::to_radians),
-            uncertainty: self
-                .rotate_uncertainty
-                .unwrap_or_default()
-                .map(f64::to_radians),
-        });
+        chain.rotation = match &self.rotate {
+            None => None,
+            Some(Turn::Angles(angles)) => Some(Rotation {
+                angles: angles.map(f64::to_radians),
+                uncertainty: self
+                    .rotate_uncertainty
+                    .unwrap_or_default()
+                    .map(f64::to_radians),
+                covariance: None,
+            }),
+            Some(Turn::Measured(file)) => {
+                if self.rotate_uncertainty.is_some() {
+                    return Err(Failure::new(
+                        "the turn was measured, with its uncertainty, and --rotate-uncertainty states another one",
+                    )
+                    .detail(file.display().to_string())
+                    .hint("leave out --rotate-uncertainty"));
+                }
+                Some(mounted_turn(Source::open(file)?)?.0.into())
+            }
+        };
         chain.low_pass = self.low_pass.map(|corner| {
             let mut low_pass = LowPass::new(corner);
             if self.linear_phase {
@@ -60,6 +98,6 @@ impl ChainArguments {
         if let Some(attenuation) = self.attenuation {
             chain.attenuation = attenuation;
         }
-        chain
+        Ok(chain)
     }
 }

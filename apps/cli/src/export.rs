@@ -5,10 +5,10 @@ use crate::number_arguments::positive;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{
     AnyCalibration, AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions,
-    FirmwareBlock, LARGEST_DOCUMENT, LowPassBehind, Source, export, export_block, export_chain,
-    export_memory, is_calibration_memory,
+    FirmwareBlock, LARGEST_DOCUMENT, Source, export, export_block, export_chain, export_memory,
+    is_calibration_memory,
 };
-use proofmass::jobs::apply::{LowPassForm, calibration_of_band};
+use proofmass::jobs::apply::calibration_of_band;
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -166,7 +166,7 @@ impl Export {
         options.number = self.number.into();
         let calibration = AnyCalibration::from_json(&bytes);
         let text = if calibration.is_err() && proofmass::io::is_result(&bytes) {
-            if !self.chain.chain().is_empty() {
+            if !self.chain.chain()?.is_empty() {
                 return Err(
                     Failure::new("steps follow a calibration, and this result is none")
                         .detail(name)
@@ -225,7 +225,7 @@ impl Export {
         form: ExportForm,
         mut options: ExportOptions,
     ) -> Result<Vec<u8>, Failure> {
-        let chain = self.chain.chain();
+        let chain = self.chain.chain()?;
         let name = self.calibration.display().to_string();
         chain
             .check(file.axes())
@@ -242,18 +242,11 @@ impl Export {
                 .detail(name)
                 .hint("leave out --low-pass and --decimate; `proofmass filter` writes the filter by itself"));
         }
-        let Some(low_pass) = chain.low_pass else {
+        if chain.low_pass.is_none() {
             return Ok(match self.form.memory {
                 true => export_memory(&file, &options)?,
                 false => export(&file, form, &options)?.into_bytes(),
             });
-        };
-        if low_pass.form != LowPassForm::Butterworth {
-            return Err(
-                Failure::new("a low-pass of linear phase is not written out")
-                    .detail(name)
-                    .hint("leave out --linear-phase: the Butterworth low-pass runs on the chip"),
-            );
         }
         let Some(rate) = self.rate else {
             return Err(Failure::new(
@@ -262,10 +255,8 @@ impl Export {
             .detail(name)
             .hint("add --rate HZ"));
         };
-        let behind = LowPassBehind {
-            corner: low_pass.corner,
-            rate,
-            factor: chain.decimation.unwrap_or(1),
+        let Some(behind) = chain.behind(rate)? else {
+            return Err(Failure::new("there is no low-pass").detail(name));
         };
         if let Some(finding) = chain.folds(rate)? {
             console::finding(&finding);

@@ -122,6 +122,24 @@ const HEADINGS: &[(&str, &[Group])] = &[
                 "From results",
                 &["noise-result", "noise-channel", "calibration", "axis"],
             ),
+            (
+                "Aiding",
+                &[
+                    "rest",
+                    "encoder-increment",
+                    "encoder-rate",
+                    "encoder-scale-uncertainty",
+                    "encoder-walk",
+                ],
+            ),
+        ],
+    ),
+    (
+        "velocity integrator",
+        &[
+            ("Motion", &["band", "speed", "rate", "duration"]),
+            ("Accelerometer", &["bias", "noise"]),
+            ("Choice", &["error", "on-line"]),
         ],
     ),
     (
@@ -461,6 +479,16 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "gain-uncertainty",
             "low-corner-uncertainty",
             "low-corner-order",
+        ],
+    ),
+    (
+        "velocity drift",
+        &[
+            "offset-walk",
+            "noise-channel",
+            "encoder-rate",
+            "encoder-scale-uncertainty",
+            "encoder-walk",
         ],
     ),
     (

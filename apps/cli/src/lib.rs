@@ -347,6 +347,7 @@ mod tests {
         ("convert", &["columns", "unit"]),
         ("noise", &["columns", "unit"]),
         ("test zero-g", &["columns", "unit"]),
+        ("test mounting", &["columns", "unit"]),
         ("test temperature", &["columns", "unit"]),
         (
             "test random",

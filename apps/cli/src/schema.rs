@@ -55,6 +55,7 @@ schemas! {
     "velocity-tune-request",
     "velocity-map-request",
     "velocity-drift-request",
+    "velocity-integrator-request",
     "temperature-request",
     "bias-request",
     "static-test-request",

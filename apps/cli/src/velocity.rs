@@ -2,15 +2,16 @@
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::number_arguments::not_negative;
+use crate::number_arguments::{band_or_frequency, not_negative, positive};
 use crate::{Failure, Outcome, clock};
 use proofmass::io::Source;
 use proofmass::jobs::velocity::{
     AxisRecordings, AxisSensors, DriftResults, Reference, SensorAxis, VelocityCompareJob,
-    VelocityDrift, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob, VelocityTuneJob,
+    VelocityDrift, VelocityDriftJob, VelocityEstimateJob, VelocityIntegrator,
+    VelocityIntegratorJob, VelocityMapJob, VelocityTuneJob,
 };
-use proofmass::jobs::{Folder, Job, Outcome as _, StoredResult};
-use proofmass::motion::{BiasChoice, DriftSources, Method, Tuning};
+use proofmass::jobs::{Folder, Job, Outcome as _, Record, StoredResult};
+use proofmass::motion::{BiasChoice, DriftSources, EncoderAiding, IntegratorTask, Method, Tuning};
 use std::path::{Path, PathBuf};
 
 /// Velocity from an encoder or wheel speed and an accelerometer, or one alone.
@@ -27,6 +28,7 @@ enum Question {
     Tune(Tune),
     Map(Map),
     Drift(Drift),
+    Integrator(Integrator),
 }
 
 impl Velocity {
@@ -65,6 +67,7 @@ impl Velocity {
                 answer(&job, &c.sensors, None, &c.delivery)
             }
             Question::Drift(c) => c.run(),
+            Question::Integrator(c) => c.run(),
         }
     }
 }
@@ -95,6 +98,19 @@ impl Drift {
         let files: Vec<&Path> = files.into_iter().flatten().collect();
         let folder = self.delivery.begin(VelocityDrift::KIND, &files)?;
         let mut job = VelocityDriftJob::new(sources, self.times);
+        job.encoder = match (self.encoder_increment, self.encoder_rate.or(self.rate)) {
+            (Some(increment), Some(rate)) => Some(EncoderAiding {
+                increment,
+                rate,
+                scale_uncertainty: 0.01 * self.encoder_scale_uncertainty,
+                walk: self.encoder_walk,
+            }),
+            (Some(_), None) => {
+                return Err(Failure::new("how often the encoder is read is not known")
+                    .hint("add --encoder-rate HZ"));
+            }
+            (None, _) => None,
+        };
         let mut results = DriftResults::of(self.axis, self.noise_channel);
         if let Some(file) = &self.noise_result {
             results.take_noise(Source::open(file)?, &mut job)?;
@@ -296,6 +312,18 @@ struct Drift {
     /// Rest just before the start, in seconds: the drift is stated also with its mean taken off
     #[arg(long, value_name = "S", value_parser = not_negative, default_value = "0")]
     rest: f64,
+    /// Length of a count of an encoder beside the accelerometer, m: the drift is stated also with its aiding
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    encoder_increment: Option<f64>,
+    /// Readings of the encoder per second [default: --rate]
+    #[arg(long, value_name = "HZ", value_parser = positive, requires = "encoder_increment")]
+    encoder_rate: Option<f64>,
+    /// Standard uncertainty of the length of a count (the radius of a wheel), per cent; acts on --speed
+    #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0", requires = "encoder_increment")]
+    encoder_scale_uncertainty: f64,
+    /// What errors of single counts and slip add up to after a metre, standard deviation, m/√m; acts on --speed
+    #[arg(long, value_name = "M/√M", value_parser = not_negative, default_value = "0", requires = "encoder_increment")]
+    encoder_walk: f64,
     /// Times after the start, s
     #[arg(
         long,
@@ -306,6 +334,63 @@ struct Drift {
     times: Vec<f64>,
     #[command(flatten)]
     delivery: Delivery,
+}
+
+/// Which integration rule and which high-pass: ranked for a band, a bias and a noise; needs no recording.
+///
+/// Every rule of Newton and Cotes, closed and open, Tick's and Adams and Moulton's, each with the order and the corner of a Butterworth
+/// high-pass that err least in all. With -o, a folder gets result.json, report.html, integrators.csv and rules.csv.
+#[derive(clap::Args)]
+struct Integrator {
+    /// Lowest and highest frequency of the motion, Hz
+    #[arg(long, value_name = "LOW,HIGH", value_parser = band_or_frequency)]
+    band: [f64; 2],
+    /// Sampling rate, Hz
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: f64,
+    /// Bias of the accelerometer that was not taken off: its size or standard uncertainty, m/s²
+    #[arg(long, value_name = "M/S2", value_parser = not_negative)]
+    bias: f64,
+    /// Standard deviation of a sample, m/s²
+    #[arg(long, value_name = "M/S2", value_parser = not_negative)]
+    noise: f64,
+    /// Amplitude of the velocity in the band, m/s: what errors of gain and phase act on
+    #[arg(long, value_name = "M/S", value_parser = positive)]
+    speed: f64,
+    /// Length of the record, s
+    #[arg(long, value_name = "S", value_parser = positive, default_value = "60")]
+    duration: f64,
+    /// Error of the velocity that is allowed, m/s: whether the best choice holds is stated
+    #[arg(long, value_name = "M/S", value_parser = positive)]
+    error: Option<f64>,
+    /// Only what runs while the record comes in, and no high-pass that is run forward and backward
+    #[arg(long)]
+    on_line: bool,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+impl Integrator {
+    fn run(self) -> Result<Outcome, Failure> {
+        let mut job = VelocityIntegratorJob::new(IntegratorTask {
+            band: self.band,
+            rate: self.rate,
+            bias: self.bias,
+            noise: self.noise,
+            speed: self.speed,
+            duration: self.duration,
+        });
+        job.allowed = self.error;
+        job.on_line = self.on_line;
+        let folder = self.delivery.begin(VelocityIntegrator::KIND, &[])?;
+        let outcome = job.evaluate(&(), &Progress::new())?;
+        let record = Record {
+            date: Some(clock::today()),
+            ..Record::default()
+        };
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
+    }
 }
 
 /// Errors of the encoder that repeat every turn, such as those of an eccentric disc.

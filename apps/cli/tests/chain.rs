@@ -241,8 +241,19 @@ fn refuses_steps_in_words_and_leaves_nothing_half_written() {
     let export = |more: &[&str]| refuse(&[&["export", cal, "--c"], more].concat());
     let unsaid = export(&["--low-pass", "5"]);
     assert!(unsaid.contains("--rate"), "{unsaid}");
-    let linear = export(&["--low-pass", "5", "--rate", "1000", "--linear-phase"]);
-    assert!(linear.contains("linear phase"), "{linear}");
+    let linear = [
+        "--low-pass",
+        "5",
+        "--rate",
+        "1000",
+        "--linear-phase",
+        "--decimate",
+        "20",
+    ];
+    let linear = succeed(&[&["export", cal, "--c"][..], &linear].concat());
+    let linear = String::from_utf8_lossy(&linear.stdout).into_owned();
+    assert!(linear.contains("Low-pass of linear phase, ") && linear.contains("_chain_step("));
+    assert!(linear.contains("Group delay at low frequency"), "{linear}");
     let of_bias = refuse(&[
         "export",
         text(&bias),
@@ -253,4 +264,157 @@ fn refuses_steps_in_words_and_leaves_nothing_half_written() {
         "1000",
     ]);
     assert!(of_bias.contains("steps follow a calibration"), "{of_bias}");
+}
+
+/// A drive: a rest, two accelerations and a braking on a straight road, of a sensor at these angles in degrees.
+fn drive(folder: &Path, seed: u64, angles: [f64; 3]) -> PathBuf {
+    let [r, p, y] = angles.map(f64::to_radians);
+    let rows = [
+        [
+            y.cos() * p.cos(),
+            y.cos() * p.sin() * r.sin() - y.sin() * r.cos(),
+            y.cos() * p.sin() * r.cos() + y.sin() * r.sin(),
+        ],
+        [
+            y.sin() * p.cos(),
+            y.sin() * p.sin() * r.sin() + y.cos() * r.cos(),
+            y.sin() * p.sin() * r.cos() - y.cos() * r.sin(),
+        ],
+        [-p.sin(), p.cos() * r.sin(), p.cos() * r.cos()],
+    ];
+    let mut noise = Chance(seed);
+    let mut table = String::from("t_s,x_m/s2,y_m/s2,z_m/s2\n");
+    for k in 0..3000 {
+        let t = f64::from(k) / 100.0;
+        let forward = match k {
+            1000..1400 => 2.0,
+            1700..2000 => -3.0,
+            2300..2600 => 1.5,
+            _ => 0.0,
+        };
+        let a = [
+            forward,
+            if forward == 0.0 {
+                0.0
+            } else {
+                0.1 * noise.normal()
+            },
+            G,
+        ];
+        let own: [f64; 3] = std::array::from_fn(|j| (0..3).map(|i| rows[i][j] * a[i]).sum());
+        let own = own.map(|v| v + 0.02 * noise.normal());
+        let _ = writeln!(table, "{t},{},{},{}", own[0], own[1], own[2]);
+    }
+    let path = folder.join("drive.csv");
+    std::fs::write(&path, table).unwrap();
+    path
+}
+
+const STRETCHES: [&str; 8] = [
+    "--rest",
+    "0,9",
+    "--forward",
+    "10,14",
+    "--braking",
+    "17,20",
+    "--forward",
+    "23,26",
+];
+
+/// By gravity and travel: angles inside their intervals, and the recording turned by the result is one of the vehicle.
+#[test]
+fn coverage_mounting_by_the_command_and_its_use() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut inside, mut all) = (0, 0);
+    let angles = [12.0, -35.0, 140.0];
+    let out = folder.path().join("mounted");
+    for seed in 1..=12 {
+        let recording = drive(folder.path(), seed, angles);
+        let words = [
+            "test",
+            "mounting",
+            text(&recording),
+            "-o",
+            text(&out),
+            "--force",
+        ];
+        succeed(&[&words[..], &STRETCHES, &COLUMNS, &["--levelling", "0.01"]].concat());
+        let result = json(&out.join("result.json"));
+        for (name, truth) in ["roll", "pitch", "yaw"].into_iter().zip(angles) {
+            let (value, _, expanded) = quantity(&result, name);
+            all += 1;
+            inside += usize::from((value - truth.to_radians()).abs() <= expanded);
+            assert!(expanded < 0.02, "{name}: {expanded}");
+        }
+    }
+    // 36 intervals of 95 %: 30 and more (1e-3).
+    assert!(inside >= 30, "{inside} of {all}");
+
+    let recording = drive(folder.path(), 20, angles);
+    let calibration = calibration(folder.path(), "calibration.json");
+    let turned = folder.path().join("turned.csv");
+    let result = out.join("result.json");
+    let rotate = ["--rotate", text(&result)];
+    let words = [
+        "apply",
+        text(&calibration),
+        text(&recording),
+        "-o",
+        text(&turned),
+    ];
+    let done = succeed(&[&words[..], &rotate, &COLUMNS].concat());
+    let said = String::from_utf8_lossy(&done.stdout).into_owned() + &stderr(&done);
+    assert!(said.contains("as measured"), "{said}");
+    assert!(said.contains("uncertainty by the angles"), "{said}");
+    let mean = |of: std::ops::Range<usize>| -> [f64; 3] {
+        let table = rows(&turned);
+        let headings: Vec<String> = table[0].iter().map(|(h, _)| h.clone()).collect();
+        let columns: Vec<&String> = headings.iter().filter(|h| !h.starts_with('t')).collect();
+        std::array::from_fn(|i| {
+            let sum: f64 = table[of.clone()]
+                .iter()
+                .map(|r| number(r, columns[i]))
+                .sum();
+            sum / of.len() as f64
+        })
+    };
+    for (of, truth) in [
+        (0..900, [0.0, 0.0, G]),
+        (1000..1400, [2.0, 0.0, G]),
+        (1700..2000, [-3.0, 0.0, G]),
+    ] {
+        let found = mean(of);
+        for axis in 0..3 {
+            assert!(
+                (found[axis] - truth[axis]).abs() < 0.1,
+                "{found:?} {truth:?}"
+            );
+        }
+    }
+    let header = succeed(&[&["export", text(&calibration), "--c"][..], &rotate].concat());
+    let header = String::from_utf8_lossy(&header.stdout).into_owned();
+    assert!(header.contains("In the frame of the machine"), "{header}");
+
+    // Beside typed uncertainties, of another result, and of a stretch that is not there.
+    let both = [
+        &words[..],
+        &rotate,
+        &COLUMNS,
+        &["--rotate-uncertainty", "1,1,1", "--force"],
+    ]
+    .concat();
+    assert!(refuse(&both).contains("leave out --rotate-uncertainty"));
+    let other = ["--rotate", text(&calibration)];
+    let other = refuse(&[&words[..], &other, &COLUMNS, &["--force"]].concat());
+    assert!(other.contains("test mounting"), "{other}");
+    let beyond = [
+        "test",
+        "mounting",
+        text(&recording),
+        "--rest",
+        "0,9",
+        "--forward",
+        "100,120",
+    ];
+    assert!(refuse(&[&beyond[..], &COLUMNS].concat()).contains("the recording has"));
 }

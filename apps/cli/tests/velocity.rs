@@ -361,3 +361,218 @@ fn law_a_map_that_is_subtracted_is_not_found_again() {
     let words: Vec<&str> = wrong.iter().map(String::as_str).collect();
     assert!(refuse(&words).contains("the map is in m"));
 }
+
+/// The table of rules of docs/velocity.md is that of the program, and the choice is one that `estimate` takes.
+#[test]
+fn known_rules_and_the_choice_of_an_integrator() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("choice");
+    let task = [
+        "velocity",
+        "integrator",
+        "--band",
+        "2,40",
+        "--rate",
+        "200",
+        "--bias",
+        "0.02",
+        "--noise",
+        "1e-3",
+        "--speed",
+        "0.5",
+    ];
+    let kept = ["--error", "0.01", "-o", text(&out)];
+    let said = succeed(&[&task[..], &kept].concat());
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("tick-zero-phase:"), "{said}");
+    let page = include_str!("../../../docs/velocity.md");
+    for row in rows(&out.join("rules.csv")) {
+        let accuracy =
+            ["5", "15", "30", "45", "60"].map(|s| number(&row, &format!("accuracy_{s}_%")));
+        let accuracy = accuracy.map(|a| format!("{a:.4}")).join(" | ");
+        let pole = field(&row, "next_pole_Nyquist");
+        let pole = pole
+            .parse::<f64>()
+            .map_or("–".to_owned(), |p| format!("{p:.2}"));
+        let line = format!(
+            "| {} | {:.0} | {accuracy} | {:.3} | {pole} |",
+            field(&row, "rule"),
+            number(&row, "steps"),
+            number(&row, "noise_walk")
+        );
+        assert!(page.contains(&line), "{line}");
+    }
+    // Ranked by their total; on line none that is run backward.
+    let ranked = rows(&out.join("integrators.csv"));
+    let totals: Vec<f64> = ranked.iter().map(|r| number(r, "total_m/s")).collect();
+    assert!(
+        totals.len() > 15 && totals.windows(2).all(|w| w[0] <= w[1]),
+        "{totals:?}"
+    );
+    let method = field(&ranked[0], "method").to_owned();
+    let on_line = succeed(&[&task[..], &["--on-line", "--json"]].concat());
+    let on_line: serde_json::Value = serde_json::from_slice(&on_line.stdout).unwrap();
+    let zero_phase = on_line["extra"]["ranked"].as_array().unwrap().iter();
+    assert!(zero_phase.into_iter().all(|d| d["zero_phase"] == false));
+    // The word is one that a recording of the accelerometer alone takes.
+    let mut table = String::from("t_s,a_m/s2\n");
+    for k in 0..4000 {
+        let t = f64::from(k) / 200.0;
+        let moves = f64::from(u8::from(t > 2.0));
+        table += &format!(
+            "{t},{}\n",
+            moves * 0.5 * 62.83 * (62.83 * (t - 2.0)).cos() + 0.02
+        );
+    }
+    let recording = folder.path().join("a.csv");
+    std::fs::write(&recording, table).unwrap();
+    let run = folder.path().join("run");
+    let words = [
+        "velocity",
+        "estimate",
+        text(&recording),
+        "--acceleration",
+        "a",
+        "--still",
+        "0,1.9",
+    ];
+    succeed(&[&words[..], &["--method", &method, "-o", text(&run)]].concat());
+    let refused = refuse(
+        &[
+            &task[..4],
+            &[
+                "--rate", "70", "--bias", "0", "--noise", "0", "--speed", "1",
+            ],
+        ]
+        .concat(),
+    );
+    assert!(refused.contains("0.49 of the sampling rate"), "{refused}");
+}
+
+/// With an encoder the velocity is bounded; the place follows the length of a count.
+#[test]
+fn known_drift_beside_an_encoder() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("drift");
+    let words = [
+        "velocity",
+        "drift",
+        "--noise",
+        "0.02",
+        "--rate",
+        "1000",
+        "--offset-uncertainty",
+        "0.05",
+        "--speed",
+        "2",
+        "--times",
+        "60,1",
+        "--encoder-increment",
+        "1e-3",
+        "--encoder-scale-uncertainty",
+        "0.1",
+        "-o",
+        text(&out),
+    ];
+    let said = succeed(&words);
+    let said = String::from_utf8_lossy(&said.stdout).into_owned();
+    assert!(said.contains("With the encoder: U ="), "{said}");
+    let table = rows(&out.join("drift.csv"));
+    let of = |row: usize, name: &str| number(&table[row], name);
+    assert!(of(0, "standard_uncertainty_m/s") > 2.9);
+    let beside = of(0, "u_drift_beside_encoder_m/s");
+    assert!((2e-3..3e-3).contains(&beside), "{beside}");
+    // A thousandth of sixty metres.
+    let place = of(0, "u_place_beside_encoder_m");
+    assert!((place - 0.06).abs() < 1e-3, "{place}");
+    let unsaid = refuse(&[
+        "velocity",
+        "drift",
+        "--offset",
+        "1",
+        "--encoder-increment",
+        "1e-3",
+    ]);
+    assert!(unsaid.contains("--encoder-rate"), "{unsaid}");
+}
+
+/// Counts with their index in a column: three are lost, and put back; the position is zero at the pulse.
+#[test]
+fn known_counts_put_back_at_the_index() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |lost: i64| {
+        let mut noise = Chance(3);
+        let mut table = String::from("t_s,count,z,a_m/s2\n");
+        for k in 0..6000 {
+            let t = f64::from(k) / 1000.0;
+            // Two turns there and back.
+            let w = std::f64::consts::TAU / 6.0;
+            let turns = 1.2 * (1.0 - (w * t).cos());
+            let count = (400.0 * turns).floor() as i64;
+            let z = u8::from((count - 100).rem_euclid(400) < 4);
+            let shown = if t > 1.5 { count - lost } else { count };
+            let a = 1.2 * w * w * (w * t).cos() * std::f64::consts::TAU * 0.05;
+            table += &format!("{t},{shown},{z},{}\n", a + 0.02 * noise.normal());
+        }
+        let path = folder.path().join("axis.csv");
+        std::fs::write(&path, table).unwrap();
+        path
+    };
+    let out = folder.path().join("out");
+    let run = |lost: i64, more: &[&str]| -> serde_json::Value {
+        let recording = write(lost);
+        let words = [
+            "velocity",
+            "estimate",
+            text(&recording),
+            "--position",
+            "count",
+            "--counts-per-turn",
+            "400",
+            "--radius",
+            "0.05",
+            "--index",
+            "z",
+            "--acceleration",
+            "a",
+            "--force",
+            "-o",
+            text(&out),
+        ];
+        succeed(&[&words[..], more].concat());
+        json(&out.join("result.json"))
+    };
+    let healthy = run(0, &[]);
+    assert!(codes(&healthy).iter().any(|c| c == "zero-at-index"));
+    assert!(!codes(&healthy).iter().any(|c| c == "counts-put-back"));
+    let truth = column(&out.join("velocity.csv"), "smoothed_m/s");
+    let lost = run(3, &[]);
+    let findings = lost["findings"].as_array().unwrap();
+    let told = findings
+        .iter()
+        .find(|f| f["code"] == "counts-put-back")
+        .unwrap();
+    assert!(told.to_string().contains("3 lost before"), "{told}");
+    let found = column(&out.join("velocity.csv"), "smoothed_m/s");
+    let worst = found
+        .iter()
+        .zip(&truth)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(worst < 0.01, "{worst}");
+    let recording = write(0);
+    let wrong = [
+        "velocity",
+        "estimate",
+        text(&recording),
+        "--position",
+        "count",
+        "--counts-per-turn",
+        "400.5",
+        "--radius",
+        "0.05",
+        "--index",
+        "z",
+    ];
+    assert!(refuse(&wrong).contains("no whole number"));
+}

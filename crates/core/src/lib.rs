@@ -28,6 +28,7 @@ mod compensation;
 mod decimator;
 pub mod encoder;
 mod error;
+mod fir_decimator;
 mod fixed_point;
 mod float;
 mod gravity;
@@ -52,6 +53,7 @@ pub use compensation::{
 };
 pub use decimator::{Decimator, DecimatorState};
 pub use error::Error;
+pub use fir_decimator::{FirDecimator, FirDecimatorState, weighted_sum};
 pub use fixed_point::{FixedPoint, FixedRange, FixedThermal, TEMPERATURE_BITS};
 pub use float::Float;
 pub use gravity::{Gravity, STANDARD_GRAVITY};

@@ -1,5 +1,6 @@
 //! Step response: an oscillator fitted to a record, and what is read from it.
 
+mod first_order;
 mod fit;
 mod profile;
 mod response;
@@ -7,6 +8,7 @@ mod starts;
 #[cfg(test)]
 mod tests;
 
+pub use first_order::FirstOrderStep;
 pub use response::{risen_response, step_response};
 
 use crate::findings;
@@ -18,6 +20,7 @@ use proofmass_uncertainty::{
     Severity, student_quantile,
 };
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// Places of frequency (by its logarithm) and damping among the parameters.
 const FREQUENCY: usize = 3;
@@ -62,6 +65,28 @@ pub struct StepFit {
 }
 
 impl StepFit {
+    /// The best of the oscillators to which the starts lead on the whole record, with the squares that it leaves.
+    fn found(samples: &Samples) -> Option<(f64, Unit, Vec<f64>)> {
+        let early = samples.values[..4].iter().sum::<f64>() / 4.0;
+        let onset = starts::onset(&samples.values, early);
+        let mut best: Option<(f64, Unit, Vec<f64>)> = None;
+        for start in starts::starts(samples, onset).iter().take(3) {
+            let time = start.unit;
+            let fit = settled(&start.parameters, 60, |p| time.equations(samples, p));
+            if let Some((p, equations, _)) = fit
+                && best.as_ref().is_none_or(|b| cost(&equations) < b.0)
+            {
+                best = Some((cost(&equations), time, p));
+            }
+        }
+        best
+    }
+
+    /// Least squares of an oscillator on the whole record, in squares of the height.
+    fn least(samples: &Samples) -> Option<f64> {
+        Self::found(samples).map(|(squares, ..)| squares)
+    }
+
     /// Fits a step to a record, in `unit`, sampled at `rate`.
     ///
     /// # Errors
@@ -74,24 +99,18 @@ impl StepFit {
             rate,
             begin: 0.0,
         };
-        let early = samples.values[..4].iter().sum::<f64>() / 4.0;
-        let onset = starts::onset(&samples.values, early);
-        let mut best: Option<(f64, Unit, Vec<f64>, Equations, bool)> = None;
-        for start in starts::starts(&samples, onset).iter().take(3) {
-            let time = start.unit;
-            let fit = settled(&start.parameters, 60, |p| time.equations(&samples, p));
-            if let Some((p, equations, done)) = fit
-                && best.as_ref().is_none_or(|b| cost(&equations) < b.0)
-            {
-                best = Some((cost(&equations), time, p, equations, done));
-            }
-        }
+        let best = Self::found(&samples);
         // While it rises the record is that of the rise and the filter; after it any of them is absorbed by instant and variance.
-        let best = best.and_then(|(_, time, p, ..)| {
+        let best = best.and_then(|(_, time, p)| {
             let rising = time.rising(&samples, &p);
             let without = |p: &[f64]| time.equations(&samples, p).map(|e| left_out(e, &rising));
             let (p, equations, done) = settled(&p, 300, without)?;
             Some((time, p, equations, done))
+        });
+        // Of one that creeps another fast pole may do as well beside the same slow one.
+        let (best, others) = best.map_or((None, Vec::new()), |(time, p, equations, done)| {
+            let ((p, equations), others) = creeping(&samples, time, (p, equations));
+            (Some((time, p, equations, done)), others)
         });
         let Some((time, p, equations, true)) = best else {
             return Err(Error::NotConverged {
@@ -121,7 +140,7 @@ impl StepFit {
         // By how much U is larger than that of a parabola.
         let wider = [FREQUENCY, DAMPING].map(|parameter| {
             let linear = linear(parameter);
-            if linear < NEARLY_LINEAR {
+            if linear < NEARLY_LINEAR && others.is_empty() {
                 return 1.0;
             }
             let growth = linear * linear / inverse[parameter * (P + 1)];
@@ -130,7 +149,15 @@ impl StepFit {
                 FREQUENCY => (1.0 - (-down).exp()).max(up.exp_m1()),
                 _ => down.max(up),
             };
-            (far / linear).max(1.0)
+            // Other minima that the record admits are within U as well.
+            let admitted = others
+                .iter()
+                .filter(|(squares, _)| *squares < least + growth);
+            let apart = admitted.map(|(_, other)| match parameter {
+                FREQUENCY => (other[FREQUENCY] - p[FREQUENCY]).exp_m1().abs(),
+                _ => (other[parameter] - p[parameter]).abs(),
+            });
+            (apart.fold(far, f64::max) / linear).max(1.0)
         });
         // Records of which most do not determine it answer by chance, and wrongly.
         if !(wider[0] * linear(FREQUENCY) < FREQUENCY_KNOWN && wider[1].is_finite()) {
@@ -167,7 +194,8 @@ impl StepFit {
                 distribution: "normal".into(),
                 dof: DegreesOfFreedom::new(freedom).unwrap_or(DegreesOfFreedom::INFINITE),
                 effect: Effect::Joint {
-                    covariance: Covariance::try_from_rows(stated, &rows)?,
+                    covariance: Covariance::try_from_rows(stated, &rows)
+                        .map_err(|_| unobservable)?,
                 },
             }],
         )?;
@@ -179,7 +207,16 @@ impl StepFit {
         let length = n as f64 / rate;
         let quiet = ((instant * rate).max(0.0) as usize).min(n);
         let residual: Vec<f64> = equations.residual.iter().map(|r| r * height).collect();
-        let (residual_ratio, mut findings) = misfit(record, &residual, quiet, (value[1]).abs());
+        // The swing says whether it is one of an oscillator; long after it a record says nothing.
+        let swing = settling(frequency, damping).unwrap_or(length);
+        let swing = quiet..(((instant + swing) * rate).ceil() as usize).min(n);
+        let (residual_ratio, mut findings) = misfit(
+            record,
+            &residual,
+            [quiet..n, swing],
+            &rising,
+            value[1].abs(),
+        );
         if quiet < 16 {
             findings.push(
                 findings::record_starts_late(
@@ -235,6 +272,44 @@ impl StepFit {
     }
 }
 
+/// A fit, and minima beside it with the squares that they leave.
+type Beside = ((Vec<f64>, Equations), Vec<(f64, Vec<f64>)>);
+
+/// The best of the minima on a line of one slow pole, and the others: beyond critical damping a fast pole that is gone within a sample is hardly
+/// told from another.
+fn creeping(samples: &Samples, time: Unit, found: (Vec<f64>, Equations)) -> Beside {
+    let (mut best, mut others) = (found, Vec::new());
+    let begin = best.0.clone();
+    let slow = |z: f64| z - (z * z - 1.0).max(0.0).sqrt();
+    let damping = begin[DAMPING];
+    let factors: &[f64] = match damping > 0.9 {
+        true => &[0.6, 0.8, 1.3, 1.7],
+        false => &[],
+    };
+    let rising = time.rising(samples, &begin);
+    let without = |p: &[f64]| time.equations(samples, p).map(|e| left_out(e, &rising));
+    for factor in factors {
+        let mut start = begin.clone();
+        start[DAMPING] = damping * factor;
+        start[FREQUENCY] += (slow(damping) / slow(damping * factor)).ln();
+        let Some((p, equations, true)) = settled(&start, 100, without) else {
+            continue;
+        };
+        let other = (p, equations);
+        let [now, then] = [&best, &other].map(|f| cost(&f.1));
+        let (kept, left) = match then < now {
+            true => (other, best),
+            false => (best, other),
+        };
+        others.push((cost(&left.1), left.0));
+        best = kept;
+    }
+    // What has come back to the same place is no other minimum.
+    let place = best.0.clone();
+    others.retain(|(_, p)| (p[DAMPING] - place[DAMPING]).abs() > 1e-3 * place[DAMPING]);
+    (best, others)
+}
+
 /// What a record departs most from its beginning, with its sign: the scale of the fit.
 fn checked(record: &[f64], rate: f64) -> Result<f64, Error> {
     let n = record.len();
@@ -262,26 +337,44 @@ fn checked(record: &[f64], rate: f64) -> Result<f64, Error> {
     Ok(height)
 }
 
-/// Residuals after the step over the noise before it, and whether they are more.
-fn misfit(record: &[f64], residual: &[f64], quiet: usize, height: f64) -> (f64, Vec<Finding>) {
-    let n = record.len();
-    if quiet < 16 || quiet == n {
+/// Residuals after the step over the noise before it, and whether they are more: over all that follows, or over the swing.
+fn misfit(
+    record: &[f64],
+    residual: &[f64],
+    [after, swing]: [Range<usize>; 2],
+    rising: &Range<usize>,
+    height: f64,
+) -> (f64, Vec<Finding>) {
+    let quiet = after.start;
+    if quiet < 16 || quiet == record.len() {
         return (1.0, Vec::new());
     }
-    let rms = |v: &mut dyn Iterator<Item = f64>, count: usize| {
-        (v.map(|x| x * x).sum::<f64>() / count as f64).sqrt()
-    };
     let level = record[..quiet].iter().sum::<f64>() / quiet as f64;
-    let early = rms(&mut record[..quiet].iter().map(|v| v - level), quiet);
-    let late = rms(&mut residual[quiet..].iter().copied(), n - quiet);
+    let early = record[..quiet].iter().map(|v| (v - level) * (v - level));
+    let early = (early.sum::<f64>() / quiet as f64).sqrt();
     if !(early > 0.0) {
         return (1.0, Vec::new());
     }
-    let ratio = late / early;
-    // The ratio of two noise variances from q and n − q samples has a relative spread of √(2/q + 2/(n − q)).
-    let spread = (0.5 / quiet as f64 + 0.5 / (n - quiet) as f64).sqrt();
-    if ratio <= 1.0 + 5.0 * spread || late <= 1e-3 * height {
-        return (ratio, Vec::new());
+    let within = |samples: Range<usize>, least: f64| {
+        let fitted = samples.filter(|k| !rising.contains(k));
+        let (sum, count) = fitted.fold((0.0, 0usize), |(sum, count), k| {
+            (sum + residual[k] * residual[k], count + 1)
+        });
+        let late = (sum / count.max(1) as f64).sqrt();
+        // The ratio of two noise variances from q and m samples has a relative spread of √(2/q + 2/m).
+        let spread = (0.5 / quiet as f64 + 0.5 / count.max(1) as f64).sqrt();
+        (
+            late,
+            late / early,
+            late / early > 1.0 + 5.0 * spread && late > least * height,
+        )
+    };
+    let all = within(after, 1e-3);
+    // What the swing is off by a ten-thousandth is a hundredth of the damping.
+    let of_swing = within(swing, 1e-4);
+    let (late, ratio, off) = if all.2 { all } else { of_swing };
+    if !off {
+        return (all.1, Vec::new());
     }
     let finding = findings::model_does_not_describe(
         "the step response: it is not that of one oscillator",
@@ -289,7 +382,7 @@ fn misfit(record: &[f64], residual: &[f64], quiet: usize, height: f64) -> (f64, 
             "residuals {ratio:.2} times the noise before the step, {:.2} % of the height",
             100.0 * late / height
         ),
-        "the step itself may not be one (a slow release), or a second resonance answers",
+        "the step itself may not be one (a slow release), a second resonance answers, or the output is not linear",
     );
     (ratio, vec![finding.at(Severity::Warning)])
 }

@@ -56,6 +56,8 @@ pub struct Cell {
     pub refused: usize,
     /// Intervals of frequency and damping that hold the truth.
     pub held: [usize; 2],
+    /// Intervals of the height that hold it.
+    pub height_held: usize,
     /// Sum of U of frequency (as a share) and damping.
     pub expanded: [f64; 2],
     /// Recordings with a warning.
@@ -65,6 +67,7 @@ pub struct Cell {
 }
 
 const FREQUENCY: f64 = 1000.0;
+const HEIGHT: f64 = -2.0;
 
 impl Place {
     /// The record, and its sampling rate.
@@ -95,13 +98,13 @@ impl Place {
             let swing = parts.iter().map(one).sum::<f64>() / parts.len() as f64;
             let e: f64 = StandardNormal.sample(&mut rng);
             state = self.pole * state + (1.0 - self.pole * self.pole).sqrt() * e;
-            0.3 - 2.0 * (swing + self.noise * state)
+            0.3 + HEIGHT * (swing + self.noise * state)
         });
         (record.collect(), rate)
     }
 
-    /// Departure and U of frequency (shares) and damping, and the first warning.
-    fn one(&self, seed: u64) -> Result<([[f64; 2]; 2], Option<String>), String> {
+    /// Departure and U of frequency and height (shares) and damping, and the first warning.
+    fn one(&self, seed: u64) -> Result<([[f64; 2]; 3], Option<String>), String> {
         let (record, rate) = self.record(seed);
         let mut text = "u_V\n".to_owned();
         for value in &record {
@@ -122,8 +125,12 @@ impl Place {
         let outcome = StepJob::default()
             .evaluate(&data, &Unwatched)
             .map_err(|e| e.to_string())?;
-        let mut ratios = [[0.0; 2]; 2];
-        let truth = [("frequency", FREQUENCY), ("damping", self.damping)];
+        let mut ratios = [[0.0; 2]; 3];
+        let truth = [
+            ("frequency", FREQUENCY),
+            ("damping", self.damping),
+            ("height", HEIGHT),
+        ];
         for (ratio, (name, truth)) in ratios.iter_mut().zip(truth) {
             let all = outcome.quantities();
             let quantity = all.iter().find(|q| q.name == name);
@@ -131,6 +138,7 @@ impl Place {
             *ratio = [(quantity.value - truth).abs(), quantity.expanded];
         }
         ratios[0] = ratios[0].map(|v| v / FREQUENCY);
+        ratios[2] = ratios[2].map(|v| v / HEIGHT.abs());
         let warning = outcome.findings().iter();
         let warning = warning
             .filter(|f| f.severity() != Severity::Note)
@@ -155,8 +163,9 @@ impl Place {
                     cell.refused += 1;
                     cell.reason.get_or_insert(reason);
                 }
-                Ok((ratios, warning)) => {
-                    for (k, [off, expanded]) in ratios.into_iter().enumerate() {
+                Ok(([frequency, damping, height], warning)) => {
+                    cell.height_held += usize::from(height[0] <= height[1]);
+                    for (k, [off, expanded]) in [frequency, damping].into_iter().enumerate() {
                         cell.held[k] += usize::from(off <= expanded);
                         cell.expanded[k] += expanded;
                     }

@@ -35,8 +35,8 @@ use crate::trouble::{Result, Trouble};
 use crate::uncertainty::UncertaintyJob;
 use crate::validation::{ValidationData, ValidationJob};
 use crate::velocity::{
-    AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob,
-    VelocityTuneJob,
+    AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityIntegratorJob,
+    VelocityMapJob, VelocityTuneJob,
 };
 use crate::{Record, StoredResult};
 use proofmass_core::Watch;
@@ -264,6 +264,8 @@ jobs! {
     VelocityMap(VelocityMapJob, AxisData, "velocity-map", |d| only!(d, Axis)),
     /// What a velocity from an accelerometer alone drifts.
     VelocityDrift(VelocityDriftJob, (), "velocity-drift", |d| nothing(d)),
+    /// Which integration rule and which high-pass a velocity from an accelerometer needs.
+    VelocityIntegrator(VelocityIntegratorJob, (), "velocity-integrator", |d| nothing(d)),
     /// Bias and scale over temperature.
     Temperature(TemperatureJob, TemperatureData, "temperature", |d| only!(d, Temperature)),
     /// The bias over a recording.

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use crate::velocity::{StoredMap, TunedGains, VelocityMap, VelocityTuning};
-use proofmass_core::velocity::{Kalman, MotionNoise, SteadyKalman};
+use proofmass_core::velocity::{Kalman, MotionNoise, ProcessNoise, SteadyKalman};
 use proofmass_core::{Error, Matrix3};
 use proofmass_io::{FirmwareBlock, ResultDocument};
 use proofmass_motion::{EncoderMap, KalmanModel, Method, ReadingSource};
@@ -113,6 +113,46 @@ pub(crate) fn of_method(
     })
 }
 
+/// How fast the offset behind a corner may walk, over the walk of an acceleration that is given back: little enough to cost nothing, and
+/// enough that the gain does not fall to zero.
+const OFFSET_WALK: f64 = 0.1;
+
+/// The Kalman filter of an accelerometer with a low corner of first order, which is a state of it.
+///
+/// The noise of the accelerometer enters velocity and shown velocity alike, so that the offset of what is given back walks by (2πf)² q of
+/// itself; the offset behind the corner walks by a hundredth of that.
+pub(crate) fn with_low_corner(
+    model: &KalmanModel,
+    source: ReadingSource,
+    corner: f64,
+    sample_time: f64,
+) -> Result<FirmwareBlock> {
+    let noise = MotionNoise {
+        acceleration: model.acceleration_noise,
+        form: model.noise_form,
+        position: model.reading_noise,
+    };
+    let density = match model.noise_form {
+        ProcessNoise::SampleConstant => model.acceleration_noise * sample_time,
+        ProcessNoise::Continuous => model.acceleration_noise,
+    };
+    let rate = OFFSET_WALK * std::f64::consts::TAU * corner;
+    let walk = rate * rate * density;
+    let kalman =
+        Kalman::<f64, 4>::with_low_corner(&noise, walk, corner, model.interpolation, sample_time)?;
+    let component = usize::from(source == ReadingSource::Speed);
+    let filter = kalman.steady_for(component).map_err(|e| {
+        Trouble::from(e).with_hint(
+            "the gain does not settle with the corner as a state: choose --method observer, and give back the slow accelerations before",
+        )
+    })?;
+    Ok(FirmwareBlock::VelocityCorner {
+        filter,
+        corner,
+        sample_time,
+    })
+}
+
 fn steady(model: &KalmanModel, source: ReadingSource, sample_time: f64) -> Result<FirmwareBlock> {
     let noise = MotionNoise {
         acceleration: model.acceleration_noise,
@@ -198,7 +238,7 @@ fn doubled(kalman: &Kalman<f64, 3>) -> core::result::Result<SteadyKalman<f64, 3>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_core::velocity::{BiasModel, Hold, ProcessNoise};
+    use proofmass_core::velocity::{BiasModel, Hold};
 
     fn kalman(density: f64) -> core::result::Result<Kalman<f64, 3>, Error> {
         let noise = MotionNoise {

@@ -11,15 +11,17 @@ pub use single_axis::SingleAxisReadings;
 use crate::findings;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::{Record, read_gravity};
+use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
 use proofmass_io::{
-    AnyCalibration, CalibrationFile, ReadGravity, ResultDocument, StatedQuantity, Unit,
+    AnyCalibration, CalibrationFile, Input, LARGEST_DOCUMENT, ReadGravity, ResultDocument, Source,
+    StatedQuantity, Unit,
 };
 use proofmass_report::Report;
 use proofmass_static::static_test::{
-    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, StabilityFit,
-    StaticFit, Tilt, ZeroG,
+    Centrifuge, DatedEstimate, Linearity, MountedTurn, Mounting, Orthogonality, Sensitivity,
+    Stability, StabilityFit, StaticFit, Tilt, ZeroG,
 };
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
@@ -44,6 +46,8 @@ pub enum StaticTest {
     Centrifuge(Centrifuge),
     /// Calibrations over time.
     Stability(Stability),
+    /// Three axes on a machine, at rest and in straight accelerations.
+    Mounting(Mounting),
 }
 
 impl StaticTest {
@@ -57,6 +61,7 @@ impl StaticTest {
             Self::Linearity(_) => "linearity",
             Self::Centrifuge(_) => "centrifuge",
             Self::Stability(_) => "stability",
+            Self::Mounting(_) => "mounting",
         }
     }
 
@@ -67,13 +72,15 @@ impl StaticTest {
             Self::Sensitivity(_) => Some(Unit::One),
             Self::Linearity(_) => Some(Unit::MetrePerSecondSquared),
             Self::Centrifuge(_) => Some(Unit::TurnPerMinute),
-            Self::ZeroG(_) | Self::Orthogonality(_) | Self::Stability(_) => None,
+            Self::ZeroG(_) | Self::Orthogonality(_) | Self::Stability(_) | Self::Mounting(_) => {
+                None
+            }
         }
     }
 
     fn needs(&self) -> Trouble {
         let needed = match self {
-            Self::ZeroG(_) => "a recording of three axes",
+            Self::ZeroG(_) | Self::Mounting(_) => "a recording of three axes",
             Self::Orthogonality(_) => "a calibration",
             Self::Stability(_) => "results of calibrations",
             _ => "readings of one axis",
@@ -173,7 +180,7 @@ impl Job for StaticTestJob {
         let found = self.found(data)?;
         let mut findings = data.findings.to_vec();
         let quantities = match &found {
-            StaticTestFit::Test(fit) => {
+            StaticTestFit::Test(fit) | StaticTestFit::Mounting(fit, _) => {
                 findings.extend(fit.findings.iter().cloned());
                 fit.estimate.quantities()
             }
@@ -190,7 +197,7 @@ impl Job for StaticTestJob {
                         None
                     })
             }
-            StaticTestFit::History(_) => None,
+            StaticTestFit::History(_) | StaticTestFit::Mounting(..) => None,
         };
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("fit", 1, 1)?;
@@ -215,6 +222,14 @@ impl StaticTestJob {
                     .sensor()
                     .map_err(|e| Trouble::from(e).detail(data.name))?;
                 t.fit(&sensor.k().0, &file.estimate)
+            }
+            (StaticTest::Mounting(t), Recording(outputs)) => {
+                let (fit, turn) = t.fit(outputs).map_err(|e| {
+                    Trouble::from(e).detail(data.name).with_hint(
+                        "a rest of a hundred samples and more, and accelerations of 0.1 m/s² and more on a straight line, are needed",
+                    )
+                })?;
+                return Ok(StaticTestFit::Mounting(Box::new(fit), turn));
             }
             (StaticTest::Stability(t), History(history)) => {
                 known_tolerances(t, history)?;
@@ -314,6 +329,25 @@ pub enum StaticTestFit {
     Test(Box<StaticFit>),
     /// Drifts over calibrations.
     History(StabilityFit),
+    /// Angles of a sensor on a machine, with the turn that `apply` takes.
+    Mounting(Box<StaticFit>, MountedTurn),
+}
+
+/// Section of a result with the turn of a mounting.
+const MOUNTING: &str = "mounting";
+
+/// The turn of a result.json of the mounting test.
+///
+/// # Errors
+/// Another file or another result.
+pub fn mounted_turn(source: Source) -> Result<(MountedTurn, Input)> {
+    let name = source.name().display().to_string();
+    let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
+    let (turn, _) = read_section(&bytes, StaticTestOutcome::KIND, MOUNTING).map_err(|e| {
+        e.detail(name)
+            .with_hint("give roll, pitch and yaw as three angles, or the result.json of `proofmass test mounting`")
+    })?;
+    Ok((turn, input))
 }
 
 /// The result of a static test.
@@ -347,6 +381,7 @@ impl Outcome for StaticTestOutcome {
             StaticTest::Linearity(_) => "Linearity",
             StaticTest::Centrifuge(_) => "Centrifuge test",
             StaticTest::Stability(_) => "Stability",
+            StaticTest::Mounting(_) => "Mounting",
         };
         record.title(
             &format!("{what} of"),
@@ -364,7 +399,7 @@ impl Outcome for StaticTestOutcome {
 
     fn estimate(&self) -> Option<&Estimate> {
         match &self.found {
-            StaticTestFit::Test(fit) => Some(&fit.estimate),
+            StaticTestFit::Test(fit) | StaticTestFit::Mounting(fit, _) => Some(&fit.estimate),
             StaticTestFit::History(_) => None,
         }
     }
@@ -405,6 +440,7 @@ impl Outcome for StaticTestOutcome {
                 section("harmonics", &fit.harmonics)?,
             ],
             StaticTestFit::History(fit) => vec![section("due_in_days", &fit.due_in)?],
+            StaticTestFit::Mounting(_, turn) => vec![section(MOUNTING, turn)?],
         })
     }
 

@@ -6,13 +6,14 @@ use crate::channels::Channel;
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::Watch;
-use proofmass_dynamic::step::StepFit;
+use proofmass_core::{Error, Watch};
+use proofmass_dynamic::step::{FirstOrderStep, StepFit};
 use proofmass_io::StatedQuantity;
-use proofmass_report::Report;
+use proofmass_report::{Report, scientific};
 use proofmass_signal::{Trace, saturation};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// What is asked of a recorded step.
 ///
@@ -72,11 +73,8 @@ impl Job for StepJob {
             .detail(data.name)
             .with_hint("cut the record to the step and what settles after it"));
         }
-        let fit = StepFit::of(record, data.rate, data.channel.unit).map_err(|e| {
-            Trouble::from(e).detail(data.name).with_hint(
-                "a step from one level to another, the first before it and the second at the end, is needed",
-            )
-        })?;
+        let fit = StepFit::of(record, data.rate, data.channel.unit)
+            .map_err(|e| refused(e, record, data.rate).detail(data.name))?;
         watch.step("step", 1, 1)?;
         let mut findings = data.findings.to_vec();
         let consequence = "damping and natural frequency come out wrong";
@@ -95,6 +93,37 @@ impl Job for StepJob {
             traces,
             findings,
         })
+    }
+}
+
+/// Why no oscillator is stated, as far as the record proves it.
+fn refused(error: Error, record: &[f64], rate: f64) -> Trouble {
+    let hint = "a step from one level to another, the first before it and the second at the end, is needed";
+    let plain = Trouble::from(error).with_hint(hint);
+    if !matches!(
+        error,
+        Error::Unobservable { .. } | Error::NotConverged { .. }
+    ) {
+        return plain;
+    }
+    match FirstOrderStep::of(record, rate) {
+        Ok(first) if first.as_good => Trouble::data(format!(
+            "the step is that of a first-order element, time constant {} s (corner {} Hz): an oscillator describes it no better, so that neither natural frequency nor damping is in it",
+            scientific(first.time_constant, 5),
+            scientific(1.0 / (TAU * first.time_constant), 4)
+        ))
+        .with_hint("a low-pass behind the device, strong damping or noise hides the resonance: record with less noise and more samples, or measure it by `proofmass test sweep`"),
+        Ok(first) if first.rise_samples < 4.0 => Trouble::data(format!(
+            "natural frequency and damping cannot be told apart: {:.1} samples lie between a tenth and nine tenths of the step",
+            first.rise_samples
+        ))
+        .with_hint("sample faster"),
+        Ok(first) if matches!(error, Error::Unobservable { .. }) => Trouble::data(format!(
+            "the expanded uncertainty of the natural frequency is half of it or more: the step is nearly that of a first-order element, time constant {} s, and what an oscillator describes better is little beside the noise",
+            scientific(first.time_constant, 4)
+        ))
+        .with_hint("record with less noise and more samples"),
+        _ => plain,
     }
 }
 

@@ -3,6 +3,7 @@
 mod clock;
 mod drift;
 mod drift_results;
+mod integrator;
 mod map;
 mod outcome;
 mod page;
@@ -13,6 +14,7 @@ mod turning;
 
 pub use drift::{VelocityDrift, VelocityDriftJob};
 pub use drift_results::{DriftResults, TakenFrom};
+pub use integrator::{VelocityIntegrator, VelocityIntegratorJob};
 pub(crate) use map::StoredMap;
 pub use map::{VelocityMap, VelocityMapJob};
 pub(crate) use outcome::TunedGains;

@@ -105,6 +105,7 @@ fn crosscheck_steps_are_those_of_the_chip_to_the_last_bit() {
     job.chain.rotation = Some(Rotation {
         angles,
         uncertainty: [0.0; 3],
+        covariance: None,
     });
     job.chain.low_pass = Some(LowPass::new(4.0));
     job.chain.decimation = Some(7);
@@ -152,6 +153,7 @@ fn law_rotation_commutes_into_the_matrix() {
     let rotation = Rotation {
         angles: [0.4, 1.2, -2.0],
         uncertainty: [0.0; 3],
+        covariance: None,
     };
     let turn = rotation.matrix().expect("a matrix");
     let turned = file.turned(&turn).expect("a calibration");
@@ -184,6 +186,7 @@ fn known_vector_in_the_frame_of_the_machine() {
     job.chain.rotation = Some(Rotation {
         angles,
         uncertainty: [0.5f64, 0.5, 1.0].map(f64::to_radians),
+        covariance: None,
     });
     let (outcome, written) = ask(&job, &text, None).expect("a recording");
     for row in rows(&written) {
@@ -391,6 +394,7 @@ fn known_bias_is_subtracted_along_the_axes_of_the_sensor() {
     turned.chain.rotation = Some(Rotation {
         angles: [0.0, 0.0, std::f64::consts::FRAC_PI_2],
         uncertainty: [0.0; 3],
+        covariance: None,
     });
     let (_, after) = ask(&turned, &text, Some(&track)).expect("a recording");
     for (row, before) in rows(&after).iter().zip(rows(&written)) {
@@ -493,6 +497,7 @@ fn refuses_steps_that_cannot_be_taken() {
         Some(Rotation {
             angles,
             uncertainty,
+            covariance: None,
         })
     };
     refused(

@@ -190,6 +190,34 @@ findings! {
         evidence "{least} to {most} counts between index pulses",
         advice "counts were lost or the axis turned back between pulses; set the count to zero at every index";
 
+    /// The counts have their zero at the index pulse.
+    zero_at_index(pulses: usize, first: f64) =
+        "zero-at-index", [Note],
+        what "the zero of the position is where the index pulse begins",
+        evidence "{pulses} pulses, the first at {first:.3} s";
+
+    /// Counts were lost or added between two index pulses and put back.
+    counts_put_back(counts: i64, turns: usize, intervals: usize, list: &str) =
+        "counts-put-back", [Warning],
+        what "counts were lost or added between index pulses, and were put back",
+        evidence "{counts} counts in {turns} of {intervals} intervals between pulses: {list}",
+        advice "check supply, cable and largest speed of the encoder; within such a turn the position may be off by that number",
+        false_alarms "0 of 1000 records of healthy axes";
+
+    /// Turns by the index have another number of counts than is stated.
+    index_turn_mismatch(found: i64, stated: i64) =
+        "index-turn-mismatch", [Decision],
+        what "a turn by the index has another number of counts than is stated; nothing was put back",
+        evidence "{found} counts to a turn, stated {stated}",
+        advice "state the counts of a turn after decoding: four times the lines with fourfold decoding";
+
+    /// No index pulse came.
+    no_index() =
+        "no-index", [Warning],
+        what "the index is never high: the zero of the position is that of the first sample",
+        evidence "no pulse in the recording",
+        advice "check the column of the index, or move the axis by more than a turn";
+
     /// An absolute encoder moves far between two samples.
     large_step(step: i64, range: u64) =
         "large-step", [Warning],

@@ -52,6 +52,19 @@ impl HighPass {
         })
     }
 
+    /// H(e^{jθ}) of the causal filter at θ = ωT.
+    pub fn response(&self, theta: f64) -> fourier::Complex<f64> {
+        use fourier::Complex;
+        let z = Complex::from_polar(1.0, -theta);
+        // (1 − z⁻¹)² without cancellation at small angles.
+        let double = z * (-4.0 * (0.5 * theta).sin().powi(2));
+        self.sections
+            .iter()
+            .fold(Complex::new(1.0, 0.0), |h, &[g, a1, a2]| {
+                h * (double * g / (z * a1 + z * z * a2 + 1.0))
+            })
+    }
+
     /// Causal: as it would run while recording.
     pub fn filter(&self, x: &[f64]) -> Vec<f64> {
         let mut y = x.to_vec();
@@ -232,6 +245,11 @@ mod tests {
                 assert!(
                     (gain(&filter.filter(&x), &x) - expected).abs() < 1e-4,
                     "{order} {f}"
+                );
+                let response = filter.response(TAU * f * dt).norm();
+                assert!(
+                    (response - expected).abs() < 1e-9,
+                    "{order} {f}: {response}"
                 );
                 let twice = gain(&filter.zero_phase(&x, 2000), &x);
                 assert!((twice - expected * expected).abs() < 1e-4, "{order} {f}");

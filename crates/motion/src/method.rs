@@ -83,6 +83,8 @@ pub enum Method {
     },
     /// Acceleration alone, and of its integral what lies above a corner (Butterworth); off line where it is zero-phase.
     HighPass {
+        /// Rule of the integral.
+        rule: IntegratorRule,
         /// Order, of each of the two passes where it is zero-phase.
         order: usize,
         /// Corner, Hz.
@@ -330,11 +332,11 @@ impl Method {
                 (v.collect(), (0.5 - gamma) * dt)
             }
             Self::HighPass {
+                rule,
                 order,
                 corner,
                 zero_phase,
             } => {
-                let rule = IntegratorRule::Trapezoid;
                 let method = match zero_phase {
                     false => OffLineIntegration::CausalHighPass {
                         rule,

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// Every method as a word with its settings, for help and messages.
 pub const METHODS: &str = "fixed-time, fixed-time:SAMPLES, fixed-position:EDGES, mixed-time:TIMEOUT, backward-difference:ORDER, savitzky-golay:WINDOW,DEGREE, \
-    tracking-loop:BANDWIDTH, resolver-loop:BANDWIDTH, speed, trapezoid, simpson, tick, adams-moulton-3 (each also as :OFFSET), newmark:GAMMA,BETA (also as :GAMMA,BETA,OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER, two-channel:K1,K2, \
+    tracking-loop:BANDWIDTH, resolver-loop:BANDWIDTH, speed, trapezoid, simpson, three-eighths, boole, closed-5, closed-6, midpoint, open-3, milne, open-5, open-6, tick, adams-moulton-3 (each also as :OFFSET), newmark:GAMMA,BETA (also as :GAMMA,BETA,OFFSET), high-pass:CORNER,ORDER, zero-phase:CORNER,ORDER (each also behind a rule: tick-high-pass:CORNER,ORDER), two-channel:K1,K2, \
     observer:KX,KV, offset-observer:KX,KV,KB, adaptive-observer:KX,KV,RATE,FLOOR, kalman:Q,R, steady-kalman:Q,R, counting:Q,EDGE,OFFSET, counting-smoother:Q,EDGE,OFFSET, \
     smoother:Q,R (each also as :Q,R,WALK,START with an offset that walks), gauss-markov:Q,R,DEVIATION,TIME (Kalman with an offset that forgets)";
 
@@ -51,6 +51,23 @@ impl Method {
                     "{name}:{:.4e},{:.4e},{:.3}",
                     model.acceleration_noise, model.edge, model.offset
                 ))
+            }
+            Self::HighPass {
+                rule,
+                order,
+                corner,
+                zero_phase,
+            } => {
+                let of = match rule {
+                    IntegratorRule::Trapezoid => String::new(),
+                    rule => format!("{}-", rule.name()),
+                };
+                let filter = if *zero_phase {
+                    "zero-phase"
+                } else {
+                    "high-pass"
+                };
+                Some(format!("{of}{filter}:{corner:.5},{order}"))
             }
             Self::TwoChannel { k1, k2 } => Some(format!("two-channel:{k1:.5},{k2:.5}")),
             Self::Observer { k_x, k_v } => Some(format!("observer:{k_x:.5},{k_v:.5}")),
@@ -103,11 +120,25 @@ fn method(text: &str) -> Result<Method, String> {
             beta,
             offset,
         }),
-        ("high-pass" | "zero-phase", &[corner, order]) => Some(Method::HighPass {
-            order: whole(order)?,
-            corner,
-            zero_phase: name == "zero-phase",
-        }),
+        _ if name.ends_with("high-pass") || name.ends_with("zero-phase") => {
+            let (of, zero_phase) = match name.strip_suffix("zero-phase") {
+                Some(of) => (of, true),
+                None => (name.trim_end_matches("high-pass"), false),
+            };
+            let rule = match of.strip_suffix('-') {
+                Some(of) => rule_of(of),
+                None => of.is_empty().then_some(IntegratorRule::Trapezoid),
+            };
+            match (rule, &numbers[..]) {
+                (Some(rule), &[corner, order]) => Some(Method::HighPass {
+                    rule,
+                    order: whole(order)?,
+                    corner,
+                    zero_phase,
+                }),
+                _ => None,
+            }
+        }
         ("gauss-markov", &[q, r, deviation, time]) => Some(Method::Kalman {
             model: KalmanModel {
                 bias: Some(BiasModel::GaussMarkov { deviation, time }),
@@ -124,10 +155,6 @@ fn method(text: &str) -> Result<Method, String> {
         }),
         ("tracking-loop", &[bandwidth]) => Some(Method::TrackingLoop { bandwidth }),
         ("resolver-loop", &[bandwidth]) => Some(Method::ResolverLoop { bandwidth }),
-        ("trapezoid", _) => integration(IntegratorRule::Trapezoid),
-        ("simpson", _) => integration(IntegratorRule::Simpson),
-        ("tick", _) => integration(IntegratorRule::Tick),
-        ("adams-moulton-3", _) => integration(IntegratorRule::AdamsMoulton3),
         ("two-channel", &[k1, k2]) => Some(Method::TwoChannel { k1, k2 }),
         ("observer", &[k_x, k_v]) => Some(Method::Observer { k_x, k_v }),
         ("offset-observer", &[k_x, k_v, k_b]) => Some(Method::OffsetObserver { k_x, k_v, k_b }),
@@ -152,9 +179,14 @@ fn method(text: &str) -> Result<Method, String> {
         ("kalman", noise) => model(noise).map(|model| Method::Kalman { model }),
         ("steady-kalman", noise) => model(noise).map(|model| Method::SteadyKalman { model }),
         ("smoother", noise) => model(noise).map(|model| Method::Smoother { model }),
-        _ => None,
+        _ => rule_of(name).and_then(integration),
     };
     found.ok_or_else(|| format!("{text:?} is no method with its numbers: {METHODS}"))
+}
+
+/// The integration rule of a name.
+fn rule_of(name: &str) -> Option<IntegratorRule> {
+    IntegratorRule::ALL.into_iter().find(|r| r.name() == name)
 }
 
 /// q and R, and of an offset that walks its density and its deviation at the start.

@@ -20,6 +20,27 @@ findings! {
         evidence "magnitudes scatter by {scatter:.2} m/s² and are {lengthened:.2} mg too long in the mean, which is taken off",
         advice "turn it more smoothly; or lay it down in twelve attitudes";
 
+    /// What is stated as a rest does not read gravity.
+    rest_is_not_gravity(read: f64) =
+        "rest-is-not-gravity", [Decision],
+        what "the sensor does not read gravity where it is stated to be at rest",
+        evidence "{read:.4} m/s², 9.81 m/s² were expected",
+        advice "check the stretch and the unit, and apply a calibration first";
+
+    /// The acceleration along the travel has a part along the vertical of the rest.
+    travel_leaves_the_level(up: f64, along: f64) =
+        "travel-leaves-the-level", [Warning],
+        what "the acceleration along the travel does not lie in the level of the rest",
+        evidence "{up:.3} m/s² upwards beside {along:.3} m/s² forwards",
+        advice "the body squats, the road rises, or the rest was on a slope: roll and pitch may be off by the inclination; rest where the road is that of the travel";
+
+    /// The direction of travel is not well known.
+    travel_not_straight(u: f64) =
+        "travel-not-straight", [Warning],
+        what "the direction of the acceleration changes along the travel",
+        evidence "the yaw angle has a standard uncertainty of {u:.2}°",
+        advice "choose stretches of stronger acceleration on a straight line, or several of them";
+
     /// Auto-calibration does not reach the error that its method asks for.
     auto_calibration_failed(before: f64, after: f64, accepted: f64) =
         "auto-calibration-failed", [Decision],

@@ -1,6 +1,6 @@
 //! Static tests on simulated readings with known truth: coverage of nominal 95 % intervals.
 
-use proofmass_core::{Error, Gravity};
+use proofmass_core::{Error, Gravity, TaitBryan};
 use proofmass_static::static_test::*;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Severity,
@@ -593,4 +593,146 @@ fn coverage_linearity_with_weights() {
             .fit_weighed(&a, &a, None, Some(&[0.0; 24]), "V")
             .is_err()
     );
+}
+
+/// A vehicle that stands, accelerates twice and brakes once on a straight road; the outputs of a sensor at these angles, and the stretches.
+fn driven(seed: u64, angles: [f64; 3], wander: f64) -> ([Vec<f64>; 3], Mounting) {
+    let mut n = Normal::new(seed);
+    let turn = TaitBryan::new(angles[0], angles[1], angles[2])
+        .unwrap()
+        .matrix::<f64>();
+    let level = [n.draw(), n.draw()].map(|d| 0.2f64.to_radians() * d);
+    let straight = 0.3f64.to_radians() * n.draw();
+    let bias: [f64; 3] = std::array::from_fn(|_| 0.01 * n.draw());
+    let mut outputs: [Vec<f64>; 3] = Default::default();
+    let mut sway = [0.0; 2];
+    for k in 0..4000 {
+        let forward = match k {
+            1000..1500 => 1.5 + 0.5 * (0.01 * f64::from(k)).sin(),
+            2000..2400 => 2.0,
+            3000..3300 => -3.0,
+            _ => 0.0,
+        };
+        // Lateral accelerations of the road, and vibration of the body while it moves.
+        let moving = f64::from(u8::from(forward != 0.0));
+        sway = sway.map(|s| 0.9 * s + wander * moving * n.draw());
+        let a = [
+            forward * straight.cos() - G * level[1],
+            forward * straight.sin() + sway[0] + G * level[0],
+            G + sway[1],
+        ];
+        let own = turn.transpose().times(a);
+        for axis in 0..3 {
+            outputs[axis].push(own[axis] + bias[axis] + 0.02 * n.draw());
+        }
+    }
+    let mut test = Mounting::default();
+    test.rest = [0, 900];
+    test.forward = vec![[1000, 1500], [2000, 2400]];
+    test.braking = vec![[3000, 3300]];
+    test.levelling = 0.2f64.to_radians();
+    test.straightness = 0.3f64.to_radians();
+    test.bias = 0.01;
+    (outputs, test)
+}
+
+/// Level, oblique, upside down.
+#[test]
+fn coverage_mounting() {
+    for angles in [
+        [0.0, 0.0, 0.0],
+        [0.3, -0.4, 2.5],
+        [3.0, 0.2, -1.0],
+        [0.1, 1.2, 0.5],
+    ] {
+        let mut held = [0; 3];
+        for seed in 0..300 {
+            let (outputs, test) = driven(seed, angles, 0.05);
+            let [x, y, z] = &outputs;
+            let (fit, turn) = test.fit([x, y, z]).unwrap();
+            assert!(fit.findings.is_empty(), "{:?}", fit.findings);
+            assert_eq!(turn.angles[0], fit.estimate.get("roll").unwrap().value);
+            let truths = ["roll", "pitch", "yaw"].into_iter().zip(angles);
+            for (held, (name, truth)) in held.iter_mut().zip(truths) {
+                let q = fit.estimate.get(name).unwrap();
+                *held += usize::from((q.value - truth).abs() <= q.expanded(0.95));
+            }
+        }
+        // 300 of 95 %: 285 ± 4 · 3.8.
+        assert!(
+            held.iter().all(|h| (270..=300).contains(h)),
+            "{angles:?} {held:?}"
+        );
+    }
+}
+
+/// Near the vertical roll and yaw turn about one axis, and each by itself means little: the turn itself is as well known as ever.
+#[test]
+fn law_the_turn_is_known_where_its_angles_are_not() {
+    let mut inside = 0;
+    for seed in 0..200 {
+        let angles = [0.0, -std::f64::consts::FRAC_PI_2 + 1e-4, 0.4];
+        let (outputs, test) = driven(seed, angles, 0.05);
+        let [x, y, z] = &outputs;
+        let (_, turn) = test.fit([x, y, z]).unwrap();
+        let [r, p, w] = turn.angles;
+        let found = TaitBryan::new(r, p, w).unwrap().matrix::<f64>();
+        let truth = TaitBryan::new(angles[0], angles[1], angles[2])
+            .unwrap()
+            .matrix::<f64>();
+        let off = found.product(&truth.transpose()).0;
+        let about = [
+            0.5 * (off[2][1] - off[1][2]),
+            0.5 * (off[0][2] - off[2][0]),
+            0.5 * (off[1][0] - off[0][1]),
+        ];
+        for axis in 0..3 {
+            let u = turn.covariance[axis][axis].sqrt();
+            assert!(u < 0.02, "{u}");
+            inside += usize::from(about[axis].abs() < 1.96 * u);
+        }
+    }
+    // 600: 95 % ± 4 · 0.9 %.
+    assert!((548..=592).contains(&inside), "{inside}");
+}
+
+#[test]
+fn known_doubts_of_a_mounting() {
+    let codes = |change: &dyn Fn(&mut [Vec<f64>; 3], &mut Mounting), wander: f64| -> Vec<String> {
+        let (mut outputs, mut test) = driven(1, [0.1, 0.2, 0.3], wander);
+        change(&mut outputs, &mut test);
+        let [x, y, z] = &outputs;
+        let (fit, _) = test.fit([x, y, z]).unwrap();
+        fit.findings.iter().map(|f| f.code().to_owned()).collect()
+    };
+    assert_eq!(
+        codes(&|_, t| t.levelling = 0.0, 0.05),
+        ["level-taken-as-exact"]
+    );
+    let half =
+        |o: &mut [Vec<f64>; 3], _: &mut Mounting| o.iter_mut().flatten().for_each(|v| *v *= 0.5);
+    assert_eq!(codes(&half, 0.05), ["rest-is-not-gravity"]);
+    assert_eq!(codes(&|_, _| (), 1.0), ["travel-not-straight"]);
+    // The road rises where it accelerates: the nose points up by a tenth.
+    let rising = |o: &mut [Vec<f64>; 3], _: &mut Mounting| {
+        let turn = TaitBryan::new(0.1, 0.2, 0.3).unwrap().matrix::<f64>();
+        let up = turn.transpose().times([0.0, 0.0, 1.0]);
+        for axis in 0..3 {
+            o[axis][1000..1500].iter_mut().for_each(|v| *v += up[axis]);
+            o[axis][2000..2400].iter_mut().for_each(|v| *v += up[axis]);
+        }
+    };
+    assert_eq!(codes(&rising, 0.05), ["travel-leaves-the-level"]);
+    let (outputs, mut test) = driven(1, [0.0; 3], 0.05);
+    let [x, y, z] = &outputs;
+    test.forward = vec![[2500, 2900]];
+    test.braking.clear();
+    assert!(matches!(
+        test.fit([x, y, z]),
+        Err(Error::Unobservable { .. })
+    ));
+    test.forward = vec![[3900, 4100]];
+    assert!(matches!(test.fit([x, y, z]), Err(Error::OutOfRange { .. })));
+    test.forward.clear();
+    assert!(matches!(test.fit([x, y, z]), Err(Error::TooFew { .. })));
 }

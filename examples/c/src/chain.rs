@@ -5,11 +5,7 @@ use proofmass_io::{CalibrationFile, LowPassBehind};
 
 /// What stands behind the calibration.
 pub fn chain() -> LowPassBehind {
-    LowPassBehind {
-        corner: 10.0,
-        rate: 1000.0,
-        factor: 5,
-    }
+    LowPassBehind::butterworth(10.0, 1000.0, 5)
 }
 
 /// The linear calibration, turned by roll 0.1, pitch −0.5 and yaw 2 rad.

@@ -22,6 +22,7 @@ pub fn filters() -> Result<Vec<(&'static str, FirmwareBlock)>, Error> {
     };
     let kalman = Kalman::<f64, 2>::new(&noise, Hold::Second, sample_time)?;
     let offset = Kalman::<f64, 3>::with_bias(&noise, walk, Hold::Second, sample_time)?;
+    let corner = Kalman::<f64, 4>::with_low_corner(&noise, 1e-6, 0.5, Hold::Second, sample_time)?;
     let markov = BiasModel::GaussMarkov {
         deviation: 2e-3,
         time: 300.0,
@@ -38,6 +39,25 @@ pub fn filters() -> Result<Vec<(&'static str, FirmwareBlock)>, Error> {
             FirmwareBlock::LowPass {
                 corner: 50.0,
                 rate: 1000.0,
+            },
+        ),
+        (
+            "linear_phase",
+            FirmwareBlock::LinearPhase {
+                taps: raised_cosine(),
+                corner: 20.0,
+                ripple: 0.1,
+                stop: 125.0,
+                stop_gain: 3e-3,
+                rate: 1000.0,
+            },
+        ),
+        (
+            "velocity_corner",
+            FirmwareBlock::VelocityCorner {
+                filter: corner.steady()?,
+                corner: 0.5,
+                sample_time,
             },
         ),
         (
@@ -99,4 +119,11 @@ pub fn filters() -> Result<Vec<(&'static str, FirmwareBlock)>, Error> {
             },
         ),
     ])
+}
+
+/// Seventeen samples of a raised cosine, whose sum is one.
+pub fn raised_cosine() -> Vec<f64> {
+    (1..18)
+        .map(|k| (1.0 - (std::f64::consts::TAU * f64::from(k) / 18.0).cos()) / 18.0)
+        .collect()
 }

@@ -9,7 +9,7 @@ mod chain;
 mod filters;
 
 pub use chain::{chain, chained};
-pub use filters::filters;
+pub use filters::{filters, raised_cosine};
 
 use proofmass_io::{CalibrationFile, CurvatureBlock, ThermalBlock, Unit};
 use proofmass_uncertainty::Estimate;

@@ -1,10 +1,13 @@
 //! A calibration with its rotation, a low-pass and a decimation as one step: the exported constants and the header against the desk.
 
 use proofmass_core::{
-    Butterworth, Compensation, Decimator, DecimatorState, SensorModel, TaitBryan,
+    Butterworth, Compensation, Decimator, DecimatorState, FirDecimator, FirDecimatorState,
+    SensorModel, TaitBryan,
 };
-use proofmass_example_c::{chain, chained};
-use proofmass_io::{ExportForm, ExportNumber, ExportOptions, export_chain};
+use proofmass_example_c::{chain, chained, raised_cosine};
+use proofmass_io::{
+    ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LowPassBehind, export_chain,
+};
 use std::process::Command;
 
 /// The exported text, as firmware has it.
@@ -33,12 +36,19 @@ fn options(number: ExportNumber) -> ExportOptions {
     options
 }
 
+fn butterworth() -> Butterworth<f64> {
+    match chain().low_pass {
+        FirmwareBlock::LowPass { corner, rate } => Butterworth::new(corner, rate).unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
+
 /// What the desk gives: the matrix with the rotation in it, then the low-pass and the decimation of `core`.
 fn desk() -> Vec<[f64; 3]> {
     let file = chained().unwrap();
     let model = file.compensation().unwrap();
     let model = *model.three_axes().unwrap();
-    let low_pass = Butterworth::<f64>::new(chain().corner, chain().rate).unwrap();
+    let low_pass = butterworth();
     let decimator = Decimator::<f64, 3>::new(low_pass, chain().factor).unwrap();
     let mut state = None;
     (0..SAMPLES)
@@ -55,7 +65,7 @@ fn bound(epsilon: f64) -> f64 {
     let file = chained().unwrap();
     let model = file.compensation().unwrap();
     let inverse = model.three_axes().unwrap().sensor().k_inverse().norm();
-    let low_pass = Butterworth::<f64>::new(chain().corner, chain().rate).unwrap();
+    let low_pass = butterworth();
     let radius = low_pass.denominator[1].sqrt();
     let largest = 60_000.0 * 2.0;
     let memory = std::f64::consts::SQRT_2 / (1.0 - radius);
@@ -179,6 +189,97 @@ fn crosscheck_the_header_against_the_desk() {
             "{real}: {worst} {}",
             bound(epsilon)
         );
+    }
+}
+
+/// With a low-pass of linear phase behind it: the header gives as many results as the desk, the first when the response is full, in double
+/// precision within the roundings of its sum.
+#[test]
+#[cfg_attr(not(c_compiler), ignore = "needs a C compiler called cc")]
+fn crosscheck_the_header_of_linear_phase_against_the_desk() {
+    let taps: [f64; 17] = raised_cosine().try_into().unwrap();
+    let behind = LowPassBehind {
+        low_pass: FirmwareBlock::LinearPhase {
+            taps: taps.to_vec(),
+            corner: 20.0,
+            ripple: 0.1,
+            stop: 125.0,
+            stop_gain: 3e-3,
+            rate: 1000.0,
+        },
+        factor: 5,
+    };
+    let file = chained().unwrap();
+    let model = *file.compensation().unwrap().three_axes().unwrap();
+    let filter = FirDecimator::<f64, 3, 17>::new(taps, 5).unwrap();
+    let mut state = FirDecimatorState::new();
+    let desk: Vec<[f64; 3]> = (0..SAMPLES)
+        .filter_map(|i| filter.step(&mut state, model.apply(output(i), 0.0)))
+        .collect();
+    assert_eq!(desk.len(), (SAMPLES as usize - 16).div_ceil(5));
+    let rust = export_chain(
+        &file,
+        &behind,
+        ExportForm::Rust,
+        &options(ExportNumber::Double),
+    )
+    .unwrap();
+    assert!(
+        rust.contains(
+            "FirDecimator<f64, 3, 17> = FirDecimator::constant(low_pass::CHAIN_LOW_PASS_TAPS, 5)"
+        ),
+        "{rust}"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let header = export_chain(
+        &file,
+        &behind,
+        ExportForm::C,
+        &options(ExportNumber::Double),
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("chain.h"), &header).unwrap();
+    let list: Vec<String> = (0..SAMPLES)
+        .map(|i| format!("{{{}}}", output(i).map(|v| format!("{v}")).join(",")))
+        .collect();
+    let main = format!(
+        "#include <stdio.h>\n#include \"chain.h\"\nstatic const double samples[][3] = {{{}}};\nint main(void)\n{{\n    \
+         chain_chain_state state;\n    double a[3];\n    int i;\n    \
+         if (chain_self_check() || chain_low_pass_self_check())\n        return 1;\n    chain_chain_init(&state);\n    \
+         for (i = 0; i < {SAMPLES}; i++)\n        if (chain_chain_step(&state, samples[i], a))\n            \
+         printf(\"%.17g %.17g %.17g\\n\", a[0], a[1], a[2]);\n    return 0;\n}}\n",
+        list.join(",")
+    );
+    std::fs::write(folder.path().join("main.c"), main).unwrap();
+    let program = folder.path().join("main");
+    let out = Command::new("cc")
+        .args([
+            "-std=c99",
+            "-O2",
+            "-Wall",
+            "-Wextra",
+            "-pedantic",
+            "-Werror",
+        ])
+        .arg(folder.path().join("main.c"))
+        .arg("-o")
+        .arg(&program)
+        .output()
+        .unwrap();
+    assert!(
+        out.status.success(),
+        "{}",
+        String::from_utf8_lossy(&out.stderr)
+    );
+    let out = Command::new(&program).output().unwrap();
+    assert!(out.status.success(), "the self-check fails");
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert_eq!(text.lines().count(), desk.len());
+    for (line, a) in text.lines().zip(&desk) {
+        for (got, a) in line.split(' ').zip(a) {
+            let off = (got.parse::<f64>().unwrap() - a).abs();
+            assert!(off <= bound(f64::EPSILON), "{off}");
+        }
     }
 }
 

@@ -10,11 +10,13 @@ use std::process::Command;
 mod exported {
     pub mod bias;
     pub mod encoder_map;
+    pub mod linear_phase;
     pub mod low_pass;
     pub mod mean;
     pub mod observer;
     pub mod two_channel;
     pub mod velocity;
+    pub mod velocity_corner;
     pub mod velocity_offset;
 }
 
@@ -30,11 +32,13 @@ fn law_the_constants_compute_what_the_desk_computes() {
     let checks = [
         ("bias", exported::bias::self_check as fn() -> Option<usize>),
         ("encoder_map", exported::encoder_map::self_check),
+        ("linear_phase", exported::linear_phase::self_check),
         ("low_pass", exported::low_pass::self_check),
         ("mean", exported::mean::self_check),
         ("observer", exported::observer::self_check),
         ("two_channel", exported::two_channel::self_check),
         ("velocity", exported::velocity::self_check),
+        ("velocity_corner", exported::velocity_corner::self_check),
         ("velocity_offset", exported::velocity_offset::self_check),
     ];
     for (name, check) in checks {

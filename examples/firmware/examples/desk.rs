@@ -1,6 +1,7 @@
-//! What the emulated chip must print, computed on the desk: bits of the velocity every hundred samples, and of the bias.
+//! What the emulated chip must print, computed on the desk: bits of the velocity every hundred samples, of the bias, and of the velocity
+//! beside an encoder.
 
-use proofmass_example_firmware::{Pipeline, SAMPLES, reading};
+use proofmass_example_firmware::{Aided, Pipeline, SAMPLES, reading};
 
 fn main() -> Result<(), proofmass_core::Error> {
     let mut pipeline = Pipeline::new()?;
@@ -12,5 +13,11 @@ fn main() -> Result<(), proofmass_core::Error> {
         }
     }
     println!("bias {:08x}", pipeline.bias().to_bits());
+    let mut aided = Aided::new()?;
+    for sample in 0..SAMPLES {
+        if let Some(velocity) = aided.step(sample).filter(|_| sample % 100 == 98) {
+            println!("aided {sample} {:08x}", velocity.to_bits());
+        }
+    }
     Ok(())
 }

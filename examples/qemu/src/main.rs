@@ -16,7 +16,7 @@ use cortex_m::peripheral::{Peripherals, SYST};
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use proofmass_core::{Compensation, FixedPoint, FixedRange};
-use proofmass_example_firmware::{Pipeline, SAMPLES, SENSOR, reading};
+use proofmass_example_firmware::{Aided, Pipeline, SAMPLES, SENSOR, reading};
 
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
@@ -54,6 +54,14 @@ fn main() -> ! {
         }
     }
     hprintln!("bias {:08x}", pipeline.bias().to_bits());
+    let Ok(mut aided) = Aided::new() else {
+        panic!();
+    };
+    for sample in 0..SAMPLES {
+        if let Some(velocity) = aided.step(sample).filter(|_| sample % 100 == 98) {
+            hprintln!("aided {} {:08x}", sample, velocity.to_bits());
+        }
+    }
 
     let Some(mut peripherals) = Peripherals::take() else {
         panic!();

@@ -1,8 +1,9 @@
-//! `proofmass test tilt | sensitivity | zero-g | orthogonality | linearity | centrifuge | stability`.
+//! `proofmass test tilt | sensitivity | zero-g | orthogonality | linearity | centrifuge | stability | mounting`.
 
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::gravity_arguments::GravityArguments;
+use crate::number_arguments::not_negative;
 use crate::{Failure, Outcome, clock};
 use proofmass::io::{ColumnRef, Source};
 use proofmass::jobs::static_test::{
@@ -11,7 +12,7 @@ use proofmass::jobs::static_test::{
 use proofmass::jobs::velocity::SensorAxis;
 use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
 use proofmass::statics::static_test::{
-    Centrifuge, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
+    Centrifuge, Linearity, Mounting, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
 };
 use std::path::{Path, PathBuf};
 
@@ -74,6 +75,76 @@ impl TiltTest {
         test.zero_uncertainty = self.zero_uncertainty.to_radians();
         test.full_scale = self.full_scale;
         self.readings.run(&self.angle, StaticTest::Tilt(test))
+    }
+}
+
+/// Roll, pitch and yaw of a sensor on a vehicle or machine, by a rest and straight accelerations.
+///
+/// Gravity at rest tells the vertical, accelerations on a straight line the direction of travel. `apply` and `export` take the result:
+/// `--rotate FOLDER/result.json`.
+#[derive(clap::Args)]
+pub(super) struct MountingTest {
+    /// Recording of three axes, compensated
+    recording: PathBuf,
+    /// Rest on level ground, in seconds
+    #[arg(long, value_name = "FROM,TO", value_parser = stretch, allow_hyphen_values = true)]
+    rest: [f64; 2],
+    /// Acceleration forward on a straight line, in seconds; may be given several times
+    #[arg(long, value_name = "FROM,TO", value_parser = stretch, allow_hyphen_values = true, required_unless_present = "braking")]
+    forward: Vec<[f64; 2]>,
+    /// Braking, or acceleration backward, on a straight line, in seconds; may be given several times
+    #[arg(long, value_name = "FROM,TO", value_parser = stretch, allow_hyphen_values = true)]
+    braking: Vec<[f64; 2]>,
+    /// Standard uncertainty of the level of the ground at rest, in degrees
+    #[arg(long, value_name = "DEG", value_parser = not_negative, default_value = "0")]
+    levelling: f64,
+    /// Standard uncertainty of the bias of each axis, m/s²
+    #[arg(long, value_name = "M/S2", value_parser = not_negative, default_value = "0")]
+    bias_uncertainty: f64,
+    /// Standard uncertainty of the direction of travel in the frame of the machine, in degrees
+    #[arg(long, value_name = "DEG", value_parser = not_negative, default_value = "0")]
+    straightness: f64,
+    #[command(flatten)]
+    reading: RecordingReading,
+    #[command(flatten)]
+    delivery: Delivery,
+}
+
+/// Two times, the first before the second.
+fn stretch(text: &str) -> Result<[f64; 2], String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .filter_map(|t| t.trim().parse().ok())
+        .collect();
+    match numbers[..] {
+        [from, to] if from < to && to.is_finite() => Ok([from, to]),
+        _ => Err(format!("{text:?} is no stretch in seconds such as 2,12")),
+    }
+}
+
+impl MountingTest {
+    pub(super) fn run(self) -> Result<Outcome, Failure> {
+        let paths: [&Path; 1] = [&self.recording];
+        let folder = self.delivery.begin(StaticTestOutcome::KIND, &paths)?;
+        let files = StaticTestFiles::motion(Source::open(&self.recording)?, &self.reading)?;
+        let mut test = Mounting::default();
+        test.rest = files.samples(self.rest)?;
+        for (stretches, of) in [
+            (&self.forward, &mut test.forward),
+            (&self.braking, &mut test.braking),
+        ] {
+            for stretch in stretches {
+                of.push(files.samples(*stretch)?);
+            }
+        }
+        test.levelling = self.levelling.to_radians();
+        test.bias = self.bias_uncertainty;
+        test.straightness = self.straightness.to_radians();
+        let job = StaticTestJob::new(StaticTest::Mounting(test));
+        let outcome = job.evaluate(&files.data(), &Progress::new())?;
+        let record = files.record(Some(clock::today()));
+        self.delivery
+            .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }
 

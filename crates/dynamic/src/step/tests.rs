@@ -155,3 +155,50 @@ fn coverage_of_steps_that_take_a_sample_to_rise() {
     // 95 % of 100: 87 at least (1e-3).
     assert!(inside.iter().all(|i| *i >= 87), "{inside:?} of {all}");
 }
+
+#[test]
+#[ignore = "scratch"]
+fn scratch_map() {
+    for noise in [1e-7, 1e-5, 1e-3] {
+        for damping in [0.05, 0.7, 1.0, 1.2, 1.5] {
+            for samples in [5.0, 10.0, 20.0] {
+                for after in [5.0, 20.0] {
+                    for seed in 0..4u64 {
+                        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                        let rate = 1000.0 * samples;
+                        let n = ((2.0 + after) * samples) as usize;
+                        let n = n.max(48);
+                        let at = (2.0 * samples + 0.13 + 0.25 * seed as f64) / rate;
+                        let record: Vec<f64> = (0..n)
+                            .map(|k| {
+                                let e: f64 = StandardNormal.sample(&mut rng);
+                                0.3 - 2.0
+                                    * (step_response(k as f64 / rate - at, 1000.0, damping)
+                                        + noise * e)
+                            })
+                            .collect();
+                        match StepFit::of(&record, rate, "V") {
+                            Ok(fit) => {
+                                let q = fit.estimate.get("frequency").unwrap();
+                                let d = (q.value - 1000.0) / q.expanded(0.95);
+                                if d.abs() > 2.0 {
+                                    println!(
+                                        "{noise} {damping} {samples} {after} {seed}: f {:.4} U {:.2e} off {d:.1} U",
+                                        q.value,
+                                        q.expanded(0.95)
+                                    );
+                                }
+                            }
+                            Err(e) => {
+                                let first = FirstOrderStep::of(&record, rate);
+                                println!(
+                                    "{noise} {damping} {samples} {after} {seed}: {e}; {first:?}"
+                                );
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -25,6 +25,21 @@ pub enum FirmwareBlock {
         /// Samples per second.
         rate: f64,
     },
+    /// Low-pass of linear phase.
+    LinearPhase {
+        /// Symmetric impulse response, of odd length.
+        taps: Vec<f64>,
+        /// End of the band that passes, Hz.
+        corner: f64,
+        /// Largest difference of the gain from one up to it.
+        ripple: f64,
+        /// From where on it stops, Hz.
+        stop: f64,
+        /// Largest gain there.
+        stop_gain: f64,
+        /// Samples per second.
+        rate: f64,
+    },
     /// Mean of the last samples.
     MovingAverage {
         /// How many.
@@ -52,6 +67,15 @@ pub enum FirmwareBlock {
     VelocityOffset {
         /// The filter.
         filter: SteadyKalman<f64, 3>,
+        /// Time between samples, s.
+        sample_time: f64,
+    },
+    /// The same of an accelerometer with a low corner: position, velocity, what it has shown of the velocity, its offset.
+    VelocityCorner {
+        /// The filter.
+        filter: SteadyKalman<f64, 4>,
+        /// Corner of first order, Hz.
+        corner: f64,
         /// Time between samples, s.
         sample_time: f64,
     },
@@ -93,7 +117,7 @@ impl FirmwareBlock {
     /// Name of the constant where none is asked for.
     fn default_name(&self) -> &'static str {
         match self {
-            Self::LowPass { .. } => "low_pass",
+            Self::LowPass { .. } | Self::LinearPhase { .. } => "low_pass",
             Self::MovingAverage { .. } => "moving_average",
             Self::Bias { .. } => "bias_filter",
             Self::EncoderMap { .. } => "encoder_map",
@@ -105,7 +129,10 @@ impl FirmwareBlock {
     fn takes_two(&self) -> bool {
         !matches!(
             self,
-            Self::LowPass { .. } | Self::MovingAverage { .. } | Self::EncoderMap { .. }
+            Self::LowPass { .. }
+                | Self::LinearPhase { .. }
+                | Self::MovingAverage { .. }
+                | Self::EncoderMap { .. }
         )
     }
 
@@ -118,6 +145,7 @@ impl FirmwareBlock {
             Self::LowPass { corner, rate } => {
                 Some(Butterworth::<f64>::new(*corner, *rate)?.group_delay() / rate)
             }
+            Self::LinearPhase { taps, rate, .. } => Some((taps.len() / 2) as f64 / rate),
             Self::MovingAverage { samples, rate } => Some(0.5 * (*samples as f64 - 1.0) / rate),
             _ => None,
         })
@@ -133,7 +161,9 @@ impl FirmwareBlock {
             .group_delay()
             .map_err(|e| unable(&e.to_string(), "see --help for what is possible"))?;
         let rate = match self {
-            Self::LowPass { rate, .. } | Self::MovingAverage { rate, .. } => Some(*rate),
+            Self::LowPass { rate, .. }
+            | Self::LinearPhase { rate, .. }
+            | Self::MovingAverage { rate, .. } => Some(*rate),
             _ => None,
         };
         if let (Some(delay), Some(rate)) = (delay, rate) {
@@ -153,6 +183,19 @@ impl FirmwareBlock {
                     "Butterworth low-pass of second order, -3.01 dB at {corner:?} Hz, {rate:?} Hz"
                 )
             }
+            Self::LinearPhase {
+                taps,
+                corner,
+                ripple,
+                stop,
+                stop_gain,
+                rate,
+            } => {
+                format!(
+                    "Low-pass of linear phase, {} samples: gain within {ripple:.2e} of one up to {corner:?} Hz, below {stop_gain:.2e} from {stop:.6} Hz on, {rate:?} Hz",
+                    taps.len()
+                )
+            }
             Self::MovingAverage { samples, rate } => {
                 format!("Mean of the last {samples} samples, {rate:?} Hz")
             }
@@ -166,6 +209,13 @@ impl FirmwareBlock {
             }
             Self::VelocityOffset { sample_time, .. } => format!(
                 "Velocity and offset of the accelerometer by a Kalman filter with its steady gain, sample time {sample_time:?} s, no delay"
+            ),
+            Self::VelocityCorner {
+                corner,
+                sample_time,
+                ..
+            } => format!(
+                "Velocity, with the low corner of the accelerometer at {corner:?} Hz as a state, by a Kalman filter with its steady gain, sample time {sample_time:?} s, no delay; states: position, velocity, what the accelerometer has shown of the velocity, its offset"
             ),
             Self::Observer {
                 k_x,

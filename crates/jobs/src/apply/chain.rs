@@ -2,6 +2,7 @@
 
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Matrix3, TaitBryan};
+use proofmass_static::static_test::MountedTurn;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -65,6 +66,19 @@ pub struct Rotation {
     /// Their standard uncertainties, rad; zeros where none are stated.
     #[serde(default)]
     pub uncertainty: [f64; 3],
+    /// Covariance of a small turn about x, y, z of the machine, rad²; in the place of the uncertainties where it was measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 3]; 3]>,
+}
+
+impl From<MountedTurn> for Rotation {
+    fn from(turn: MountedTurn) -> Self {
+        Self {
+            angles: turn.angles,
+            uncertainty: [0.0; 3],
+            covariance: Some(turn.covariance),
+        }
+    }
 }
 
 impl Rotation {
@@ -78,6 +92,9 @@ impl Rotation {
 
     /// Largest standard uncertainty of a component over the acceleration; 0 where none is stated.
     pub(super) fn largest_uncertainty(&self) -> f64 {
+        if let Some(c) = &self.covariance {
+            return largest_eigenvalue(c).max(0.0).sqrt();
+        }
         let turn = self.turn();
         turn.map_or(0.0, |turn| turn.largest_uncertainty(self.uncertainty))
     }
@@ -106,6 +123,21 @@ impl Rotation {
             None => Ok(turn),
         }
     }
+}
+
+/// Of a symmetric matrix that is positive semi-definite, by the cosine of its characteristic angle.
+fn largest_eigenvalue(c: &[[f64; 3]; 3]) -> f64 {
+    let mean = (c[0][0] + c[1][1] + c[2][2]) / 3.0;
+    let b: [[f64; 3]; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| c[i][j] - if i == j { mean } else { 0.0 }));
+    let square = b.iter().flatten().map(|v| v * v).sum::<f64>() / 6.0;
+    if !(square > 0.0) {
+        return mean;
+    }
+    let p = square.sqrt();
+    let m = Matrix3(b.map(|row| row.map(|v| v / p)));
+    let half = 0.5 * m.determinant();
+    mean + 2.0 * p * (half.clamp(-1.0, 1.0).acos() / 3.0).cos()
 }
 
 /// A low-pass for all axes.

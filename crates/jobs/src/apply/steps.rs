@@ -4,7 +4,8 @@ use super::chain::{Chain, LowPassForm};
 use crate::bias::TrackedBias;
 use crate::findings;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::{Butterworth, Decimator, DecimatorState, Matrix3};
+use proofmass_core::{Butterworth, Decimator, DecimatorState, Matrix3, weighted_sum};
+use proofmass_io::{FirmwareBlock, LowPassBehind};
 use proofmass_signal::LinearPhase;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding};
 use serde::Serialize;
@@ -97,6 +98,44 @@ impl Chain {
     }
 }
 
+impl Chain {
+    /// The low-pass and the decimation as they run on a chip, at this rate in Hz; `None` without a low-pass.
+    ///
+    /// # Errors
+    /// A low-pass that cannot be designed.
+    pub fn behind(&self, rate: f64) -> Result<Option<LowPassBehind>> {
+        let Some(low_pass) = self.low_pass else {
+            return Ok(None);
+        };
+        let corner = low_pass.corner;
+        // It refuses what the desk refuses.
+        let filter = Filter::new(self, rate, &mut ChainFigures::default())?;
+        let low_pass = match &filter.form {
+            Form::Butterworth(..) => FirmwareBlock::LowPass { corner, rate },
+            Form::Linear(fir, ..) => FirmwareBlock::LinearPhase {
+                taps: fir.taps().to_vec(),
+                corner,
+                ripple: fir.ripple(),
+                stop: self.stop(corner, rate),
+                stop_gain: fir.stop_gain(),
+                rate,
+            },
+        };
+        Ok(Some(LowPassBehind {
+            low_pass,
+            factor: self.decimation.unwrap_or(1),
+        }))
+    }
+
+    /// From where on a low-pass of linear phase stops, Hz: what folds to the corner lies as far from the new rate.
+    fn stop(&self, corner: f64, rate: f64) -> f64 {
+        match self.decimation.unwrap_or(1) {
+            1 => (2.0 * corner).min(0.5 * (corner + 0.5 * rate)),
+            m => rate / f64::from(m) - corner,
+        }
+    }
+}
+
 /// Steps with their state.
 pub(super) struct Steps<'a> {
     bias: Option<BiasStep<'a>>,
@@ -151,9 +190,12 @@ impl<'a> Steps<'a> {
             Some(rotation) => {
                 let [roll, pitch, yaw] = rotation.angles.map(f64::to_degrees);
                 let u = rotation.uncertainty.map(f64::to_degrees);
-                let told = match u == [0.0; 3] {
-                    true => String::new(),
-                    false => format!(", u {}°, {}°, {}°", short(u[0]), short(u[1]), short(u[2])),
+                let told = match (u == [0.0; 3], &rotation.covariance) {
+                    (_, Some(_)) => ", as measured".to_owned(),
+                    (true, None) => String::new(),
+                    (false, None) => {
+                        format!(", u {}°, {}°, {}°", short(u[0]), short(u[1]), short(u[2]))
+                    }
                 };
                 figures.steps.push(format!(
                     "turned to the frame of the machine: roll {}°, pitch {}°, yaw {}°{told} (z, y', x'')",
@@ -325,11 +367,7 @@ impl Filter {
                 (filter, delay)
             }
             LowPassForm::LinearPhase => {
-                // What folds to the corner lies as far from the new rate.
-                let stop = match factor {
-                    1 => (2.0 * corner).min(0.5 * (corner + 0.5 * rate)),
-                    m => rate / f64::from(m) - corner,
-                };
+                let stop = chain.stop(corner, rate);
                 let fir = LinearPhase::low_pass([corner, stop], rate, chain.attenuation)
                     .map_err(|e| refused(e).with_hint("the low-pass falls too steeply for its length: raise a corner that is far below the rate; lower one that is near the end of the band, or leave out fewer samples"))?;
                 let (late, length) = (fir.delay(), fir.taps().len());
@@ -418,7 +456,7 @@ impl Filter {
                         first = *next;
                         while first < kept.len() {
                             let over = &kept[first + 1 - taps.len()..=first];
-                            out.push(over.iter().zip(taps).map(|(v, h)| v * h).sum());
+                            out.push(weighted_sum(taps, [over, &[]]));
                             first += self.factor;
                         }
                         // What the next result needs.

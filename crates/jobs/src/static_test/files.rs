@@ -62,6 +62,8 @@ enum Held {
         unit: String,
     },
     Rest([Vec<f64>; 3]),
+    /// With its clock, s.
+    Motion([Vec<f64>; 3], Vec<f64>),
     Calibration(Box<CalibrationFile>),
     History(Vec<DatedEstimate>),
 }
@@ -173,6 +175,62 @@ impl StaticTestFiles {
         })
     }
 
+    /// A recording of three axes with its clock, in a unit of acceleration.
+    ///
+    /// # Errors
+    /// As [`Self::rest`]; a recording without a clock.
+    pub fn motion(source: Source, reading: &RecordingReading) -> Result<Self> {
+        let name = source.name().display().to_string();
+        let recording = Recording::from_source(source, &reading.options_alone()?)?;
+        let [x, y, z] = recording.columns.as_slice() else {
+            return Err(Trouble::data("three columns are needed").detail(name));
+        };
+        let (si, factor) = reading.common_unit(&recording)?.si();
+        if !si.is_acceleration() {
+            return Err(Trouble::data(format!(
+                "the outputs are in {si}, which is no acceleration"
+            ))
+            .detail(name)
+            .with_hint("apply a calibration first, or convert with the nominal sensitivity"));
+        }
+        let in_si = |c: &RecordedColumn| c.data.iter().map(|v| v * factor).collect();
+        let clock = (0..x.data.len())
+            .map(|k| recording.time.seconds(k))
+            .collect();
+        Ok(Self {
+            held: Held::Motion([x, y, z].map(in_si), clock),
+            findings: recording.findings().to_vec(),
+            name,
+            device: Device::default(),
+            inputs: vec![recording.input()],
+        })
+    }
+
+    /// The samples from one time on and before another, s, by the clock of a recording of [`Self::motion`].
+    ///
+    /// # Errors
+    /// A stretch outside of the recording.
+    pub fn samples(&self, [from, to]: [f64; 2]) -> Result<[usize; 2]> {
+        let none: &[f64] = &[];
+        let clock = match &self.held {
+            Held::Motion(_, clock) => clock.as_slice(),
+            _ => none,
+        };
+        let at = |t: f64| clock.partition_point(|c| *c < t);
+        let (first, past) = (at(from), at(to));
+        if past > first && from < to {
+            return Ok([first, past]);
+        }
+        let span = match (clock.first(), clock.last()) {
+            (Some(first), Some(last)) => format!("{first:.3} s to {last:.3} s"),
+            _ => "nothing".to_owned(),
+        };
+        Err(Trouble::data(format!(
+            "no sample lies from {from} s on and before {to} s; the recording has {span}"
+        ))
+        .detail(self.name.clone()))
+    }
+
     /// A calibration.json of a triaxial sensor.
     ///
     /// # Errors
@@ -227,7 +285,9 @@ impl StaticTestFiles {
                 uncertainty: uncertainty.as_deref(),
                 unit,
             },
-            Held::Rest([x, y, z]) => StaticTestInput::Recording([x, y, z]),
+            Held::Rest([x, y, z]) | Held::Motion([x, y, z], _) => {
+                StaticTestInput::Recording([x, y, z])
+            }
             Held::Calibration(file) => StaticTestInput::Calibration(file),
             Held::History(history) => StaticTestInput::History(history),
         };

@@ -8,7 +8,8 @@ use proofmass_report::{
     Axis, BarPlot, Cell, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot,
 };
 use proofmass_static::static_test::{
-    Departure, Drift, Harmonic, MONTH, PolynomialOrder, ReadingResidual, StabilityFit, StaticFit,
+    Departure, Drift, Harmonic, MONTH, MountedTurn, PolynomialOrder, ReadingResidual, StabilityFit,
+    StaticFit,
 };
 use proofmass_uncertainty::Quantity;
 
@@ -16,6 +17,7 @@ pub(super) fn add(page: Report, outcome: &StaticTestOutcome) -> Report {
     match &outcome.found {
         StaticTestFit::Test(fit) => test(page, fit, outcome),
         StaticTestFit::History(fit) => history(page, fit, outcome.probability),
+        StaticTestFit::Mounting(fit, turn) => mounting(page, fit, turn, outcome),
     }
 }
 
@@ -94,6 +96,20 @@ fn test(mut page: Report, fit: &StaticFit, outcome: &StaticTestOutcome) -> Repor
     }
     page.section(budget(fit))
         .section(Section::filed([readings(fit)]))
+}
+
+/// Angles in degrees first, as they are typed.
+fn mounting(
+    page: Report,
+    fit: &StaticFit,
+    turn: &MountedTurn,
+    outcome: &StaticTestOutcome,
+) -> Report {
+    let [roll, pitch, yaw] = turn.angles.map(|a| format!("{:.3}", a.to_degrees()));
+    let page = page.verdict(format!(
+        "The sensor sits at roll {roll}°, pitch {pitch}°, yaw {yaw}°. `apply` and `export` take the result: --rotate FOLDER/result.json."
+    ));
+    test(page, fit, outcome)
 }
 
 /// Whether the residuals that the figure shows are more than scatter.

@@ -8,7 +8,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_io::StatedQuantity;
-use proofmass_motion::{DriftBudget, DriftSources};
+use proofmass_motion::{AidedDrift, DriftBudget, DriftSources, EncoderAiding};
 use proofmass_report::Report;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -36,6 +36,9 @@ pub struct VelocityDriftJob {
     /// The same with every coefficient of the noise at the upper end of its interval, where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub upper: Option<DriftSources>,
+    /// An encoder beside the accelerometer: the drift is stated also with its aiding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoder: Option<EncoderAiding>,
     /// Times after the start, s.
     pub times: Vec<f64>,
     /// What was taken from which result.
@@ -86,11 +89,15 @@ impl Job for VelocityDriftJob {
                 "name an offset, an inclination, a gain or noise, or the uncertainty of one, such as --offset-uncertainty 0.01",
             ));
         }
-        let budgets: Vec<DriftAfter> = self.times.iter().map(|t| self.after(*t)).collect();
+        let budgets = self.after_all(&self.times)?;
         if budgets
             .iter()
             .flat_map(DriftAfter::all)
             .any(|b| !(b.known().is_finite() && b.combined.is_finite()))
+            || budgets
+                .iter()
+                .filter_map(|b| b.beside_encoder)
+                .any(|b| !b.combined.iter().all(|u| u.is_finite()))
         {
             return Err(Trouble::request("the drift is beyond every number")
                 .with_hint("check the sizes and units of what is stated"));
@@ -101,6 +108,20 @@ impl Job for VelocityDriftJob {
 }
 
 impl VelocityDriftJob {
+    /// After every one of some times, in whatever order.
+    pub(super) fn after_all(&self, times: &[f64]) -> Result<Vec<DriftAfter>> {
+        let mut budgets: Vec<DriftAfter> = times.iter().map(|t| self.after(*t)).collect();
+        if let Some(encoder) = &self.encoder {
+            let mut order: Vec<usize> = (0..times.len()).collect();
+            order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
+            let sorted: Vec<f64> = order.iter().map(|i| times[*i]).collect();
+            for (i, aided) in order.iter().zip(encoder.beside(&self.sources, &sorted)?) {
+                budgets[*i].beside_encoder = Some(aided);
+            }
+        }
+        Ok(budgets)
+    }
+
     /// Without a rest and, where there is one, with it.
     pub(super) fn after(&self, time: f64) -> DriftAfter {
         let unaided = |sources: &DriftSources| DriftSources {
@@ -114,6 +135,7 @@ impl VelocityDriftJob {
             aided: rested.then(|| of(&self.sources)),
             upper: self.upper.as_ref().map(|u| of(&unaided(u))),
             aided_upper: self.upper.as_ref().filter(|_| rested).map(of),
+            beside_encoder: None,
         }
     }
 }
@@ -130,6 +152,8 @@ pub struct DriftAfter {
     pub upper: Option<[DriftBudget; 2]>,
     /// The second so.
     pub aided_upper: Option<[DriftBudget; 2]>,
+    /// With an encoder beside the accelerometer.
+    pub beside_encoder: Option<AidedDrift>,
 }
 
 impl DriftAfter {
@@ -200,6 +224,15 @@ impl Outcome for VelocityDrift {
             if let Some([v, p]) = &after.aided {
                 list.extend([one("drift_aided", "m/s", v), one("place_aided", "m", p)]);
             }
+            if let Some(aided) = &after.beside_encoder {
+                for (what, unit, u) in [
+                    ("drift_beside_encoder", "m/s", aided.combined[0]),
+                    ("place_beside_encoder", "m", aided.combined[1]),
+                ] {
+                    let name = format!("{what}.{}s", aided.time);
+                    list.push(StatedQuantity::new(&quantity(&name, unit, 0.0, u), 0.95));
+                }
+            }
             list
         });
         all.collect()
@@ -213,6 +246,7 @@ impl Outcome for VelocityDrift {
         Ok(vec![
             section("sources", &self.request.sources)?,
             section("taken", &self.request.taken)?,
+            section("encoder", &self.request.encoder)?,
         ])
     }
 

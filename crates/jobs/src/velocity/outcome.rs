@@ -1,7 +1,7 @@
 //! What the three questions to an axis found.
 
 use super::{AxisData, page};
-use crate::firmware::{Firmware, GainsOf, of_method};
+use crate::firmware::{Firmware, GainsOf, of_method, with_low_corner};
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
@@ -436,14 +436,32 @@ impl TunedGains {
         };
         let tuned = self;
         let mut notes = Vec::new();
-        if let Some(corner) = tuned.low_corner {
+        // Of the steady Kalman filter a corner of first order is a state.
+        let own = match (gains, method, tuned.low_corner) {
+            (
+                GainsOf::Kalman,
+                Method::Kalman { model } | Method::SteadyKalman { model },
+                Some(LowCorner {
+                    frequency,
+                    order: 1,
+                    ..
+                }),
+            ) => Some(with_low_corner(
+                model,
+                self.source,
+                frequency,
+                self.sample_time,
+            )?),
+            _ => None,
+        };
+        if let Some(corner) = tuned.low_corner.filter(|_| own.is_none()) {
             let times = if corner.order == 1 { "" } else { ", twice" };
             notes.push(format!(
                 "The gains are for an acceleration whose slow part was given back: a = y + {:e} 1/s times the integral of y{times}; do that before.",
                 std::f64::consts::TAU * corner.frequency
             ));
         }
-        if let Some(offset) = tuned.offset {
+        if let Some(offset) = tuned.offset.filter(|_| own.is_none()) {
             notes.push(format!(
                 "Offset of the accelerometer at the start: {:e}(+-{:e}); subtract it before, unless the filter has it as a state.",
                 offset.value, offset.uncertainty
@@ -467,7 +485,10 @@ impl TunedGains {
             ));
         }
         Ok(Firmware {
-            block: of_method(method, self.source, self.sample_time)?,
+            block: match own {
+                Some(block) => block,
+                None => of_method(method, self.source, self.sample_time)?,
+            },
             notes,
         })
     }

@@ -4,12 +4,14 @@ mod compare;
 mod drift;
 mod estimate;
 mod figures;
+mod integrator;
 mod map;
 mod tune;
 
 pub(super) use compare::compare;
 pub(super) use drift::drift;
 pub(super) use estimate::estimate;
+pub(super) use integrator::integrator;
 pub(super) use map::map;
 pub(super) use tune::tune;
 

@@ -9,8 +9,8 @@ use proofmass_core::encoder::Decoding;
 use proofmass_io::{ColumnRef, RecordedColumn, Recording, Unit};
 pub(super) use proofmass_motion::Samples;
 use proofmass_motion::{
-    AbsoluteCode, ReadingSource, absolute, continued, counter_words, interval, mean_of, rollover,
-    turns_anew,
+    AbsoluteCode, ReadingSource, absolute, continued, counter_words, indexed, interval, levels,
+    mean_of, rollover, turns_anew,
 };
 use proofmass_odometry::{Wheels, dead_wheels};
 use proofmass_uncertainty::Finding;
@@ -104,6 +104,12 @@ pub struct Reading {
     /// Edges counted per line of the logic levels: 1, 2 or 4
     #[cfg_attr(feature = "clap", arg(long, value_name = "EDGES", default_value = "4"))]
     pub decoding: Decoding,
+    /// Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at every turn
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "COLUMN", requires_all = ["position", "counts_per_turn"])
+    )]
+    pub index: Option<String>,
     /// Each row is an edge of the encoder with its time stamp, not a sample
     #[cfg_attr(feature = "clap", arg(long))]
     pub edges: bool,
@@ -153,7 +159,13 @@ impl Reading {
             )));
         }
         let excitation = self.excitation.iter().filter(|_| self.resolver.is_some());
-        let all = names.iter().chain(excitation);
+        if self.index.is_some() && (self.position.is_none() || names.len() != 1) {
+            return Err(Trouble::request(
+                "an index belongs to the counts of one encoder",
+            )
+            .with_hint("name one column: --position COUNT --index COLUMN; logic levels have theirs as --quadrature A,B,Z"));
+        }
+        let all = names.iter().chain(excitation).chain(&self.index);
         Ok(all.map(|n| ColumnRef::from_word(n)).collect())
     }
 
@@ -235,6 +247,18 @@ impl Reading {
         }
     }
 
+    /// Counts of a turn, which are whole where an index comes at one of them.
+    pub(super) fn whole_turn(&self) -> Result<i64, Trouble> {
+        let turn = self.counts_per_turn.unwrap_or_default();
+        match turn.fract() == 0.0 && (8.0..=1e9).contains(&turn) {
+            true => Ok(turn as i64),
+            false => Err(Trouble::request(format!(
+                "--counts-per-turn {turn} is no whole number from 8 on, and an index comes once a turn"
+            ))
+            .with_hint("give the counts of a turn after decoding: four times the lines with fourfold decoding")),
+        }
+    }
+
     /// Whether the readings turn: counts of a turn, angles, a resolver.
     pub(super) fn turns(&self, recording: &Recording) -> Result<bool, Trouble> {
         if self.resolver.is_some() {
@@ -289,7 +313,8 @@ impl Reading {
         clock: &[f64],
         findings: &mut Vec<Finding>,
     ) -> Result<Samples, Trouble> {
-        let n = self.columns()?.len();
+        let all = self.columns()?.len();
+        let n = all - usize::from(self.index.is_some());
         let columns = &recording.columns[..n];
         let missing: Vec<&[usize]> = (0..n).map(|i| recording.missing(i)).collect();
         if self.is_level() {
@@ -299,9 +324,22 @@ impl Reading {
             return self.resolved(recording, columns, clock, &missing, findings);
         }
         let each = columns.iter().enumerate();
-        let values: Vec<Vec<f64>> = each
+        let mut values: Vec<Vec<f64>> = each
             .map(|(i, column)| self.length(recording, column, i, findings))
             .collect::<Result<_, _>>()?;
+        if self.index.is_some() {
+            let pulse = levels(&recording.columns[n].data);
+            let step = self.count_length()?;
+            let count: Vec<i64> = values[0]
+                .iter()
+                .map(|v| (v / step).round() as i64)
+                .collect();
+            let place = |e: Error| Trouble::from(e).detail(recording.path.display().to_string());
+            let found = indexed(&count, &pulse, self.whole_turn()?, &[], &|k| clock[k]);
+            let found = found.map_err(place)?;
+            findings.extend(found.findings);
+            values[0] = found.count.iter().map(|c| step * *c as f64).collect();
+        }
         let (dead, finding) = match n {
             1 => (Vec::new(), None),
             _ => {

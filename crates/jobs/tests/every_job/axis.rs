@@ -3,11 +3,13 @@
 use crate::agreement::{check, figure};
 use crate::ask;
 use proofmass_jobs::velocity::{
-    AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityMapJob,
-    VelocityTuneJob,
+    AxisData, VelocityCompareJob, VelocityDriftJob, VelocityEstimateJob, VelocityIntegratorJob,
+    VelocityMapJob, VelocityTuneJob,
 };
 use proofmass_jobs::{AnyData, AnyJob, StoredResult};
-use proofmass_motion::{DriftSources, Method, MotionRecord, ReadingSource};
+use proofmass_motion::{
+    DriftSources, EncoderAiding, IntegratorTask, Method, MotionRecord, ReadingSource,
+};
 use proofmass_rig::{AxisMotion, DrivenAxis};
 
 fn walk(kind: &str, job: impl Into<AnyJob>) -> StoredResult {
@@ -71,7 +73,28 @@ pub fn velocity_drift(kind: &str) {
         walk: 2e-5,
         ..sources
     });
+    job.encoder = Some(EncoderAiding {
+        increment: 1e-3,
+        rate: 500.0,
+        scale_uncertainty: 1e-3,
+        walk: 1e-3,
+    });
+    job.sources.speed = 1.0;
     check(kind, &|watch| ask(job.clone(), &AnyData::None, watch));
+}
+
+pub fn velocity_integrator(kind: &str) {
+    let task = IntegratorTask {
+        band: [2.0, 40.0],
+        rate: 200.0,
+        bias: 0.02,
+        noise: 0.05,
+        speed: 0.5,
+        duration: 60.0,
+    };
+    let mut job = VelocityIntegratorJob::new(task);
+    job.allowed = Some(0.01);
+    check(kind, &|watch| ask(job, &AnyData::None, watch));
 }
 
 pub fn velocity_tune(kind: &str) {

@@ -288,6 +288,7 @@ pub fn apply(kind: &str) {
     let rotation = Rotation {
         angles: [0.1, -0.2, 0.3],
         uncertainty: [0.01; 3],
+        covariance: None,
     };
     for (calibration, method, rotation, text) in [
         (

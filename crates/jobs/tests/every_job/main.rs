@@ -64,6 +64,7 @@ walk! {
     velocity_compare: "velocity-compare" => "velocity-comparison" in axis;
     velocity_map: "velocity-map" => "velocity-map" in axis;
     velocity_drift: "velocity-drift" => "velocity-drift" in axis;
+    velocity_integrator: "velocity-integrator" => "velocity-integrator" in axis;
     velocity_tune: "velocity-tune" => "velocity-tuning" in axis;
     static_test: "static-test" => "static-test" in static_tests;
     shock: "shock" => "shock" in dynamic;

@@ -8,7 +8,8 @@ use proofmass_io::AnyCalibration;
 use proofmass_jobs::AnyData;
 use proofmass_jobs::static_test::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
 use proofmass_static::static_test::{
-    Centrifuge, DatedEstimate, Linearity, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
+    Centrifuge, DatedEstimate, Linearity, Mounting, Orthogonality, Sensitivity, Stability, Tilt,
+    ZeroG,
 };
 
 /// One axis with a bias of 0.2 V and 0.1 V/(m/s²).
@@ -36,6 +37,30 @@ pub fn static_test(kind: &str) {
             .collect()
     };
     let rest = [axis(0.02, 7.1), axis(-0.01, 3.3), axis(g + 0.03, 5.7)];
+    // A vehicle that stands, accelerates and brakes.
+    let travel = |k: usize| match k {
+        200..300 => 2.0,
+        400..500 => -2.5,
+        _ => 0.0,
+    };
+    let moved = [0.1, 0.02, 0.0].map(|share| {
+        (0..500)
+            .map(|k| share * travel(k) + 1e-2 * (7.1 * k as f64 + share).sin())
+            .collect::<Vec<f64>>()
+    });
+    let drive: [Vec<f64>; 3] = [
+        moved[0]
+            .iter()
+            .enumerate()
+            .map(|(k, v)| v + travel(k) + 0.3)
+            .collect(),
+        moved[1].iter().map(|v| v - 0.5).collect(),
+        moved[2].iter().map(|v| v + g).collect(),
+    ];
+    let mut mounting = Mounting::default();
+    mounting.rest = [0, 200];
+    mounting.forward = vec![[200, 300]];
+    mounting.braking = vec![[400, 500]];
     let AnyCalibration::Constant(file) = &hand_held().1 else {
         panic!("a triaxial calibration");
     };
@@ -65,6 +90,10 @@ pub fn static_test(kind: &str) {
         (
             StaticTest::ZeroG(ZeroG::new(gravity)),
             StaticTestInput::Recording(rest.each_ref().map(Vec::as_slice)),
+        ),
+        (
+            StaticTest::Mounting(mounting),
+            StaticTestInput::Recording(drive.each_ref().map(Vec::as_slice)),
         ),
         (
             StaticTest::Orthogonality(Orthogonality::default()),

@@ -1,7 +1,7 @@
 //! Methods with their settings as short texts, for legends and tables.
 
 use super::Method;
-use crate::{BiasModel, KalmanModel};
+use crate::{BiasModel, IntegratorRule, KalmanModel};
 
 impl Method {
     /// Short text with the settings.
@@ -45,11 +45,16 @@ impl Method {
                 }
             }
             Self::HighPass {
+                rule,
                 order,
                 corner,
                 zero_phase,
             } => format!(
-                "integration, high-pass of order {order} at {} Hz{}",
+                "integration{}, high-pass of order {order} at {} Hz{}",
+                match rule {
+                    IntegratorRule::Trapezoid => String::new(),
+                    rule => format!(", {}", rule.label()),
+                },
                 digits(*corner),
                 if *zero_phase { ", zero-phase" } else { "" }
             ),

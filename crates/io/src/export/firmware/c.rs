@@ -66,6 +66,7 @@ pub(super) fn text(
         FirmwareBlock::LowPass { corner, rate } => {
             low_pass(&mut c, &style, &Butterworth::<f64>::new(*corner, *rate)?)
         }
+        FirmwareBlock::LinearPhase { taps, .. } => linear_phase(&mut c, &style, taps),
         FirmwareBlock::MovingAverage { samples, .. } => moving_average(&mut c, &style, *samples),
         FirmwareBlock::Bias {
             coefficients,
@@ -74,6 +75,7 @@ pub(super) fn text(
         } => bias(&mut c, &style, coefficients, state),
         FirmwareBlock::Velocity { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::VelocityOffset { filter, .. } => kalman(&mut c, &style, filter),
+        FirmwareBlock::VelocityCorner { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::Observer {
             k_x,
             k_v,
@@ -123,6 +125,43 @@ fn low_pass(c: &mut String, s: &Style<'_>, design: &Butterworth<f64>) -> Step {
          + {name}_b[2] * (state->input[1] - at) - {name}_a[1] * (state->output[1] - at) + at;\n    \
          state->input[1] = state->input[0];\n    state->input[0] = input;\n    \
          state->output[1] = state->output[0];\n    state->output[0] = y;\n    return y;\n}}\n"
+    );
+    Step {
+        begin: format!(
+            "{name}_state state;\n    {name}_init(&state, {});",
+            s.n(0.0)
+        ),
+        result: format!("{name}_step(&state, first[step])"),
+    }
+}
+
+fn linear_phase(c: &mut String, s: &Style<'_>, taps: &[f64]) -> Step {
+    let (name, real, k) = (s.name, s.real, taps.len());
+    let rows: Vec<String> = taps
+        .chunks(8)
+        .map(|row| row.iter().map(|h| s.n(*h)).collect::<Vec<_>>().join(", "))
+        .collect();
+    let rows = format!("{{\n    {}\n}}", rows.join(",\n    "));
+    *c += "/* Of the oldest sample first. */\n";
+    *c += &s.constant("taps", &format!("[{k}]"), &rows);
+    let _ = writeln!(
+        c,
+        "\ntypedef struct {{\n    {real} samples[{k}];\n    int next;\n}} {name}_state;\n\n\
+         /* As after a long time at one value. */\n\
+         static inline void {name}_init({name}_state *state, {real} value)\n{{\n    \
+         int i;\n    for (i = 0; i < {k}; i++)\n        state->samples[i] = value;\n    state->next = 0;\n}}\n\n\
+         static inline void {name}_push({name}_state *state, {real} input)\n{{\n    \
+         state->samples[state->next] = input;\n    \
+         state->next = state->next + 1 == {k} ? 0 : state->next + 1;\n}}\n\n\
+         /* Of the last {k} samples, summed from the oldest on. */\n\
+         static inline {real} {name}_result(const {name}_state *state)\n{{\n    \
+         {real} sum = {zero};\n    int i, k = 0;\n    \
+         for (i = state->next; i < {k}; i++)\n        sum += {name}_taps[k++] * state->samples[i];\n    \
+         for (i = 0; i < state->next; i++)\n        sum += {name}_taps[k++] * state->samples[i];\n    \
+         return sum;\n}}\n\n\
+         static inline {real} {name}_step({name}_state *state, {real} input)\n{{\n    \
+         {name}_push(state, input);\n    return {name}_result(state);\n}}\n",
+        zero = s.n(0.0)
     );
     Step {
         begin: format!(

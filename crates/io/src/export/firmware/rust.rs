@@ -42,6 +42,17 @@ pub(super) fn text(
                 format!("{name}.step(&mut state, first)"),
             )
         }
+        FirmwareBlock::LinearPhase { taps, .. } => (
+            "FirDecimator, FirDecimatorState".to_owned(),
+            format!(
+                "pub const {name}_TAPS: [{real}; {k}] = {};\n\n\
+                 pub const {name}: FirDecimator<{real}, 1, {k}> = FirDecimator::constant({name}_TAPS, 1);",
+                row(taps),
+                k = taps.len()
+            ),
+            "FirDecimatorState::at([0.0])".to_owned(),
+            format!("{name}.step(&mut state, [first]).map_or(0.0, |[v]| v)"),
+        ),
         FirmwareBlock::MovingAverage { samples, .. } => (
             "MovingAverage".to_owned(),
             format!(
@@ -88,6 +99,7 @@ pub(super) fn text(
         }
         FirmwareBlock::Velocity { filter, .. } => kalman(filter, &name, real, &row, &n),
         FirmwareBlock::VelocityOffset { filter, .. } => kalman(filter, &name, real, &row, &n),
+        FirmwareBlock::VelocityCorner { filter, .. } => kalman(filter, &name, real, &row, &n),
         FirmwareBlock::Observer {
             k_x,
             k_v,

@@ -5,7 +5,9 @@ use proofmass_core::encoder::ErrorLine;
 use proofmass_core::velocity::{
     KalmanState, Observer, ObserverState, SteadyKalman, TwoChannel, TwoChannelState,
 };
-use proofmass_core::{BiasFilter, BiasState, Butterworth, Error, Float, LowPassState, check};
+use proofmass_core::{
+    BiasFilter, BiasState, Butterworth, Error, Float, LowPassState, check, weighted_sum,
+};
 use serde::Serialize;
 use serde_json::json;
 
@@ -55,6 +57,18 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
                 .map(|v| filter.step(&mut state, t(*v)))
                 .collect()
         }
+        FirmwareBlock::LinearPhase { taps, rate, .. } => {
+            check::positive("sampling rate, Hz", *rate)?;
+            let taps: Vec<T> = taps.iter().map(|h| t(*h)).collect();
+            let mut past = vec![T::ZERO; taps.len()];
+            first
+                .iter()
+                .map(|v| {
+                    past.push(t(*v));
+                    weighted_sum(&taps, [&past[past.len() - taps.len()..], &[]])
+                })
+                .collect()
+        }
         FirmwareBlock::MovingAverage { samples, rate } => {
             check_average(*samples, *rate)?;
             let mut past: Vec<T> = Vec::new();
@@ -102,6 +116,11 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
         FirmwareBlock::VelocityOffset {
             filter,
             sample_time,
+        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        FirmwareBlock::VelocityCorner {
+            filter,
+            sample_time,
+            ..
         } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
         FirmwareBlock::Observer {
             k_x,
@@ -252,6 +271,17 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
                 "numerator": design.numerator, "denominator": [1.0, design.denominator[0], design.denominator[1]],
             })
         }
+        FirmwareBlock::LinearPhase {
+            taps,
+            corner,
+            ripple,
+            stop,
+            stop_gain,
+            rate,
+        } => json!({
+            "kind": "linear-phase", "corner_Hz": corner, "ripple": ripple, "stop_Hz": stop, "stop_gain": stop_gain, "rate_Hz": rate,
+            "taps": taps,
+        }),
         FirmwareBlock::Velocity {
             filter: f,
             sample_time,
@@ -260,6 +290,15 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
             filter: f,
             sample_time,
         } => filter("velocity-offset", f, *sample_time),
+        FirmwareBlock::VelocityCorner {
+            filter: f,
+            corner,
+            sample_time,
+        } => {
+            let mut value = filter("velocity-corner", f, *sample_time);
+            value["corner_Hz"] = json!(corner);
+            value
+        }
         FirmwareBlock::MovingAverage { samples, rate } => {
             json!({"kind": "moving-average", "samples": samples, "rate_Hz": rate})
         }

@@ -3,7 +3,7 @@
 use crate::page::columns::{filed, number, words};
 use crate::velocity::drift::DriftAfter;
 use crate::velocity::{TakenFrom, VelocityDrift};
-use proofmass_motion::DriftBudget;
+use proofmass_motion::{AidedDrift, DriftBudget};
 use proofmass_report::plot::{Axis, Series, XyPlot};
 use proofmass_report::{Report, Rounding::Significant, Section, Table, scientific};
 
@@ -39,6 +39,9 @@ pub(in crate::velocity) fn drift(page: Report, outcome: &VelocityDrift) -> Repor
         .table(places(budgets));
     if outcome.request.sources.rest > 0.0 {
         result = result.table(aided(budgets));
+    }
+    if outcome.request.encoder.is_some() {
+        result = result.table(beside_encoder(budgets));
     }
     let mut page =
         page.section(result.summarised())
@@ -78,8 +81,15 @@ fn verdict(outcome: &VelocityDrift, last: &DriftAfter) -> String {
             said(aided)
         )
     });
+    let encoder = last.beside_encoder.as_ref().map_or(String::new(), |e| {
+        format!(
+            " With the encoder: U = {} m/s, the place with U = {} m.",
+            scientific(K95 * e.combined[0], 2),
+            scientific(K95 * e.combined[1], 2)
+        )
+    });
     format!(
-        "After {time} s the velocity from the accelerometer alone is off by {} (k = 1.96, 95 %).{aided}",
+        "After {time} s the velocity from the accelerometer alone is off by {} (k = 1.96, 95 %).{aided}{encoder}",
         said(&last.alone)
     )
 }
@@ -130,6 +140,12 @@ fn causes(budgets: &[DriftAfter]) -> Table {
         }),
         filed("u_place_aided_m", |b: &DriftAfter| {
             b.aided.map(|a| a[1].combined)
+        }),
+        filed("u_drift_beside_encoder_m/s", |b: &DriftAfter| {
+            b.beside_encoder.map(|e| e.combined[0])
+        }),
+        filed("u_place_beside_encoder_m", |b: &DriftAfter| {
+            b.beside_encoder.map(|e| e.combined[1])
         }),
     ]);
     let caption = "Velocity from the accelerometer alone, in excess of the true one";
@@ -184,6 +200,31 @@ fn aided(budgets: &[DriftAfter]) -> Table {
     )
 }
 
+/// Velocity and place with the encoder's aiding, by cause.
+fn beside_encoder(budgets: &[DriftAfter]) -> Table {
+    let of = |heading: &'static str, unit: &'static str, part: fn(&AidedDrift) -> f64| {
+        number(
+            "",
+            (heading, unit),
+            Significant(3),
+            move |b: &DriftAfter| b.beside_encoder.as_ref().map(part),
+        )
+    };
+    let fields = vec![
+        number("", ("after", "s"), Significant(3), |b: &DriftAfter| {
+            b.alone[0].time
+        }),
+        of("both sensors", "m/s", |e| e.filter[0]),
+        of("length of a count", "m/s", |e| e.scale[0]),
+        of("U, 95 %", "m/s", |e| K95 * e.combined[0]),
+        of("both sensors", "m", |e| e.filter[1]),
+        of("length of a count", "m", |e| e.scale[1]),
+        of("counts added up", "m", |e| e.walk),
+        of("U, 95 %", "m", |e| K95 * e.combined[1]),
+    ];
+    Table::of("With an encoder beside the accelerometer", fields, budgets)
+}
+
 fn taken(taken: &[TakenFrom]) -> Table {
     let fields = vec![
         words("quantity", |t: &TakenFrom| t.quantity.clone()),
@@ -198,7 +239,8 @@ fn plot(outcome: &VelocityDrift) -> XyPlot {
     let last = outcome.budgets().iter();
     let last = last.fold(0.0f64, |m, b| m.max(b.alone[0].time));
     let time: Vec<f64> = (1..=200).map(|k| last * f64::from(k) / 200.0).collect();
-    let curve: Vec<DriftAfter> = time.iter().map(|t| outcome.request.after(*t)).collect();
+    // The request was answered: it is answered for other times.
+    let curve = outcome.request.after_all(&time).unwrap_or_default();
     let line = |name: &str, which: usize, pick: fn(&DriftAfter) -> Option<&[DriftBudget; 2]>| {
         let budgets: Option<Vec<&DriftBudget>> =
             curve.iter().map(|b| Some(&pick(b)?[which])).collect();
@@ -212,7 +254,11 @@ fn plot(outcome: &VelocityDrift) -> XyPlot {
         Axis::linear("drift", "m/s"),
     );
     let rested = outcome.request.sources.rest > 0.0;
-    let name = if rested { "without the rest" } else { "" };
+    let name = match (rested, outcome.request.encoder.is_some()) {
+        (true, _) => "without the rest",
+        (false, true) => "accelerometer alone",
+        (false, false) => "",
+    };
     for which in 0..2 {
         if which == 1 {
             plot = plot.below(Axis::linear("place", "m"));
@@ -225,6 +271,14 @@ fn plot(outcome: &VelocityDrift) -> XyPlot {
         .flatten()
         {
             plot = plot.series(series);
+        }
+        let aided: Option<Vec<f64>> = curve
+            .iter()
+            .map(|b| b.beside_encoder.map(|e| K95 * e.combined[which]))
+            .collect();
+        if let Some(half) = aided.filter(|h| h.len() == time.len()) {
+            let zero = vec![0.0; time.len()];
+            plot = plot.series(Series::line("with the encoder", &time, &zero).within(&half));
         }
         plot = plot.horizontal(0.0, "");
     }

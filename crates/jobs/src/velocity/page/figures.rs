@@ -89,6 +89,14 @@ pub(super) fn bode(methods: &[(String, Method)], sample_time: f64) -> Option<XyP
     Some(plot)
 }
 
+/// The rules that are drawn: of the family of Newton and Cotes the two that everybody knows.
+const RULES: [IntegratorRule; 4] = [
+    IntegratorRule::Trapezoid,
+    IntegratorRule::Simpson,
+    IntegratorRule::Tick,
+    IntegratorRule::AdamsMoulton3,
+];
+
 /// Accuracy functions of the integration rules, and what they make of noise against the exact integral.
 pub(super) fn integrators() -> XyPlot {
     let share: Vec<f64> = (1..200).map(|i| f64::from(i) / 200.0).collect();
@@ -96,20 +104,14 @@ pub(super) fn integrators() -> XyPlot {
         Axis::linear("frequency over Nyquist frequency", "1"),
         Axis::linear("accuracy function |H|·ω", "1").range(0.6, 1.4),
     );
-    for (i, rule) in IntegratorRule::ALL.into_iter().enumerate() {
+    for (i, rule) in RULES.into_iter().enumerate() {
         let y: Vec<f64> = share.iter().map(|s| rule.accuracy(PI * s)).collect();
-        let name = match rule {
-            IntegratorRule::Trapezoid => "trapezoid",
-            IntegratorRule::Simpson => "Simpson",
-            IntegratorRule::Tick => "Tick",
-            IntegratorRule::AdamsMoulton3 => "Adams–Moulton 3",
-        };
-        plot = plot.series(Series::line(name, &share, &y).look(i));
+        plot = plot.series(Series::line(rule.label(), &share, &y).look(i));
     }
     plot = plot
         .vertical(0.15, "15 %")
         .below(Axis::log("noise amplification |H|²/T²", "1").range(0.01, 1e3));
-    for (i, rule) in IntegratorRule::ALL.into_iter().enumerate() {
+    for (i, rule) in RULES.into_iter().enumerate() {
         let y: Vec<f64> = share
             .iter()
             .map(|s| rule.noise_amplification(PI * s, 1.0))

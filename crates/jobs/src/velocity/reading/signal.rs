@@ -6,7 +6,7 @@ use crate::trouble::Trouble;
 use proofmass_core::Error;
 use proofmass_io::{RecordedColumn, Recording};
 use proofmass_motion::{
-    Decoded, Excitation, Samples, TimedEdge, demodulated, even_step, levels, quadrature,
+    Decoded, Excitation, Samples, TimedEdge, demodulated, even_step, indexed, levels, quadrature,
     quadrature_edges, resolver, teeth,
 };
 use proofmass_uncertainty::Finding;
@@ -114,6 +114,21 @@ impl Reading {
             quadrature(self.decoding, &levels[0], &levels[1], index)
         }
         .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
+        // Of a linear scale nothing is known of the distances of its marks.
+        let mut decoded = decoded;
+        if let (Some(pulse), Some(_)) = (index, self.counts_per_turn) {
+            let found = indexed(
+                &decoded.count,
+                pulse,
+                self.whole_turn()?,
+                &decoded.illegal,
+                &|k| clock[k],
+            )
+            .map_err(|e| Trouble::from(e).detail(recording.path.display().to_string()))?;
+            decoded.findings.retain(|f| f.code() != "unequal-turns");
+            decoded.findings.extend(found.findings);
+            decoded.count = found.count;
+        }
         let first = decoded.illegal.first().map(|k| recording.line(*k));
         findings.extend(decoded.findings.into_iter().map(|found| match first {
             Some(line) if found.code() == "illegal-transitions" => {

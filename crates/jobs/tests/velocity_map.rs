@@ -1,0 +1,27 @@
+//! The map of velocities beside an accelerometer with a low corner, cut down.
+
+#[path = "../examples/velocity_map.rs"]
+#[allow(dead_code, reason = "its printed tables")]
+mod velocity_map;
+
+use velocity_map::{cells, run};
+
+/// Five motions, a corner of half a hertz that nobody states: the intervals hold, and the velocity is far nearer than the best integral of the
+/// accelerometer behind a high-pass.
+#[test]
+fn coverage_beside_a_low_corner() {
+    let (mut inside, mut records) = (0.0, 0);
+    for cell in cells().iter().filter(|c| c.name.ends_with("corner 0.5 Hz")) {
+        for seed in [400, 401] {
+            let one = run(cell, seed).unwrap_or_else(|| panic!("{} {seed}", cell.name));
+            inside += one.smoother.inside;
+            records += 1;
+            let ratio = (one.smoother.square / one.integrator).sqrt();
+            assert!(ratio < 0.1, "{} {seed}: {ratio}", cell.name);
+        }
+    }
+    assert_eq!(records, 10);
+    // Eight seconds hold some thirty independent values: 0.95 ± 3 · 0.22/√300.
+    let pooled = inside / f64::from(records);
+    assert!(pooled > 0.91, "{pooled}");
+}
