@@ -26,6 +26,7 @@ CALLS = {
     "noise": "noise {sim}/noise/recording.csv --statistic oadev,mdev --probability 0.9",
     "noise-comparison": "noise compare {sim}/noise-1 {sim}/noise-2",
     "device-check": "device check {sim}/calibrated {sim}/noise-1 --sheet {sim}/device.toml",
+    "device-plan": "device plan --sheet {sim}/device.toml --noise-result {sim}/noise-1/result.json --rate 50 --gravity-uncertainty 1e-4",
     "uncertainty": "uncertainty {examples}/uncertainty/mass.toml --trials 10000 --seed 3",
     "modes": "modes {sim}/wedge.toml",
     "velocity-estimate": "velocity estimate {sim}/axis/recording.csv {axis}",

