@@ -16,8 +16,8 @@ findings! {
     /// Nobody measured the motion of the bench beside the excitation, and nobody states how large it may be.
     motion_not_measured(frequencies: usize, sizes: &str) =
         "motion-not-measured", [Warning],
-        what "the motion of the bench beside the excitation was not measured; its size is what the runs say",
-        evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}",
+        what "the motion of the bench was not measured: across the excitation its size is what the runs say, along it what all wedges have in common is assumed",
+        evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}; a seat that bends moves several per cent more than the reference towards its resonance, and no run shows it",
         advice "measure it (a campaign of kind spurious-motion) and name its table in [[correction]], or state in [unmeasured_motion] how large it may be";
 
     /// Nobody measured the motion of the bench beside the excitation, and its size is stated.

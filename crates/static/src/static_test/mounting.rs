@@ -117,7 +117,7 @@ impl Mounting {
         let [x, y, z] = outputs;
         let samples = Samples::new(x, y, z)?;
         let rest = self.stretch(self.rest, 100, samples.len())?;
-        let noise = MeanNoise::estimate(&samples, &[rest.clone()])?;
+        let noise = MeanNoise::estimate(&samples, std::slice::from_ref(&rest))?;
         let at_rest = samples.mean(rest.start, rest.end);
         let parts = self.parts(&samples, at_rest)?;
         let n = parts.len();
