@@ -29,6 +29,7 @@ __all__ = [
     "compare",
     "convert",
     "device_check",
+    "device_plan",
     "explain",
     "export",
     "filter",
@@ -287,6 +288,7 @@ def apply(
         rotate: Turn to the frame of a machine or vehicle: roll, pitch and yaw of the sensor in it, in degrees The
             frame of the machine is turned about its z axis by yaw, about its new y axis by pitch and about its new x
             axis by roll (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor.
+            Or the result.json of `proofmass test mounting`, with its uncertainty.
         rotate_uncertainty: Standard uncertainties of these angles, in degrees.
         low_pass: Low-pass of all axes with this corner in hertz: a Butterworth of second order, as `proofmass filter`
             writes it.
@@ -367,6 +369,7 @@ def export(
         rotate: Turn to the frame of a machine or vehicle: roll, pitch and yaw of the sensor in it, in degrees The
             frame of the machine is turned about its z axis by yaw, about its new y axis by pitch and about its new x
             axis by roll (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor.
+            Or the result.json of `proofmass test mounting`, with its uncertainty.
         rotate_uncertainty: Standard uncertainties of these angles, in degrees.
         low_pass: Low-pass of all axes with this corner in hertz: a Butterworth of second order, as `proofmass filter`
             writes it.
@@ -449,6 +452,8 @@ def validate(
     gravity_uncertainty: float | None = None,
     segments: Data | None = None,
     threshold: float = 6,
+    nominal_sensitivity: float | None = None,
+    nominal_zero: float = 0,
     stream: bool = False,
     columns: str | Sequence[str | int | float] | None = None,
     unit: str | None = None,
@@ -475,6 +480,9 @@ def validate(
         gravity_uncertainty: Its standard uncertainty in m/s².
         segments: Table of static intervals (columns start, end) instead of searching for them.
         threshold: Largest windowed variance of a static interval, in multiples of the noise floor.
+        nominal_sensitivity: Nominal output per m/s² of an uncompensated sensor, in the unit of its outputs: what
+            "before" is held against [default: the mean of the three axes].
+        nominal_zero: Its output at no acceleration.
         stream: Read the recording as a stream, in bounded memory [default: above some 20 million rows, or 48 MiB
             through a pipe] Of more than a million rows means stand for them, as long as these take no more than a
             quarter of a second.
@@ -550,6 +558,54 @@ def device_check(
         sheet: Data sheet (TOML), with a [[limit]] for each promise.
         false_alarm_rate: Probability at which two results of one quantity that agree are said to contradict each
             other.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("device plan")
+def device_plan(
+    *,
+    sheet: Data = "device.toml",
+    noise_result: Data | None = None,
+    rate: float | None = None,
+    gravity_uncertainty: float | None = None,
+    reference_uncertainty: float | None = None,
+    temperature_range: float | str | Sequence[float] | None = None,
+    acceleration: str | int | None = None,
+    wander: float = 0,
+    ratio: float = 4,
+    decided: float = 0.9,
+    soak: float = 15,
+    longest: float = 168,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:
+    """Say what to measure and for how long, so that a device with its typical values is decided by its data sheet.
+
+    Of every limit it says which command shows it, which expanded uncertainty decides it by the rule of the sheet, and
+    what that takes: the length of a recording of noise, attitudes and rests, temperatures and soak, levels,
+    frequencies. What has to be known for that is asked for at once.
+
+    Args:
+        sheet: Data sheet (TOML), with a [[limit]] for each promise.
+        noise_result: result.json of `proofmass noise` of such a sensor [default: the typical values of N, B and K in
+            the sheet].
+        rate: Sampling rate of the recordings, Hz.
+        gravity_uncertainty: Standard uncertainty of local gravity, m/s².
+        reference_uncertainty: Standard uncertainty of the reference accelerations, of a shaker or of levels, %.
+        temperature_range: Lowest and highest temperature of the device, °C, where a limit does not say it.
+        acceleration: Largest acceleration of the levels for a non-linearity, m/s².
+        wander: Standard deviation of what varies from attitude to attitude beside the noise, m/s².
+        ratio: Tolerance-to-uncertainty ratio where a limit has no typical value.
+        decided: Probability that a device with the typical value is decided.
+        soak: Soak at each temperature before it counts, minutes.
+        longest: Longest recording of noise, hours.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -815,6 +871,7 @@ def noise_compare(
     *,
     limits: Data | None = None,
     false_alarm_rate: float = 0.01,
+    temperatures: float | str | Sequence[float] | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -831,6 +888,8 @@ def noise_compare(
         limits: Limits (TOML): [[limit]] with term = "N", most = 30.0, unit = "µg/√Hz", and where wanted meaning and
             channels.
         false_alarm_rate: Probability at which equal units are called different in any coefficient.
+        temperatures: Temperature of each result in °C, in their order, of one sensor: the coefficients over the
+            temperature, each with a slope and its interval.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -1214,11 +1273,12 @@ def schema(
             manifest, provenance, request, multi-position-request, free-living-request, shaker-triaxial-request,
             shaker-single-request, shaker-primary-request, transverse-sensitivity-request, spurious-motion-request,
             plan-request, validation-request, apply-request, convert-request, inspect-request, noise-request,
-            noise-comparison-request, device-check-request, velocity-estimate-request, velocity-compare-request,
-            velocity-tune-request, velocity-map-request, velocity-drift-request, temperature-request, bias-request,
-            static-test-request, simulate-request, uncertainty-request, modes-request, shock-request,
-            response-request, transducer-model-request, step-request, levels-request, motion-request,
-            comparison-request, certificate-request, deconvolution-request.
+            noise-comparison-request, device-check-request, device-plan-request, velocity-estimate-request,
+            velocity-compare-request, velocity-tune-request, velocity-map-request, velocity-drift-request,
+            velocity-integrator-request, temperature-request, bias-request, static-test-request, simulate-request,
+            uncertainty-request, modes-request, shock-request, response-request, transducer-model-request,
+            step-request, levels-request, motion-request, comparison-request, certificate-request,
+            deconvolution-request.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

@@ -19,6 +19,7 @@ __all__ = [
     "linearity",
     "model",
     "motion",
+    "mounting",
     "orthogonality",
     "random",
     "sensitivity",
@@ -42,6 +43,7 @@ def temperature(
     recording: Data,
     *,
     temperature: str | int,
+    environment: str | Sequence[str | int | float] | None = None,
     calibration: Data | None = None,
     reference: str | int | None = None,
     order: int = 3,
@@ -69,6 +71,9 @@ def temperature(
     Args:
         recording: Recording with outputs and temperature.
         temperature: Column of the temperature in °C, by name or number (from 1).
+        environment: Column of another quantity of the surroundings (humidity, pressure, supply voltage), with its
+            unit where the heading does not say it, and the value at which its coefficients change nothing [default:
+            the middle]; more than once.
         calibration: Calibration at one temperature that is to get the coefficients.
         reference: Reference temperature in °C [default: that of the calibration, else the middle of the range].
         order: Largest power of the temperature.
@@ -354,6 +359,60 @@ def stability(
         results: result.json of three or more calibrations of one device.
         tolerance: Largest tolerated change of a quantity in its unit, such as bias.x=0.01; may be repeated.
         longest_interval: Longest time between calibrations, in months.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("test mounting")
+def mounting(
+    recording: Data,
+    *,
+    rest: str,
+    forward: str | Sequence[str | int | float] | None = None,
+    braking: str | Sequence[str | int | float] | None = None,
+    levelling: float = 0,
+    bias_uncertainty: float = 0,
+    straightness: float = 0,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
+    time: str | int | None = None,
+    time_unit: str | None = None,
+    rate: float | None = None,
+    between: Sequence[float] | None = None,
+    source: str | None = None,
+    raw: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:
+    """Roll, pitch and yaw of a sensor on a vehicle or machine, by a rest and straight accelerations.
+
+    Gravity at rest tells the vertical, accelerations on a straight line the direction of travel. `apply` and `export`
+    take the result: `rotate=FOLDER/result.json`.
+
+    Args:
+        recording: Recording of three axes, compensated.
+        rest: Rest on level ground, in seconds.
+        forward: Acceleration forward on a straight line, in seconds; may be given several times.
+        braking: Braking, or acceleration backward, on a straight line, in seconds; may be given several times.
+        levelling: Standard uncertainty of the level of the ground at rest, in degrees.
+        bias_uncertainty: Standard uncertainty of the bias of each axis, m/s².
+        straightness: Standard uncertainty of the direction of travel in the frame of the machine, in degrees.
+        columns: Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1); `convert` and
+            `inspect` take patterns (`acc_*`) too [default: those of the calibration].
+        unit: Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, ….
+        time: Time column by name or number.
+        time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
+            rate=).
+        rate: Sampling rate in hertz, for recordings without a time column.
+        between: Read the rows from one time on and before another, in seconds.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -664,6 +723,7 @@ def shock(
     required_spectrum: Data | None = None,
     spectrum_band: str = "-1.5,3",
     spectrum_rest: str = "-3,6",
+    return_band: float | None = None,
     standard: Data | None = None,
     standard_coverage_factor: float | None = None,
     standard_axis: str | None = None,
@@ -707,6 +767,8 @@ def shock(
             _g) [default: that of the nominal pulse].
         spectrum_band: Band about it in decibels, at nine tenths of the frequencies (MIL-STD-810, method 516).
         spectrum_rest: Band for the others.
+        return_band: Half-width of the band about the baseline before the pulse into which the device returns, in m/s²
+            or the unit of its output [default: what the noise before the pulse gives].
         standard: Calibration over frequency of the reference transducer, whose channel is then in volts (.json, a
             table .csv, a digital certificate .xml).
         standard_coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.

@@ -15,6 +15,7 @@ __all__ = [
     "compare",
     "drift",
     "estimate",
+    "integrator",
     "map",
     "tune",
 ]
@@ -43,6 +44,7 @@ def estimate(
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
+    index: str | None = None,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -106,6 +108,8 @@ def estimate(
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
+        index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
+            every turn.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -173,6 +177,7 @@ def compare(
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
+    index: str | None = None,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -243,6 +248,8 @@ def compare(
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
+        index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
+            every turn.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -317,6 +324,7 @@ def tune(
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
+    index: str | None = None,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -379,6 +387,8 @@ def tune(
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
+        index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
+            every turn.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -447,6 +457,7 @@ def map(
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
+    index: str | None = None,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -514,6 +525,8 @@ def map(
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
+        index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
+            every turn.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -583,6 +596,10 @@ def drift(
     calibration: Data | None = None,
     axis: str | None = None,
     rest: float = 0,
+    encoder_increment: float | None = None,
+    encoder_rate: float | None = None,
+    encoder_scale_uncertainty: float = 0,
+    encoder_walk: float = 0,
     times: float | str | Sequence[float] = "1,10,60,600",
     output: Place | None = None,
     force: bool = False,
@@ -614,7 +631,53 @@ def drift(
             with their covariance.
         axis: Axis of both along the motion, where they have three. One of x, y, z.
         rest: Rest just before the start, in seconds: the drift is stated also with its mean taken off.
+        encoder_increment: Length of a count of an encoder beside the accelerometer, m: the drift is stated also with
+            its aiding.
+        encoder_rate: Readings of the encoder per second [default: rate=].
+        encoder_scale_uncertainty: Standard uncertainty of the length of a count (the radius of a wheel), per cent;
+            acts on speed=.
+        encoder_walk: What errors of single counts and slip add up to after a metre, standard deviation, m/√m; acts on
+            speed=.
         times: Times after the start, s.
+        output: Folder for result.json, report.html and tables [default: none is written].
+        force: Write into a folder that holds other files: those of the same name are replaced, others kept.
+        sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
+    """
+    raise NotImplementedError
+
+
+@command("velocity integrator")
+def integrator(
+    *,
+    band: str | Sequence[float],
+    rate: float,
+    bias: float,
+    noise: float,
+    speed: float,
+    duration: float = 60,
+    error: float | None = None,
+    on_line: bool = False,
+    output: Place | None = None,
+    force: bool = False,
+    sign: Data | None = None,
+    watch: Watch | None = None,
+) -> Result:
+    """Which integration rule and which high-pass: ranked for a band, a bias and a noise; needs no recording.
+
+    Every rule of Newton and Cotes, closed and open, Tick's and Adams and Moulton's, each with the order and the
+    corner of a Butterworth high-pass that err least in all. With output=, a folder gets result.json, report.html,
+    integrators.csv and rules.csv.
+
+    Args:
+        band: Lowest and highest frequency of the motion, Hz.
+        rate: Sampling rate, Hz.
+        bias: Bias of the accelerometer that was not taken off: its size or standard uncertainty, m/s².
+        noise: Standard deviation of a sample, m/s².
+        speed: Amplitude of the velocity in the band, m/s: what errors of gain and phase act on.
+        duration: Length of the record, s.
+        error: Error of the velocity that is allowed, m/s: whether the best choice holds is stated.
+        on_line: Only what runs while the record comes in, and no high-pass that is run forward and backward.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.

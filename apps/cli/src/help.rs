@@ -57,6 +57,7 @@ const TESTS: &[Group] = &[
             "orthogonality",
             "linearity",
             "centrifuge",
+            "mounting",
             "temperature",
             "stability",
         ],
@@ -460,6 +461,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "velocity compare",
         &[
+            "index",
             "gain-uncertainty",
             "low-corner-uncertainty",
             "low-corner-order",

@@ -209,7 +209,7 @@ findings! {
         "index-turn-mismatch", [Decision],
         what "a turn by the index has another number of counts than is stated; nothing was put back",
         evidence "{found} counts to a turn, stated {stated}",
-        advice "state the counts of a turn after decoding: four times the lines with fourfold decoding";
+        advice "state the counts of a turn after decoding, four times the lines with fourfold decoding; or name the column of the index";
 
     /// No index pulse came.
     no_index() =

@@ -205,6 +205,7 @@ pub fn indexed(
             findings: vec![finding],
         });
     }
+    dismiss_false(&mut passages, turn);
     let corrected = put_back(count, &passages, illegal);
     let mut findings = vec![findings::zero_at_index(
         passages.len(),
@@ -218,7 +219,8 @@ pub fn indexed(
     })
 }
 
-/// More than half of the turns that were gone through whole differ by the same number in the sense of motion.
+/// All pulses are the same number of turns apart, or more than half of the turns that were gone through whole differ by the same number
+/// in the sense of motion.
 fn wrong_turn(count: &[i64], passages: &[IndexPassage], turn: i64) -> Option<Finding> {
     let whole = passages.windows(2).filter_map(|w| {
         let way = count[w[1].sample] - count[w[0].sample];
@@ -226,6 +228,24 @@ fn wrong_turn(count: &[i64], passages: &[IndexPassage], turn: i64) -> Option<Fin
         (turns != 0).then(|| (way.abs(), turns.abs(), w[1].put_back))
     });
     let whole: Vec<(i64, i64, i64)> = whole.collect();
+    // A pulse comes once in a turn: where all are the same number of turns apart, that is the turn.
+    if let Some((way, several, _)) = whole.iter().min_by_key(|w| w.0)
+        && *several > 1
+        && whole.len() >= 4
+        && whole.iter().all(|w| w.1 == *several)
+    {
+        return Some(findings::index_turn_mismatch(*way, turn));
+    }
+    // Counts are lost now and then: where they would be between most pulses, the pulses are no index of this turn.
+    let between = passages.windows(2);
+    let mut ways: Vec<i64> = between
+        .map(|w| (count[w[1].sample] - count[w[0].sample]).abs())
+        .collect();
+    let doubted = passages.iter().filter(|p| p.put_back != 0).count();
+    if ways.len() >= 4 && 2 * doubted > ways.len() {
+        ways.sort_unstable();
+        return Some(findings::index_turn_mismatch(ways[ways.len() / 2], turn));
+    }
     let wrong = whole.iter().filter(|(.., put_back)| *put_back != 0);
     let mut per_turn: Vec<i64> = wrong
         .map(|(way, turns, _)| (*way as f64 / *turns as f64).round() as i64)
@@ -238,6 +258,19 @@ fn wrong_turn(count: &[i64], passages: &[IndexPassage], turn: i64) -> Option<Fin
         .count();
     (whole.len() >= 3 && 2 * alike > whole.len())
         .then(|| findings::index_turn_mismatch(middle, turn))
+}
+
+/// A pulse in the middle of a turn, as noise on its line makes it, takes away what the next one gives back: it is no index.
+fn dismiss_false(passages: &mut [IndexPassage], turn: i64) {
+    for k in 1..passages.len().saturating_sub(1) {
+        let (here, next) = (passages[k].put_back, passages[k + 1].put_back);
+        if 20 * here.abs() > turn && 20 * (here + next).abs() <= turn {
+            passages[k].put_back = 0;
+            passages[k].admitted = 0..=0;
+            passages[k + 1].put_back = here + next;
+            passages[k + 1].admitted = (here + next)..=(here + next);
+        }
+    }
 }
 
 /// Counts with what was lost put back.
@@ -474,6 +507,15 @@ mod tests {
         }
         assert_eq!(found_all, lost);
         assert!(lost > 300, "{lost}");
+    }
+
+    /// Lines that are taken for counts: four times as many come to a turn.
+    #[test]
+    fn known_lines_that_are_taken_for_counts() {
+        let count: Vec<i64> = (0..4000).collect();
+        let pulse: Vec<bool> = (0..4000).map(|k| k % 200 < 3).collect();
+        let found = indexed(&count, &pulse, 50, &[], &|k| k as f64).unwrap();
+        assert_eq!(found.findings[0].code(), "index-turn-mismatch");
     }
 
     #[test]

@@ -33,9 +33,9 @@ pub struct TermSlope {
 /// The line of a coefficient over the temperatures of the recordings, °C, by the parabolas through the ends of their intervals.
 ///
 /// −2 ln L = Σ r_i(a + s (T_i − T̄)) is least over both; the interval of s is where it has risen, at its best over a, by the level of the
-/// intervals themselves. A recording that tells only a limit takes part with that limit.
+/// intervals themselves. A recording that tells only a limit does not take part.
 ///
-/// `None` for fewer than two temperatures, or where fewer than two recordings say something of the coefficient.
+/// `None` for fewer than two temperatures, or where fewer than two recordings have an interval of the coefficient.
 ///
 /// **Accuracy** `coverage_of_the_slope_of_white_noise`. **Source** as [`equal_coefficients`](crate::equal_coefficients).
 pub fn slope_over_temperature(term: Term, fits: &[(&CoefficientFit, f64)]) -> Option<TermSlope> {
@@ -49,6 +49,8 @@ pub fn slope_over_temperature(term: Term, fits: &[(&CoefficientFit, f64)]) -> Op
         .iter()
         .filter_map(|(fit, t)| {
             let verdict = fit.get(term)?.verdict;
+            // A limit alone says nothing of a slope.
+            verdict.interval()?;
             Some((
                 Parabolas::of(&verdict, term, quantile(fit.probability)?)?,
                 *t,

@@ -94,7 +94,8 @@ pub(super) fn found(
     for &at in &device.results {
         let result = &results[at];
         if let Some([low, high]) = limit.temperature {
-            let within = temperature(result).is_some_and(|[a, b]| a >= low && b <= high);
+            let within = temperature(result)
+                .is_some_and(|[a, b]| a >= low - THERMOMETER && b <= high + THERMOMETER);
             if !within {
                 found.elsewhere.push(result.name.clone());
                 continue;
@@ -137,6 +138,9 @@ pub(super) fn found(
     }
     Ok(found)
 }
+
+/// Temperatures this near to the end of a range are at its end, K.
+const THERMOMETER: f64 = 0.5;
 
 /// Lowest and highest temperature at which a result was measured, as far as it says.
 fn temperature(result: &DeviceResult) -> Option<[f64; 2]> {

@@ -29,12 +29,16 @@ pub(super) fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Findin
     ))
 }
 
-/// Motion of the bench that nobody measured, by the first result that has such: the largest across and along, with their frequencies.
+/// Motion of the bench that nobody measured, of the first result: the largest across and along, with their frequencies.
 pub(super) fn unmeasured_motion(
     results: &[MethodResult],
     stated: Option<UnmeasuredMotion>,
 ) -> Option<Finding> {
-    let all = &results.iter().find(|r| !r.motion.is_empty())?.motion;
+    let rigorous = |r: &&MethodResult| !r.frequencies.is_empty();
+    let all = &results.iter().find(rigorous)?.motion;
+    if all.is_empty() {
+        return None;
+    }
     let largest = |of: fn(&UnmeasuredAt) -> Option<f64>| {
         let sizes = all.iter().filter_map(|m| Some((of(m)?, m.frequency)));
         sizes.max_by(|a, b| a.0.total_cmp(&b.0))

@@ -275,7 +275,7 @@ impl Head {
                 |(_, e): &Row<'_>| e.velocity,
             ),
             number("", ("strength", "σ"), Decimals(1), |(_, e): &Row<'_>| {
-                e.deviations.abs()
+                Some(e.deviations.abs()).filter(|s| s.is_finite())
             }),
         ];
         let mut table = Table::of(
