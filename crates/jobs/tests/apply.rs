@@ -15,7 +15,9 @@ use proofmass_jobs::{
 };
 use proofmass_rig::bench::{Bench, Spread, published_plan};
 use proofmass_shaker::recording::{Quality, RunInput};
-use proofmass_shaker::{Acts, Budget, Configuration, Key, ShakerInput, ShakerMethod};
+use proofmass_shaker::{
+    Acts, Budget, Configuration, Key, ShakerInput, ShakerMethod, UnmeasuredMotion,
+};
 use proofmass_uncertainty::Estimate;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -100,6 +102,9 @@ fn calibrated(seed: u64) -> Vec<u8> {
     let mut job = ShakerTriaxialJob::new(budget);
     job.methods = vec![ShakerMethod::Joint];
     job.monte_carlo.trials = 0;
+    // The bench of these runs moves along the excitation alone.
+    let [across, along] = [0.0; 2];
+    job.unmeasured_motion = Some(UnmeasuredMotion { across, along });
     let outcome = job
         .evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)
         .expect("a calibration");

@@ -115,7 +115,9 @@ impl EncoderAiding {
         let mut state = KalmanState::new([0.0; 3], [reading, 0.0, offset * offset], 0.0);
         let mut step = 0;
         let aided = times.iter().map(|time| {
-            let due = (time * self.rate).round().min(MOST as f64) as usize;
+            // Before the first reading as after it: nothing is known better.
+            let first = if *time > 0.0 { 1.0 } else { 0.0 };
+            let due = (time * self.rate).round().clamp(first, MOST as f64) as usize;
             while step < due {
                 let before = state.p;
                 filter.step(&mut state, Some(0.0), 0.0);

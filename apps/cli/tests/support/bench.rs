@@ -107,6 +107,7 @@ varies_with = ["run", "channel"]
 pub fn campaign(folder: &Path, recording: &str) {
     let toml = format!(
         "kind = \"shaker-triaxial\"\n[runs]\nfile = \"runs.csv\"\n{recording}[reference]\nfile = \"reference.csv\"\nk = 2\n\
+         [unmeasured_motion]\nacross = 0\nalong = 0\n\
          [plan]\nname = \"published\"\n[budget]\nfile = \"budget.toml\"\n[method]\ntrials = 0\n"
     );
     crate::support::campaign(folder, &toml);
