@@ -450,6 +450,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "raw",
         ],
     ),
+    ("test temperature", &["tilt"]),
     (
         "velocity estimate",
         &[
@@ -589,6 +590,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "test shock",
         &[
+            "return-band",
             "per-octave",
             "band",
             "required-spectrum",
