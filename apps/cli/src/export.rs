@@ -242,12 +242,12 @@ impl Export {
                 .detail(name)
                 .hint("leave out --low-pass and --decimate; `proofmass filter` writes the filter by itself"));
         }
-        if chain.low_pass.is_none() {
+        let Some(low_pass) = chain.low_pass else {
             return Ok(match self.form.memory {
                 true => export_memory(&file, &options)?,
                 false => export(&file, form, &options)?.into_bytes(),
             });
-        }
+        };
         let Some(rate) = self.rate else {
             return Err(Failure::new(
                 "a low-pass needs the sampling rate, which a calibration does not state",
@@ -255,9 +255,7 @@ impl Export {
             .detail(name)
             .hint("add --rate HZ"));
         };
-        let Some(behind) = chain.behind(rate)? else {
-            return Err(Failure::new("there is no low-pass").detail(name));
-        };
+        let behind = chain.behind(low_pass, rate)?;
         if let Some(finding) = chain.folds(rate)? {
             console::finding(&finding);
         }

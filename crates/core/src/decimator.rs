@@ -47,14 +47,7 @@ impl<F: Float, const N: usize> Decimator<F, N> {
     /// # Errors
     /// [`Error::OutOfRange`] for a factor of zero.
     pub fn new(low_pass: Butterworth<F>, factor: u32) -> Result<Self, Error> {
-        if factor == 0 {
-            return Err(Error::OutOfRange {
-                name: "factor of a decimation",
-                value: 0.0,
-                min: 1.0,
-                max: f64::from(u32::MAX),
-            });
-        }
+        at_least_one("factor of a decimation", factor)?;
         Ok(Self::constant(low_pass, factor))
     }
 
@@ -75,16 +68,7 @@ impl<F: Float, const N: usize> Decimator<F, N> {
         for axis in 0..N {
             output[axis] = self.low_pass.step(&mut state.axes[axis], input[axis]);
         }
-        match state.wait.checked_sub(1) {
-            Some(wait) => {
-                state.wait = wait;
-                None
-            }
-            None => {
-                state.wait = self.factor.saturating_sub(1);
-                Some(output)
-            }
-        }
+        is_due(&mut state.wait, self.factor).then_some(output)
     }
 
     /// Largest gain of a frequency that decimation folds to one up to the corner, which stands in Hz as the rate before decimation does:
@@ -98,6 +82,34 @@ impl<F: Float, const N: usize> Decimator<F, N> {
             return 1.0;
         }
         self.low_pass.gain(first / rate)
+    }
+}
+
+/// Refuses a count of zero.
+pub(crate) fn at_least_one(name: &'static str, count: u32) -> Result<(), Error> {
+    match count {
+        0 => Err(Error::OutOfRange {
+            name,
+            value: 0.0,
+            min: 1.0,
+            max: f64::from(u32::MAX),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// Whether this sample is one that a result is given for, every `factor`-th, `wait` being those that come before it.
+#[inline]
+pub(crate) fn is_due(wait: &mut u32, factor: u32) -> bool {
+    match wait.checked_sub(1) {
+        Some(left) => {
+            *wait = left;
+            false
+        }
+        None => {
+            *wait = factor.saturating_sub(1);
+            true
+        }
     }
 }
 

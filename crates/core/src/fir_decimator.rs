@@ -1,5 +1,6 @@
 //! A finite impulse response and decimation behind it, of all axes together.
 
+use crate::decimator::{at_least_one, is_due};
 use crate::{Error, Float};
 
 /// Σ h_k x_k over samples that lie in two pieces, the older piece first.
@@ -85,16 +86,8 @@ impl<F: Float, const N: usize, const K: usize> FirDecimator<F, N, K> {
     /// # Errors
     /// [`Error::OutOfRange`] for a factor of zero or no taps.
     pub fn new(taps: [F; K], factor: u32) -> Result<Self, Error> {
-        for (name, value) in [("factor of a decimation", factor), ("taps", K as u32)] {
-            if value == 0 {
-                return Err(Error::OutOfRange {
-                    name,
-                    value: 0.0,
-                    min: 1.0,
-                    max: f64::from(u32::MAX),
-                });
-            }
-        }
+        at_least_one("factor of a decimation", factor)?;
+        at_least_one("taps", K as u32)?;
         Ok(Self::constant(taps, factor))
     }
 
@@ -122,21 +115,15 @@ impl<F: Float, const N: usize, const K: usize> FirDecimator<F, N, K> {
         } else {
             state.next + 1
         };
-        match state.wait.checked_sub(1) {
-            Some(wait) => {
-                state.wait = wait;
-                None
-            }
-            None => {
-                state.wait = self.factor.saturating_sub(1);
-                let mut output = input;
-                for axis in 0..N {
-                    let (newer, older) = state.samples[axis].split_at(state.next);
-                    output[axis] = weighted_sum(&self.taps, [older, newer]);
-                }
-                Some(output)
-            }
+        if !is_due(&mut state.wait, self.factor) {
+            return None;
         }
+        let mut output = input;
+        for axis in 0..N {
+            let (newer, older) = state.samples[axis].split_at(state.next);
+            output[axis] = weighted_sum(&self.taps, [older, newer]);
+        }
+        Some(output)
     }
 }
 

@@ -56,6 +56,22 @@ impl TaitBryan {
         Ok(Self { roll, pitch, yaw })
     }
 
+    /// The angles of a rotation R from the frame of the sensor to that of the machine; pitched up or down by 90° roll and yaw are one turn, of
+    /// which yaw has what is left of rounding.
+    pub fn of_matrix(r: &Matrix3<f64>) -> Self {
+        let r = &r.0;
+        Self {
+            roll: libm::atan2(r[2][1], r[2][2]),
+            pitch: libm::asin((-r[2][0]).clamp(-1.0, 1.0)),
+            yaw: libm::atan2(r[1][0], r[0][0]),
+        }
+    }
+
+    /// Roll, pitch and yaw, rad.
+    pub fn angles(&self) -> [f64; 3] {
+        [self.roll, self.pitch, self.yaw]
+    }
+
     /// R, from the frame of the sensor to that of the machine.
     pub fn matrix<F: Float>(&self) -> Matrix3<F> {
         let (sr, cr) = (libm::sin(self.roll), libm::cos(self.roll));
@@ -110,6 +126,14 @@ mod tests {
                 let unit = if i == j { 1.0 } else { 0.0 };
                 assert!((one.0[i][j] - unit).abs() < 8.0 * f64::EPSILON);
             }
+        }
+    }
+
+    #[test]
+    fn law_angles_come_back_from_the_matrix() {
+        let back = TaitBryan::of_matrix(&angles().matrix()).angles();
+        for (found, stated) in back.into_iter().zip([0.3, -0.7, 2.0]) {
+            assert!((found - stated).abs() < 4.0 * f64::EPSILON, "{found}");
         }
     }
 

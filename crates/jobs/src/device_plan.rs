@@ -193,31 +193,31 @@ impl Job for DevicePlanJob {
         self.given.check()?;
         let limits = read_all(&self.sheet.limit, "limit")?;
         let known = needed::Known::of(self, &limits)?;
+        let needs: Vec<Needed> = limits
+            .iter()
+            .map(|limit| known.needed(limit))
+            .collect::<Result<_>>()?;
+        let shown_by = |limit: &ReadLimit| limit.characteristic.shown_by(limit.frequency.is_some());
+        let of_positions =
+            |(limit, _): &(&ReadLimit, &Needed)| shown_by(limit) == Measurement::Positions;
+        let at_rest: Vec<(&ReadLimit, &Needed)> =
+            limits.iter().zip(&needs).filter(of_positions).collect();
+        // One choice of attitudes for all limits that they show.
+        let mut at_rest = match at_rest[..] {
+            [] => Vec::new(),
+            _ => known.positions(&at_rest, watch)?,
+        }
+        .into_iter();
         let mut planned = Vec::with_capacity(limits.len());
-        let mut at_rest = Vec::new();
-        for (k, limit) in limits.iter().enumerate() {
+        for (k, (limit, needed)) in limits.iter().zip(needs).enumerate() {
             watch.step("limits", k as u64, limits.len() as u64)?;
-            let needed = known.needed(limit)?;
-            let shown_by = limit.characteristic.shown_by(limit.frequency.is_some());
+            let shown_by = shown_by(limit);
             let way = match shown_by {
                 Measurement::Noise => known.recording(limit, &needed)?,
-                Measurement::Positions => {
-                    at_rest.push(k);
-                    Way::open()
-                }
+                Measurement::Positions => at_rest.next().unwrap_or_else(Way::open),
                 _ => known.other(limit, &needed, shown_by)?,
             };
             planned.push(PlannedLimit::new(k, shown_by, needed, way));
-        }
-        if !at_rest.is_empty() {
-            let all: Vec<(&ReadLimit, &Needed)> = at_rest
-                .iter()
-                .map(|k| (&limits[*k], &planned[*k].needed))
-                .collect();
-            let ways = known.positions(&all, watch)?;
-            for (k, way) in at_rest.into_iter().zip(ways) {
-                planned[k].set(way);
-            }
         }
         watch.step("limits", limits.len() as u64, limits.len() as u64)?;
         let mut found = Vec::new();
@@ -344,14 +344,6 @@ impl PlannedLimit {
         }
     }
 
-    fn set(&mut self, way: Way) {
-        self.what = way.what;
-        self.duration = way.duration;
-        self.positions = way.positions;
-        self.reached = way.reached;
-        self.why = way.why;
-    }
-
     /// Largest expanded uncertainty with which it is decided, in the unit of the limit.
     pub fn expanded(&self) -> f64 {
         self.needed.expanded
@@ -418,13 +410,11 @@ impl Outcome for DevicePlanOutcome {
     const PRINCIPAL_TABLE: &'static str = "planned.csv";
 
     fn title(&self, record: &Record) -> String {
-        if let Some(title) = &record.title {
-            return title.clone();
-        }
-        match self.sheet.device.line().as_str() {
-            "" => "Plan of the measurements for a data sheet".to_owned(),
-            device => format!("Plan of the measurements for the data sheet of {device}"),
-        }
+        record.title_of(
+            &self.sheet.device,
+            "Plan of the measurements for the data sheet of",
+            "Plan of the measurements for a data sheet",
+        )
     }
 
     fn quantities(&self) -> Vec<StatedQuantity> {

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use crate::velocity::{StoredMap, TunedGains, VelocityMap, VelocityTuning};
-use proofmass_core::velocity::{Kalman, MotionNoise, ProcessNoise, SteadyKalman};
+use proofmass_core::velocity::{Kalman, ProcessNoise, SteadyKalman};
 use proofmass_core::{Error, Matrix3};
 use proofmass_io::{FirmwareBlock, ResultDocument};
 use proofmass_motion::{EncoderMap, KalmanModel, Method, ReadingSource};
@@ -127,11 +127,7 @@ pub(crate) fn with_low_corner(
     corner: f64,
     sample_time: f64,
 ) -> Result<FirmwareBlock> {
-    let noise = MotionNoise {
-        acceleration: model.acceleration_noise,
-        form: model.noise_form,
-        position: model.reading_noise,
-    };
+    let noise = model.noise();
     let density = match model.noise_form {
         ProcessNoise::SampleConstant => model.acceleration_noise * sample_time,
         ProcessNoise::Continuous => model.acceleration_noise,
@@ -154,11 +150,7 @@ pub(crate) fn with_low_corner(
 }
 
 fn steady(model: &KalmanModel, source: ReadingSource, sample_time: f64) -> Result<FirmwareBlock> {
-    let noise = MotionNoise {
-        acceleration: model.acceleration_noise,
-        form: model.noise_form,
-        position: model.reading_noise,
-    };
+    let noise = model.noise();
     let component = usize::from(source == ReadingSource::Speed);
     let unsettled = |e: Error| {
         Trouble::from(e)
@@ -238,7 +230,7 @@ fn doubled(kalman: &Kalman<f64, 3>) -> core::result::Result<SteadyKalman<f64, 3>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proofmass_core::velocity::{BiasModel, Hold};
+    use proofmass_core::velocity::{BiasModel, Hold, MotionNoise};
 
     fn kalman(density: f64) -> core::result::Result<Kalman<f64, 3>, Error> {
         let noise = MotionNoise {

@@ -50,10 +50,15 @@ pub(crate) fn read_gravity(gravity: Gravity, by: impl Into<String>) -> ReadGravi
 impl Record {
     /// The title that was given, or one from the name of the device: `Calibration of …`.
     pub fn title(&self, of: &str, without: &str) -> String {
+        self.title_of(&self.device, of, without)
+    }
+
+    /// The title that was given, or one from the name of a device that the result itself names.
+    pub(crate) fn title_of(&self, device: &Device, of: &str, without: &str) -> String {
         if let Some(title) = &self.title {
             return title.clone();
         }
-        match self.device.line().as_str() {
+        match device.line().as_str() {
             "" => without.to_owned(),
             device => format!("{of} {device}"),
         }

@@ -45,7 +45,8 @@ impl KalmanModel {
         self
     }
 
-    fn noise(&self) -> MotionNoise {
+    /// What drives the motion and what the readings err by.
+    pub fn noise(&self) -> MotionNoise {
         MotionNoise {
             acceleration: self.acceleration_noise,
             form: self.noise_form,

@@ -11,7 +11,6 @@ mod components;
 pub(crate) mod model;
 mod parts;
 
-pub(crate) use components::Component;
 pub(crate) use parts::Part;
 
 use super::budget::{Acts, Budget};

@@ -14,7 +14,7 @@ pub use identifiability::{AngleInformation, FrameTurn, Identifiability};
 pub(crate) use supported::Supported;
 pub use supported::VarianceComponent;
 
-use super::adjustment::{Adjustment, Component as Variance, Deletion};
+use super::adjustment::{Adjustment, Deletion};
 use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{
@@ -239,17 +239,15 @@ pub(crate) fn declared<'a>(
     }
     let (mut adjustment, mut table) = (adjustment, spurious.clone());
     for _ in 0..ROUNDS {
-        let found = adjustment.components(budget)?;
-        let factors = |ways: &[Option<Variance>; 2]| ways.map(|c| c.map_or(1.0, |c| c.ratio));
-        for (&frequency, ways) in adjustment.frequencies.iter().zip(&found.motion) {
-            table.scale_unmeasured(frequency, factors(ways));
-        }
-        for (share, ways) in &found.shared {
-            table.scale_shared(*share, factors(ways));
+        let found = adjustment.components(budget)?.motion;
+        let mut settled = true;
+        for motion in found {
+            let factors = motion.ways.map(|c| c.map_or(1.0, |c| c.ratio));
+            table.scale(motion.share, adjustment.frequency_of(&motion), factors);
+            settled &= factors.iter().all(|f| (0.5..2.0).contains(f));
         }
         adjustment = Adjustment::new(rows, &table, budget)?;
-        let all = found.motion.iter().chain(found.shared.iter().map(|s| &s.1));
-        if all.flat_map(factors).all(|f| (0.5..2.0).contains(&f)) {
+        if settled {
             break;
         }
     }
@@ -442,10 +440,7 @@ fn frequency_fit(
                 let share = Share::ALL[index - budget.inputs.len() - 2];
                 (
                     format!("{UNMEASURED_MOTION}.{}", share.name()),
-                    format!(
-                        "motion of the bench that was not measured: {}",
-                        share.words()
-                    ),
+                    share.description(),
                     Evaluation::B,
                     "normal".to_owned(),
                     supported.motion_dof(f, share),

@@ -1,6 +1,7 @@
 //! What one run gives: the acceleration of the table and the three outputs, as phasors.
 
 use super::Configuration;
+use super::budget::Key;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::DegreesOfFreedom;
@@ -129,6 +130,12 @@ pub struct Spurious {
     pub basis: [Basis; 3],
 }
 
+impl Spurious {
+    fn is_at(&self, frequency: f64) -> bool {
+        (self.frequency / frequency - 1.0).abs() < 1e-6
+    }
+}
+
 /// What a ratio of the motion of the bench rests on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Basis {
@@ -183,17 +190,22 @@ impl UnmeasuredMotion {
     /// # Errors
     /// [`Error::OutOfRange`] for a value that is negative, or one or more.
     pub fn check(&self) -> Result<(), Error> {
-        for (name, value) in [("motion across", self.across), ("motion along", self.along)] {
-            if !(0.0..1.0).contains(&value) {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: 0.0,
-                    max: 1.0,
-                });
-            }
+        match self.impossible() {
+            None => Ok(()),
+            Some((name, value)) => Err(Error::OutOfRange {
+                name,
+                value,
+                min: 0.0,
+                max: 1.0,
+            }),
         }
-        Ok(())
+    }
+
+    /// The first value, by its name, that no ratio can be.
+    pub fn impossible(&self) -> Option<(&'static str, f64)> {
+        let values = [("across", self.across), ("along", self.along)];
+        let ratio = |value: &f64| (0.0..1.0).contains(value);
+        values.into_iter().find(|(_, value)| !ratio(value))
     }
 }
 
@@ -207,9 +219,10 @@ fn known() -> DegreesOfFreedom {
 pub struct SpuriousTable {
     /// One entry per inclination and frequency that was measured.
     pub entries: Vec<Spurious>,
-    /// What ratios that nobody measured have in common, beside what each has by itself.
+    /// Standard uncertainties of what ratios that nobody measured have in common, across the excitation and along it, by [`Share`];
+    /// what each has by itself stands in its entry.
     #[serde(skip)]
-    pub(crate) shared: SharedMotion,
+    pub(crate) shared: [[f64; 2]; Share::ALL.len()],
 }
 
 /// What a part of a ratio of the bench that nobody measured is common to.
@@ -239,22 +252,25 @@ impl Share {
     }
 
     /// What it is, for a reader of the budget.
-    pub(crate) fn words(self) -> &'static str {
-        match self {
+    pub(crate) fn description(self) -> String {
+        let of = match self {
             Self::Own => "of each wedge at each frequency",
             Self::Frequency => "common to the wedges at a frequency",
             Self::Wedge => "of a wedge at all frequencies",
             Self::All => "common to all runs",
+        };
+        format!("motion of the bench that was not measured: {of}")
+    }
+
+    /// The keys it varies with, beside axis and part.
+    pub(crate) fn varies_with(self) -> &'static [Key] {
+        match self {
+            Self::Own => &[Key::Frequency, Key::Inclination],
+            Self::Frequency => &[Key::Frequency],
+            Self::Wedge => &[Key::Inclination],
+            Self::All => &[],
         }
     }
-}
-
-/// Standard uncertainties of the parts of the ratios that are common to several, across the excitation and along it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct SharedMotion {
-    frequency: [f64; 2],
-    wedge: [f64; 2],
-    all: [f64; 2],
 }
 
 impl SpuriousTable {
@@ -262,7 +278,7 @@ impl SpuriousTable {
     pub fn new(entries: Vec<Spurious>) -> Self {
         Self {
             entries,
-            shared: SharedMotion::default(),
+            shared: Default::default(),
         }
     }
 
@@ -270,7 +286,7 @@ impl SpuriousTable {
     pub fn dof_at(&self, frequency: f64) -> DegreesOfFreedom {
         self.entries
             .iter()
-            .filter(|e| (e.frequency / frequency - 1.0).abs() < 1e-6)
+            .filter(|e| e.is_at(frequency))
             .map(|e| e.dof)
             .fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a })
     }
@@ -304,11 +320,9 @@ impl SpuriousTable {
         // What is common and what is not are alike as long as nobody knows better: a quarter of the variance each across the
         // excitation, half of it along: there a rigid seat moves as the table does, and what bends grows with frequency.
         let (across, along) = (motion.across / 2.0, motion.along / 2f64.sqrt());
-        table.shared = SharedMotion {
-            frequency: [across, along],
-            wedge: [across, 0.0],
-            all: [across, 0.0],
-        };
+        table.shared[Share::Frequency as usize] = [across, along];
+        table.shared[Share::Wedge as usize] = [across, 0.0];
+        table.shared[Share::All as usize] = [across, 0.0];
         for entry in &mut table.entries {
             for (axis, u) in [across, across, along].into_iter().enumerate() {
                 let unknown = entry.ratio[axis] == Complex64::new(0.0, 0.0)
@@ -324,31 +338,18 @@ impl SpuriousTable {
 
     /// How large the motion is taken to be that nobody measured, at each of these frequencies (Hz) that has such.
     pub(crate) fn unmeasured(&self, frequencies: &[f64]) -> Vec<UnmeasuredAt> {
-        let at = |&frequency: &f64| {
-            let here = self.entries.iter();
-            let here = here.filter(|e| (e.frequency / frequency - 1.0).abs() < 1e-6);
-            let size = |axes: &[usize]| {
-                let common = |way: usize| -> f64 {
-                    let SharedMotion {
-                        frequency,
-                        wedge,
-                        all,
-                    } = self.shared;
-                    [frequency, wedge, all]
-                        .map(|u| u[way] * u[way])
-                        .iter()
-                        .sum()
-                };
-                let of = |e: &Spurious, axis: usize| {
-                    let square = e.covariance[axis][0] + common(usize::from(axis == 2));
-                    (e.basis[axis] != Basis::Measured).then(|| square.sqrt())
-                };
-                let all = here
-                    .clone()
-                    .flat_map(|e| axes.iter().filter_map(move |&k| of(e, k)));
-                all.reduce(f64::max)
+        let size = |frequency: f64, axes: &[usize]| {
+            let of = |(e, axis): (&Spurious, usize)| {
+                let common = self.shared.iter().map(|u| u[way(axis)].powi(2));
+                let square = e.covariance[axis][0] + common.sum::<f64>();
+                (e.basis[axis] != Basis::Measured).then(|| square.sqrt())
             };
-            let (across, along) = (size(&[0, 1]), size(&[2]));
+            let here = self.entries.iter().filter(|e| e.is_at(frequency));
+            let all = here.flat_map(|e| axes.iter().map(move |&axis| (e, axis)));
+            all.filter_map(of).reduce(f64::max)
+        };
+        let at = |&frequency: &f64| {
+            let (across, along) = (size(frequency, &[0, 1]), size(frequency, &[2]));
             (across.is_some() || along.is_some()).then_some(UnmeasuredAt {
                 frequency,
                 across,
@@ -361,40 +362,26 @@ impl SpuriousTable {
     /// What a draw of standard deviation one adds to a ratio of an entry: `part` 2 k + 1 is the second of axis k.
     pub(crate) fn step(&self, entry: &Spurious, share: Share, part: usize) -> Complex64 {
         let (axis, second) = (part / 2, part % 2);
-        let u = match share {
-            Share::Own => return root(entry.covariance[axis])[second],
-            Share::Frequency => self.shared.frequency,
-            Share::Wedge => self.shared.wedge,
-            Share::All => self.shared.all,
-        }[usize::from(axis == 2)];
-        match second {
-            0 => Complex64::new(u, 0.0),
+        let u = self.shared[share as usize][way(axis)];
+        match (share, second) {
+            (Share::Own, _) => root(entry.covariance[axis])[second],
+            (_, 0) => Complex64::new(u, 0.0),
             _ => Complex64::new(0.0, u),
         }
     }
 
-    /// Multiplies the variances of what is common to several, across the excitation and along it.
-    pub(crate) fn scale_shared(&mut self, share: Share, factors: [f64; 2]) {
-        let u = match share {
-            Share::Own => return,
-            Share::Frequency => &mut self.shared.frequency,
-            Share::Wedge => &mut self.shared.wedge,
-            Share::All => &mut self.shared.all,
-        };
-        for (u, factor) in u.iter_mut().zip(factors) {
+    /// Multiplies variances of the motion that nobody measured, across the excitation and along it: of what each wedge has by itself those
+    /// at a frequency.
+    pub(crate) fn scale(&mut self, share: Share, frequency: Option<f64>, factors: [f64; 2]) {
+        for (u, factor) in self.shared[share as usize].iter_mut().zip(factors) {
             *u *= factor.sqrt();
         }
-    }
-
-    /// The same with the variances at a frequency that nobody measured multiplied: across the excitation and along it.
-    pub(crate) fn scale_unmeasured(&mut self, frequency: f64, [across, along]: [f64; 2]) {
-        for entry in &mut self.entries {
-            if (entry.frequency / frequency - 1.0).abs() < 1e-6 {
-                for axis in 0..3 {
-                    if entry.basis[axis] != Basis::Measured {
-                        let factor = if axis == 2 { along } else { across };
-                        entry.covariance[axis] = entry.covariance[axis].map(|v| v * factor);
-                    }
+        let Some(frequency) = frequency else { return };
+        for entry in self.entries.iter_mut().filter(|e| e.is_at(frequency)) {
+            for axis in 0..3 {
+                if entry.basis[axis] != Basis::Measured {
+                    let factor = factors[way(axis)];
+                    entry.covariance[axis] = entry.covariance[axis].map(|v| v * factor);
                 }
             }
         }
@@ -402,10 +389,9 @@ impl SpuriousTable {
 
     /// The entry of an inclination and a frequency.
     pub fn get(&self, inclination: f64, frequency: f64) -> Option<&Spurious> {
-        self.entries.iter().find(|e| {
-            (e.inclination - inclination).abs() < 1e-6
-                && (e.frequency / frequency - 1.0).abs() < 1e-6
-        })
+        self.entries
+            .iter()
+            .find(|e| (e.inclination - inclination).abs() < 1e-6 && e.is_at(frequency))
     }
 }
 
@@ -417,6 +403,11 @@ pub struct Correction {
     pub label: String,
     /// The ratios.
     pub table: SpuriousTable,
+}
+
+/// Across the excitation (0) or along it (1).
+pub(crate) fn way(axis: usize) -> usize {
+    usize::from(axis == 2)
 }
 
 /// Two complex numbers whose multiples by independent draws of variance one have this covariance `[rr, ri, ii]`.

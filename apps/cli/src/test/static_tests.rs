@@ -112,12 +112,9 @@ pub(super) struct MountingTest {
 
 /// Two times, the first before the second.
 fn stretch(text: &str) -> Result<[f64; 2], String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .filter_map(|t| t.trim().parse().ok())
-        .collect();
-    match numbers[..] {
-        [from, to] if from < to && to.is_finite() => Ok([from, to]),
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match numbers.as_deref() {
+        Ok(&[from, to]) if from < to && to.is_finite() => Ok([from, to]),
         _ => Err(format!("{text:?} is no stretch in seconds such as 2,12")),
     }
 }

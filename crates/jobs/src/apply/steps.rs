@@ -1,6 +1,6 @@
 //! The steps behind a calibration at work on samples in order.
 
-use super::chain::{Chain, LowPassForm};
+use super::chain::{Chain, LowPass, LowPassForm};
 use crate::bias::TrackedBias;
 use crate::findings;
 use crate::trouble::{Result, Trouble};
@@ -99,15 +99,11 @@ impl Chain {
 }
 
 impl Chain {
-    /// The low-pass and the decimation as they run on a chip, at this rate in Hz; `None` without a low-pass.
+    /// A low-pass of this chain and its decimation as they run on a chip, at this rate in Hz.
     ///
     /// # Errors
     /// A low-pass that cannot be designed.
-    pub fn behind(&self, rate: f64) -> Result<Option<LowPassBehind>> {
-        let Some(low_pass) = self.low_pass else {
-            return Ok(None);
-        };
-        let corner = low_pass.corner;
+    pub fn behind(&self, LowPass { corner, .. }: LowPass, rate: f64) -> Result<LowPassBehind> {
         // It refuses what the desk refuses.
         let filter = Filter::new(self, rate, &mut ChainFigures::default())?;
         let low_pass = match &filter.form {
@@ -121,10 +117,10 @@ impl Chain {
                 rate,
             },
         };
-        Ok(Some(LowPassBehind {
+        Ok(LowPassBehind {
             low_pass,
             factor: self.decimation.unwrap_or(1),
-        }))
+        })
     }
 
     /// From where on a low-pass of linear phase stops, Hz: what folds to the corner lies as far from the new rate.

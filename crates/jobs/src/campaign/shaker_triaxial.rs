@@ -196,15 +196,14 @@ impl ShakerTriaxialCampaign {
                 ));
             }
         }
-        if let Some(motion) = &self.unmeasured_motion {
-            for (key, value) in [("across", motion.across), ("along", motion.along)] {
-                if !(0.0..1.0).contains(&value) {
-                    return Err(self
-                        .source
-                        .refuse("unmeasured_motion", key, format!("{value} is impossible"))
-                        .with_hint("a ratio to the excitation, such as 0.01 for 1 %; 0 for none"));
-                }
-            }
+        let impossible = self
+            .unmeasured_motion
+            .and_then(|motion| motion.impossible());
+        if let Some((key, value)) = impossible {
+            return Err(self
+                .source
+                .refuse("unmeasured_motion", key, format!("{value} is impossible"))
+                .with_hint("a ratio to the excitation, such as 0.01 for 1 %; 0 for none"));
         }
         for (key, value) in [
             ("output", self.published.output),

@@ -152,27 +152,7 @@ impl StaticTestFiles {
     /// # Errors
     /// A recording that cannot be read, columns that are not named, another unit.
     pub fn rest(source: Source, reading: &RecordingReading) -> Result<Self> {
-        let name = source.name().display().to_string();
-        let recording = Recording::from_source(source, &reading.options_alone()?)?;
-        let [x, y, z] = recording.columns.as_slice() else {
-            return Err(Trouble::data("three columns are needed").detail(name));
-        };
-        let (si, factor) = reading.common_unit(&recording)?.si();
-        if !si.is_acceleration() {
-            return Err(Trouble::data(format!(
-                "the outputs are in {si}, which is no acceleration"
-            ))
-            .detail(name)
-            .with_hint("apply a calibration first, or convert with the nominal sensitivity"));
-        }
-        let in_si = |c: &RecordedColumn| c.data.iter().map(|v| v * factor).collect();
-        Ok(Self {
-            held: Held::Rest([x, y, z].map(in_si)),
-            findings: recording.findings().to_vec(),
-            name,
-            device: Device::default(),
-            inputs: vec![recording.input()],
-        })
+        Self::three_axes(source, reading, |axes, _| Held::Rest(axes))
     }
 
     /// A recording of three axes with its clock, in a unit of acceleration.
@@ -180,6 +160,18 @@ impl StaticTestFiles {
     /// # Errors
     /// As [`Self::rest`]; a recording without a clock.
     pub fn motion(source: Source, reading: &RecordingReading) -> Result<Self> {
+        Self::three_axes(source, reading, |axes, recording| {
+            let samples = 0..axes[0].len();
+            let clock = samples.map(|k| recording.time.seconds(k)).collect();
+            Held::Motion(axes, clock)
+        })
+    }
+
+    fn three_axes(
+        source: Source,
+        reading: &RecordingReading,
+        held: impl FnOnce([Vec<f64>; 3], &Recording) -> Held,
+    ) -> Result<Self> {
         let name = source.name().display().to_string();
         let recording = Recording::from_source(source, &reading.options_alone()?)?;
         let [x, y, z] = recording.columns.as_slice() else {
@@ -194,11 +186,8 @@ impl StaticTestFiles {
             .with_hint("apply a calibration first, or convert with the nominal sensitivity"));
         }
         let in_si = |c: &RecordedColumn| c.data.iter().map(|v| v * factor).collect();
-        let clock = (0..x.data.len())
-            .map(|k| recording.time.seconds(k))
-            .collect();
         Ok(Self {
-            held: Held::Motion([x, y, z].map(in_si), clock),
+            held: held([x, y, z].map(in_si), &recording),
             findings: recording.findings().to_vec(),
             name,
             device: Device::default(),

@@ -2,7 +2,7 @@
 
 use super::{Adjustment, dot6, times};
 use crate::budget::Budget;
-use crate::observation::Share;
+use crate::observation::{Share, way};
 use faer::{Mat, Side, linalg::solvers::Solve};
 use proofmass_core::Error;
 use rayon::prelude::*;
@@ -23,10 +23,18 @@ pub(crate) struct Components {
     pub(crate) readings: Vec<Option<Component>>,
     /// By input of the budget; `None` for those of which the runs tell nothing.
     pub(crate) inputs: Vec<Option<Component>>,
-    /// Motion of the bench that nobody measured, across the excitation and along it, by frequency: what each wedge has by itself.
-    pub(crate) motion: Vec<[Option<Component>; 2]>,
-    /// Likewise what is common to several.
-    pub(crate) shared: Vec<(Share, [Option<Component>; 2])>,
+    /// Motion of the bench that nobody measured; empty where all of it was.
+    pub(crate) motion: Vec<MotionComponent>,
+}
+
+/// A part of the motion of the bench that nobody measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MotionComponent {
+    pub(crate) share: Share,
+    /// Frequency of what each wedge has by itself; `None` of what is common to several.
+    pub(crate) frequency: Option<usize>,
+    /// Across the excitation, and along it.
+    pub(crate) ways: [Option<Component>; 2],
 }
 
 /// Degrees of freedom below which a kind of error stays as declared.
@@ -63,10 +71,8 @@ enum Kind {
 enum Source {
     /// An input of the budget.
     Input(usize),
-    /// Motion of the bench at a frequency that nobody measured: across the excitation (0) or along it (1).
+    /// Motion of the bench that nobody measured, by its place in [`Components::motion`]: across the excitation (0) or along it (1).
     Motion(usize, usize),
-    /// What of it is common to several.
-    Shared(Share, usize),
 }
 
 impl Kind {
@@ -150,8 +156,7 @@ impl Adjustment {
         let mut components = Components {
             readings: vec![None; self.frequencies.len()],
             inputs: vec![None; budget.inputs.len()],
-            motion: vec![[None; 2]; self.frequencies.len()],
-            shared: Share::ALL[1..].iter().map(|s| (*s, [None; 2])).collect(),
+            motion: self.unmeasured_motion(),
         };
         for (k, kind) in kinds.iter().enumerate() {
             let component = Some(Component {
@@ -161,17 +166,33 @@ impl Adjustment {
             match kind {
                 Kind::Reading(f) => components.readings[*f] = component,
                 Kind::Drawn(Source::Input(index), ..) => components.inputs[*index] = component,
-                Kind::Drawn(Source::Motion(f, way), ..) => components.motion[*f][*way] = component,
-                Kind::Drawn(Source::Shared(share, way), ..) => {
-                    for (s, ways) in &mut components.shared {
-                        if s == share {
-                            ways[*way] = component;
-                        }
-                    }
+                Kind::Drawn(Source::Motion(k, way), ..) => {
+                    components.motion[*k].ways[*way] = component;
                 }
             }
         }
         Ok(components)
+    }
+
+    /// The parts of the motion of the bench that nobody measured, of which nothing is known yet.
+    fn unmeasured_motion(&self) -> Vec<MotionComponent> {
+        if self.draws.iter().all(|d| d.share.is_none()) {
+            return vec![];
+        }
+        let own = (0..self.frequencies.len()).map(|f| (Share::Own, Some(f)));
+        let common = Share::ALL[1..].iter().map(|share| (*share, None));
+        own.chain(common)
+            .map(|(share, frequency)| MotionComponent {
+                share,
+                frequency,
+                ways: [None; 2],
+            })
+            .collect()
+    }
+
+    /// Frequency in Hz of what each wedge has by itself.
+    pub(crate) fn frequency_of(&self, motion: &MotionComponent) -> Option<f64> {
+        motion.frequency.map(|f| self.frequencies[f])
     }
 
     fn kinds(&self, budget: &Budget) -> Vec<Kind> {
@@ -181,25 +202,20 @@ impl Adjustment {
             let own = self.draws_of(index).map(|d| offset + d);
             Kind::Drawn(Source::Input(index), own.collect(), input.dof.get())
         });
-        let frequencies = (0..self.frequencies.len()).map(|f| (Share::Own, Some(f)));
-        let shared = Share::ALL[1..].iter().map(|s| (*s, None));
-        let motion = frequencies.chain(shared);
-        let motion = motion
-            .flat_map(|of| [(of, 0), (of, 1)])
-            .map(|((share, f), way)| {
+        let motion = self.unmeasured_motion();
+        let motion = motion.iter().enumerate().flat_map(|(k, of)| {
+            [0, 1].map(|across_or_along| {
                 let own = |d: &usize| {
                     let draw = &self.draws[*d];
-                    draw.share == Some(share)
-                        && (f.is_none() || draw.frequency == f)
-                        && (draw.part / 2 == 2) == (way == 1)
+                    draw.share == Some(of.share)
+                        && (of.frequency.is_none() || draw.frequency == of.frequency)
+                        && way(draw.part / 2) == across_or_along
                 };
                 let own = (0..self.draws.len()).filter(own).map(|d| offset + d);
-                let source = match f {
-                    Some(f) => Source::Motion(f, way),
-                    None => Source::Shared(share, way),
-                };
+                let source = Source::Motion(k, across_or_along);
                 Kind::Drawn(source, own.collect(), f64::INFINITY)
-            });
+            })
+        });
         let some = |kind: &Kind| !matches!(kind, Kind::Drawn(_, draws, _) if draws.len() < 2);
         readings.chain(inputs).chain(motion).filter(some).collect()
     }

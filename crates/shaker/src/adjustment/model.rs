@@ -108,15 +108,12 @@ impl Model<'_> {
                         {
                             continue;
                         }
-                        let wedge = angle(row.configuration.inclination);
-                        let (frequency, keys) = match share {
-                            Share::Own => (Some(f), [-1, f as i64, wedge]),
-                            Share::Frequency => (Some(f), [-2, f as i64, 0]),
-                            Share::Wedge => (None, [-3, wedge, 0]),
-                            Share::All => (None, [-4, 0, 0]),
-                        };
-                        let mut value = keys.to_vec();
-                        value.push(part as i64);
+                        let mut value = vec![-1 - share as i64, part as i64];
+                        value.extend(share.varies_with().iter().map(|key| match key {
+                            Key::Frequency => f as i64,
+                            _ => angle(row.configuration.inclination),
+                        }));
+                        let frequency = share.varies_with().contains(&Key::Frequency).then_some(f);
                         link(i, None, part, frequency, unmeasured.then_some(share), value);
                     }
                 }

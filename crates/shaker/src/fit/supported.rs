@@ -39,9 +39,8 @@ pub(crate) struct Supported {
     inputs: Vec<f64>,
     /// The motion of the bench, with what the runs tell of what nobody measured.
     pub(crate) spurious: SpuriousTable,
-    /// Degrees of freedom of the motion that nobody measured: of each wedge by frequency, then of what is common to several.
-    motion: Vec<f64>,
-    shared: [f64; Share::ALL.len()],
+    /// Degrees of freedom of the motion that nobody measured, where the runs tell it: of what each wedge has by itself by frequency.
+    motion: Vec<(Share, Option<usize>, DegreesOfFreedom)>,
     /// Whether anything has another uncertainty than declared.
     changed: bool,
 }
@@ -70,8 +69,7 @@ impl Supported {
             readings: vec![f64::INFINITY; adjustment.frequencies.len()],
             inputs: budget.inputs.iter().map(|i| i.dof.get()).collect(),
             spurious: spurious.clone(),
-            motion: vec![f64::INFINITY; adjustment.frequencies.len()],
-            shared: [f64::INFINITY; Share::ALL.len()],
+            motion: vec![],
             changed: false,
         };
         // `declared`: degrees of freedom of the declaration, which are in `freedom`.
@@ -124,29 +122,18 @@ impl Supported {
         let declared = |e: &Spurious| e.basis.contains(&Basis::Declared);
         let floor = f64::from(u8::from(spurious.entries.iter().any(declared)));
         let mut moved = false;
-        for (share, ways) in &found.shared {
-            for c in ways.iter().flatten() {
-                let (_, dof) = told("", None, f64::INFINITY, floor, c.ratio, c.freedom);
-                let least = &mut supported.shared[*share as usize];
-                *least = least.min(dof);
-            }
-            let factors = ways.map(|c| c.map_or(1.0, |c| c.ratio.max(floor)));
+        for motion in &found.motion {
+            let dofs = motion.ways.iter().flatten().map(|c| {
+                let (component, _) = told("", None, f64::INFINITY, floor, c.ratio, c.freedom);
+                component.dof
+            });
+            let dof = dofs.fold(DegreesOfFreedom::INFINITE, |a, b| if b < a { b } else { a });
+            supported.motion.push((motion.share, motion.frequency, dof));
+            let factors = motion.ways.map(|c| c.map_or(1.0, |c| c.ratio.max(floor)));
             moved |= factors != [1.0; 2];
-            supported.spurious.scale_shared(*share, factors);
+            let frequency = adjustment.frequency_of(motion);
+            supported.spurious.scale(motion.share, frequency, factors);
         }
-        let mut motion = vec![[1.0; 2]; adjustment.frequencies.len()];
-        for (f, ways) in found.motion.iter().enumerate() {
-            for (way, component) in ways.iter().enumerate() {
-                let Some(c) = component else { continue };
-                let (_, dof) = told("", None, f64::INFINITY, floor, c.ratio, c.freedom);
-                supported.motion[f] = supported.motion[f].min(dof);
-                motion[f][way] = c.ratio.max(floor);
-            }
-        }
-        for (&frequency, &factors) in adjustment.frequencies.iter().zip(&motion) {
-            supported.spurious.scale_unmeasured(frequency, factors);
-        }
-        moved |= motion.iter().flatten().any(|&f| f != 1.0);
         let enlarges = enlarged.iter().chain(&factors).any(|&f| f > 1.0);
         supported.changed = enlarges || moved;
         if enlarges {
@@ -180,8 +167,7 @@ impl Supported {
     pub(crate) fn taken_as_declared(self) -> Self {
         Self {
             readings: vec![f64::INFINITY; self.readings.len()],
-            motion: vec![f64::INFINITY; self.motion.len()],
-            shared: [f64::INFINITY; Share::ALL.len()],
+            motion: vec![],
             inputs: self.budget.inputs.iter().map(|i| i.dof.get()).collect(),
             ..self
         }
@@ -189,11 +175,9 @@ impl Supported {
 
     /// Degrees of freedom of the motion of the bench that nobody measured, at a frequency: the fewer of across and along.
     pub(super) fn motion_dof(&self, f: usize, share: Share) -> DegreesOfFreedom {
-        let nu = match share {
-            Share::Own => self.motion[f],
-            common => self.shared[common as usize],
-        };
-        DegreesOfFreedom::new(nu).unwrap_or(DegreesOfFreedom::INFINITE)
+        let of = |m: &&(Share, Option<usize>, _)| m.0 == share && m.1.is_none_or(|own| own == f);
+        let found = self.motion.iter().find(of);
+        found.map_or(DegreesOfFreedom::INFINITE, |m| m.2)
     }
 
     /// Degrees of freedom of an influence at a frequency: of an input of the budget, or of the noise of the phasors

@@ -9,25 +9,6 @@ use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Input, JointInputs, 
 use pulp::Simd;
 
 const SPURIOUS: &str = "measurement of the spurious motion";
-/// Motion of the bench that was not measured, by what it is common to, with the keys it varies with beside its axis and part.
-const UNMEASURED: [(Share, &str, &[Key]); 4] = [
-    (
-        Share::Own,
-        "motion of the bench that was not measured",
-        &[Key::Frequency, Key::Inclination],
-    ),
-    (
-        Share::Frequency,
-        "motion of all wedges that was not measured",
-        &[Key::Frequency],
-    ),
-    (
-        Share::Wedge,
-        "motion of a wedge at all frequencies that was not measured",
-        &[Key::Inclination],
-    ),
-    (Share::All, "motion of the table that was not measured", &[]),
-];
 const NOISE: &str = "noise of the sine approximations";
 
 /// What one draw does to one run.
@@ -101,13 +82,13 @@ impl Errors {
             ]));
         let some = |e: &Spurious| e.basis.iter().any(|b| *b != Basis::Measured);
         let unmeasured = match spurious.entries.iter().any(some) {
-            true => &UNMEASURED[..],
+            true => &Share::ALL[..],
             false => &[],
         };
-        let inputs = unmeasured.iter().fold(inputs, |inputs, (_, name, keys)| {
-            let keys = keys.iter().map(|k| k.name());
+        let inputs = unmeasured.iter().fold(inputs, |inputs, share| {
+            let keys = share.varies_with().iter().map(|k| k.name());
             let keys: Vec<&str> = keys.chain([Key::Channel.name(), PART]).collect();
-            inputs.add(Input::new(*name, "1", unit.clone()).varies_with(keys))
+            inputs.add(Input::new(share.description(), "1", unit.clone()).varies_with(keys))
         });
         // Angles to a microradian, rotations modulo a turn: what a plan calls the same.
         let angle = |a: f64| (a.rem_euclid(std::f64::consts::TAU) * 1e6).round() as i64 % 6_283_185;
@@ -179,17 +160,20 @@ impl Errors {
             if let Some(s) = spurious.get(row.configuration.inclination, row.frequency) {
                 excitation = s.ratio;
                 for (k, _) in AXES.iter().enumerate() {
-                    let unmeasured = UNMEASURED.map(|(share, input, _)| (share, input));
-                    let inputs: &[(Share, &str)] = match s.basis[k] {
-                        Basis::Measured => &[(Share::Own, SPURIOUS)],
-                        Basis::Declared | Basis::Assumed => &unmeasured,
+                    let inputs = match s.basis[k] {
+                        Basis::Measured => vec![(Share::Own, SPURIOUS.to_owned())],
+                        Basis::Declared | Basis::Assumed => Share::ALL
+                            .map(|share| (share, share.description()))
+                            .to_vec(),
                     };
-                    for &(share, input) in inputs {
+                    for (share, input) in inputs {
                         for part in 0..2 {
                             let r = spurious.step(s, share, 2 * k + part);
                             if r != Complex64::new(0.0, 0.0) {
-                                errors
-                                    .push((draw(place(i, k, part), input)?, Error::Spurious(k, r)));
+                                errors.push((
+                                    draw(place(i, k, part), &input)?,
+                                    Error::Spurious(k, r),
+                                ));
                             }
                         }
                     }

@@ -5,7 +5,7 @@ use super::{ReadingResidual, StaticFit};
 use crate::direction_coverage::unit;
 use crate::findings;
 use crate::{MeanNoise, Samples, Segment, Triple};
-use proofmass_core::{Error, Matrix3, STANDARD_GRAVITY, dot};
+use proofmass_core::{Error, Matrix3, STANDARD_GRAVITY, TaitBryan, dot};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
 };
@@ -80,16 +80,6 @@ fn cross(a: Triple, b: Triple) -> Triple {
     ]
 }
 
-/// Roll, pitch and yaw of R = R_z(ψ) R_y(θ) R_x(φ).
-fn angles(r: &Matrix3<f64>) -> Triple {
-    let r = &r.0;
-    [
-        r[2][1].atan2(r[2][2]),
-        (-r[2][0]).clamp(-1.0, 1.0).asin(),
-        r[1][0].atan2(r[0][0]),
-    ]
-}
-
 /// Small turn about the axes of the machine that takes one frame to another near it.
 fn turn_between(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Triple {
     let d = to.product(&from.transpose()).0;
@@ -144,12 +134,12 @@ impl Mounting {
                 of_mean[3 * i + j] = sum.sum::<f64>() / (freedom * n as f64);
             }
         }
-        let stated = angles(&frame);
+        let stated = TaitBryan::of_matrix(&frame).angles();
         // Derivatives of a small turn, and of the angles, by what is shifted.
         let derivative = |shift: &dyn Fn(f64) -> Option<Matrix3<f64>>, step: f64| -> [Triple; 2] {
             let [low, high] = [-step, step].map(|h| shift(h).unwrap_or(frame));
             let turn = turn_between(&low, &high).map(|v| v / (2.0 * step));
-            let [low, high] = [low, high].map(|f| angles(&f));
+            let [low, high] = [low, high].map(|f| TaitBryan::of_matrix(&f).angles());
             let angle = std::array::from_fn(|i| {
                 let turn = std::f64::consts::TAU;
                 let d = high[i] - low[i];
