@@ -26,6 +26,7 @@ impl Compensation {
                     .with_hint("compensate a recording with proofmass.apply(…, band=(low, high)) or filter=True"),
             ));
         };
+        file.at_one_environment().map_err(refused)?;
         let AnyCompensation::ThreeAxes(inner) = file.compensation().map_err(refused)? else {
             return Err(refused(
                 Trouble::request("a calibration of one axis compensates no rows of three")

@@ -1,5 +1,6 @@
 //! `proofmass apply`: compensated recording, streamed.
 
+use crate::at_arguments::AtArguments;
 use crate::chain_arguments::ChainArguments;
 use crate::console::Progress;
 use crate::written_file::{Replacement, WrittenFile, read};
@@ -8,7 +9,8 @@ use proofmass::dynamic::frequency_response::{Beyond, FilterDesign};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{AtomicFile, ColumnRef, Input, Source};
 use proofmass::jobs::apply::{
-    ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
+    ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, EnvironmentColumn,
+    OutOfRange,
 };
 use proofmass::jobs::bias::TrackedBias;
 use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
@@ -56,6 +58,12 @@ pub(crate) struct Apply {
     /// Column of the temperature in °C, for a calibration over temperature
     #[arg(long, value_name = "COLUMN")]
     temperature: Option<String>,
+    /// Column of another quantity that the calibration follows (humidity, pressure, supply voltage), with its unit where the heading does
+    /// not say it; more than once
+    #[arg(long, value_name = "[NAME=]COLUMN[:UNIT]")]
+    environment: Vec<EnvironmentColumn>,
+    #[command(flatten)]
+    at: AtArguments,
     /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them
     #[arg(long)]
     within_range: bool,
@@ -68,7 +76,7 @@ pub(crate) struct Apply {
     ///
     /// The calibration is then the result.json of a test with a model, or a calibration over frequency that --model is
     /// fitted to.
-    #[arg(long, requires = "columns", conflicts_with_all = ["band", "filter", "temperature", "within_range", "bias", "rotate", "low_pass", "decimate"])]
+    #[arg(long, requires = "columns", conflicts_with_all = ["band", "filter", "temperature", "environment", "at", "within_range", "bias", "rotate", "low_pass", "decimate"])]
     dynamic: bool,
     #[command(flatten)]
     turning: Turning,
@@ -106,6 +114,9 @@ impl Apply {
                     false => e,
                 }
             })?;
+        let calibration = calibration
+            .at_environment(&self.at.at)
+            .map_err(|e| e.at(&self.calibration))?;
         console::doubt(&calibration_input);
         findings.iter().for_each(console::finding);
         let tracked = self.bias.as_deref();
@@ -190,6 +201,7 @@ impl Apply {
         let mut job = ApplyJob::default();
         job.reading = self.reading.clone();
         job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
+        job.environment = self.environment.clone();
         job.chain = self.chain.chain()?;
         job.method = match (self.filter, self.band) {
             (true, band) => {

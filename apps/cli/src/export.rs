@@ -1,5 +1,6 @@
 //! `proofmass export` and `proofmass filter`: calibrations, filters and gains for firmware and for other programs.
 
+use crate::at_arguments::AtArguments;
 use crate::chain_arguments::ChainArguments;
 use crate::number_arguments::positive;
 use crate::{Failure, Outcome, console};
@@ -33,6 +34,8 @@ pub(crate) struct Export {
     /// Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that alone
     #[arg(long, value_name = "LOW,HIGH", value_parser = crate::number_arguments::band_or_frequency)]
     band: Option<[f64; 2]>,
+    #[command(flatten)]
+    at: AtArguments,
     #[command(flatten)]
     chain: ChainArguments,
     /// Sampling rate in hertz, for --low-pass
@@ -173,6 +176,13 @@ impl Export {
                         .hint("export the calibration with them, and this result by itself"),
                 );
             }
+            if !self.at.at.is_empty() {
+                return Err(
+                    Failure::new("--at is about a calibration, and this result is none")
+                        .detail(name)
+                        .hint("leave --at out"),
+                );
+            }
             let found = firmware(&bytes, self.method.unwrap_or_default());
             let found = found.map_err(|e| e.detail(name.clone()))?;
             options.notes = found.notes;
@@ -189,7 +199,9 @@ impl Export {
                 return Err(Failure::new("a calibration has no gains to choose from")
                     .hint("--method belongs to a result of `proofmass velocity tune`"));
             }
-            let calibration = calibration.map_err(|e| e.at(&self.calibration))?;
+            let calibration = calibration
+                .and_then(|c| c.at_environment(&self.at.at))
+                .map_err(|e| e.at(&self.calibration))?;
             match (calibration, self.band) {
                 (AnyCalibration::Constant(file), None) => self.chained(*file, form, options)?,
                 (AnyCalibration::FrequencyResponse(_), None) => {
@@ -225,6 +237,9 @@ impl Export {
         form: ExportForm,
         mut options: ExportOptions,
     ) -> Result<Vec<u8>, Failure> {
+        let fixed = self.at.at.iter();
+        let notes = fixed.map(|(name, value)| format!("Holds at {name} = {value:?}."));
+        options.notes.extend(notes);
         let chain = self.chain.chain()?;
         let name = self.calibration.display().to_string();
         chain

@@ -2,6 +2,7 @@
 
 mod apply;
 mod argument_file;
+mod at_arguments;
 mod bias;
 mod calibrate;
 mod certificate;

@@ -47,6 +47,22 @@ impl From<FrequencyResponseFile> for AnyCalibration {
 }
 
 impl AnyCalibration {
+    /// The calibration at stated values of quantities of the surroundings, as [`CalibrationFile::at_environment`].
+    ///
+    /// # Errors
+    /// As there; a calibration of another kind follows none.
+    pub fn at_environment(self, values: &[(String, f64)]) -> Result<Self> {
+        match (self, values) {
+            (this, []) => Ok(this),
+            (Self::Constant(file), values) => Ok(Self::from(file.at_environment(values)?)),
+            (_, [(name, _), ..]) => Err(Error::new(
+                ErrorKind::Configuration,
+                format!("the calibration is one over frequency, and does not follow {name}"),
+            )
+            .with_hint("leave --at out")),
+        }
+    }
+
     /// Reads and checks a file.
     ///
     /// # Errors

@@ -2,9 +2,11 @@
 
 mod any_compensation;
 mod blocks;
+mod environment;
 
 pub use any_compensation::AnyCompensation;
 pub use blocks::{CurvatureBlock, ThermalBlock};
+pub use environment::EnvironmentBlock;
 
 use crate::Device;
 use crate::any_calibration::{calibration_schema, parse_kind, read_document};
@@ -86,6 +88,9 @@ pub struct CalibrationFile {
     /// How bias and scale follow the temperature, where that was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ThermalBlock>,
+    /// How bias and scale follow other quantities of the surroundings, where that was measured: humidity, pressure, supply voltage.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub environment: Vec<EnvironmentBlock>,
     /// What is not linear, where that was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<CurvatureBlock>,
@@ -119,6 +124,7 @@ impl CalibrationFile {
             temperature_range: None,
             acceleration_range: None,
             temperature: None,
+            environment: Vec::new(),
             curvature: None,
             inputs: Vec::new(),
         }
@@ -227,7 +233,8 @@ impl CalibrationFile {
         }
     }
 
-    /// What runs on the desk and on the chip: the linear model with what the blocks say.
+    /// What runs on the desk and on the chip: the linear model with what the blocks of temperature and curvature say, at the reference of
+    /// other quantities of the surroundings.
     ///
     /// # Errors
     /// A K that cannot be inverted, a coefficient that is not finite, curvature that is no small correction.
@@ -270,10 +277,16 @@ impl CalibrationFile {
     /// An acceleration that this calibration of one axis gives, with what the calibration leaves open of it; `None` of three axes,
     /// and where the calibration states no uncertainty.
     ///
-    /// With o = b(T) + k(T)(a + k₂ a² + k₃ a³) it is ∂a/∂p = −(∂o/∂p)/(∂o/∂a) for every parameter p, with the joint covariance.
+    /// With o = b(T, E) + k(T, E)(a + k₂ a² + k₃ a³) it is ∂a/∂p = −(∂o/∂p)/(∂o/∂a) for every parameter p, with the joint covariance.
     ///
-    /// **Units** acceleration in m/s², temperature in °C.
-    pub fn acceleration(&self, a: f64, temperature: Option<f64>) -> Option<Quantity> {
+    /// **Units** acceleration in m/s², temperature in °C; other quantities of the surroundings in their units, in the order of
+    /// [`CalibrationFile::environment`], at their references where none are given.
+    pub fn acceleration(
+        &self,
+        a: f64,
+        temperature: Option<f64>,
+        environment: &[f64],
+    ) -> Option<Quantity> {
         if self.axes() != 1 || self.estimate.influences().is_empty() {
             return None;
         }
@@ -286,14 +299,32 @@ impl CalibrationFile {
             _ => 0.0,
         };
         let powers = [d, d * d, d * d * d];
-        let warm = block.map_or(1.0, |block| {
-            1.0 + block.scale[0]
-                .iter()
-                .zip(powers)
-                .map(|(c, p)| c * p)
-                .sum::<f64>()
-        });
+        let around: Vec<(&EnvironmentBlock, f64)> = self
+            .environment
+            .iter()
+            .zip(environment)
+            .map(|(block, value)| (block, block.deviation(*value)))
+            .collect();
+        let along: f64 = around.iter().map(|(block, e)| block.scale[0] * e).sum();
+        let warm = along
+            + block.map_or(1.0, |block| {
+                1.0 + block.scale[0]
+                    .iter()
+                    .zip(powers)
+                    .map(|(c, p)| c * p)
+                    .sum::<f64>()
+            });
         let slope = k * warm * (1.0 + a * (2.0 * k2 + 3.0 * k3 * a));
+        let of_environment = |name: &str| {
+            around.iter().find_map(|(block, e)| {
+                let [bias, scale] = block.names(0);
+                match name {
+                    _ if name == bias => Some(*e),
+                    _ if name == scale => Some(k * shape * e),
+                    _ => None,
+                }
+            })
+        };
         let effect = |name: &str| match name {
             "bias" => 1.0,
             "scale" => warm * shape,
@@ -305,7 +336,7 @@ impl CalibrationFile {
             {
                 Some(("bias", Ok(power @ 1..=3))) => powers[power - 1],
                 Some(("scale", Ok(power @ 1..=3))) => k * shape * powers[power - 1],
-                _ => 0.0,
+                _ => of_environment(name).unwrap_or(0.0),
             },
         };
         let parameters = self.estimate.components().iter();
@@ -382,20 +413,17 @@ impl CalibrationFile {
                     );
                 }
             }
-            let blocks = [
-                self.temperature.as_ref().map(|t| t.named(i)),
-                self.curvature.as_ref().map(|c| c.named(i)),
-            ];
-            for (name, value) in blocks.into_iter().flatten().flatten() {
-                if !agree(stated(name.clone(), value), value, value) {
-                    return refuse(
-                        if name.starts_with("curvature") {
-                            "curvature"
-                        } else {
-                            "temperature"
-                        },
-                        format!("{name} of the block disagrees with that of the estimate"),
-                    );
+            let thermal = self.temperature.iter().map(|t| ("temperature", t.named(i)));
+            let around = self.environment.iter().map(|e| ("environment", e.named(i)));
+            let curved = self.curvature.iter().map(|c| ("curvature", c.named(i)));
+            for (key, terms) in thermal.chain(around).chain(curved) {
+                for (name, value) in terms {
+                    if !agree(stated(name.clone(), value), value, value) {
+                        return refuse(
+                            key,
+                            format!("{name} of the block disagrees with that of the estimate"),
+                        );
+                    }
                 }
             }
         }
@@ -427,6 +455,7 @@ impl CalibrationFile {
                 "temperature",
                 self.temperature.as_ref().is_none_or(|t| t.is_of(n)),
             ),
+            ("environment", self.environment.iter().all(|e| e.is_of(n))),
             (
                 "curvature",
                 self.curvature.as_ref().is_none_or(|c| c.is_of(n)),
@@ -466,6 +495,16 @@ impl CalibrationFile {
                     "the temperature range of the coefficients is empty or reversed",
                 )
                 .column("temperature"));
+            }
+        }
+        for (k, block) in self.environment.iter().enumerate() {
+            finite("environment", &block.numbers())?;
+            let twice = self.environment[..k].iter().any(|e| e.name == block.name);
+            let twice = twice.then(|| format!("{} stands there twice", block.name));
+            if let Some(fault) = twice.or_else(|| block.fault()) {
+                return Err(Error::new(ErrorKind::Format, fault)
+                    .column("environment")
+                    .with_hint("do not edit the file by hand; calibrate again"));
             }
         }
         self.compensation()?;

@@ -83,7 +83,8 @@ pub struct ExportOptions {
 /// ```
 ///
 /// # Errors
-/// A calibration that cannot be applied; a form that cannot hold it (integers for outputs that are no counts, `imu.yaml` for raw outputs); a name that is no identifier.
+/// A calibration that cannot be applied; one that follows other quantities of the surroundings than the temperature
+/// ([`CalibrationFile::at_environment`]); a form that cannot hold it (integers for outputs that are no counts, `imu.yaml` for raw outputs); a name that is no identifier.
 pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions) -> Result<String> {
     let plan = Plan::of(file, options)?;
     match (form, options.number) {
@@ -122,6 +123,7 @@ struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     fn of(file: &'a CalibrationFile, options: &'a ExportOptions) -> Result<Self> {
+        file.at_one_environment()?;
         let model = file.compensation()?;
         Ok(Self {
             file,

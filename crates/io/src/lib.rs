@@ -89,7 +89,8 @@ pub use append_log::AppendLog;
 pub use attitude::{AttitudeColumns, GivenAttitude, TrueAcceleration, check_agreement};
 pub use base64::base64;
 pub use calibration_file::{
-    AnyCompensation, CalibrationFile, CurvatureBlock, SINGLE_AXIS, TRIAXIAL, ThermalBlock,
+    AnyCompensation, CalibrationFile, CurvatureBlock, EnvironmentBlock, SINGLE_AXIS, TRIAXIAL,
+    ThermalBlock,
 };
 pub use calibration_memory::{
     MemoryContent, MemoryCurvature, MemoryTemperature, is_calibration_memory,

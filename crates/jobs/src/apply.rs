@@ -3,6 +3,7 @@
 mod band;
 mod chain;
 mod compensation;
+mod environment;
 mod outcome;
 mod page;
 mod steps;
@@ -11,6 +12,7 @@ pub use crate::destination::Destination;
 pub use band::calibration_of_band;
 pub use chain::{Chain, LowPass, LowPassForm, Rotation};
 pub use compensation::{CompensationMethod, CompensationStream};
+pub use environment::EnvironmentColumn;
 pub use outcome::{ApplyOutcome, FilterFigures};
 pub use steps::ChainFigures;
 
@@ -81,6 +83,9 @@ pub struct ApplyJob {
     /// Column of the temperature in °C, for a calibration that follows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ColumnRef>,
+    /// Columns of the other quantities of the surroundings that the calibration follows.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub environment: Vec<EnvironmentColumn>,
     /// What follows the calibration: rotation, low-pass, decimation.
     #[serde(skip_serializing_if = "Chain::is_empty")]
     pub chain: Chain,
@@ -157,6 +162,9 @@ impl Job for ApplyJob {
         let temperature = self.thermometer(calibration, &layout).map_err(about)?;
         let signals = columns.clone();
         columns.extend(temperature.map(|(index, _)| index));
+        let environment =
+            environment::columns(&self.environment, calibration, &layout).map_err(about)?;
+        columns.extend(environment.iter().map(|(index, _)| index));
         let (clock, timed) = self.clock(&layout, data.bias.is_some(), &mut columns)?;
         let timed = timed.as_ref().map(|(index, unit)| (*index, unit));
         let mut reading = self.reading.of_stream(&layout, &signals, timed)?;
@@ -166,6 +174,7 @@ impl Job for ApplyJob {
             job: self,
             calibration,
             temperature: temperature.map(|(_, told)| told),
+            environment: environment.into_iter().map(|(_, factor)| factor).collect(),
             clock,
             compensation: None,
             bias: data.bias,
@@ -345,6 +354,8 @@ struct Work<'a> {
     calibration: &'a AnyCalibration,
     /// The next column after the outputs is the temperature, which is read so.
     temperature: Option<Thermometer>,
+    /// The columns after it are the other quantities of the surroundings, which are multiplied by these; then comes the time.
+    environment: Vec<f64>,
     clock: Option<BlockClock>,
     /// Made at the first block, which tells the rate.
     compensation: Option<CompensationStream>,
@@ -364,10 +375,10 @@ struct Work<'a> {
 
 impl Work<'_> {
     fn block(&mut self, block: Rc<RowBlock>, origin: Option<f64>, watch: &dyn Watch) -> Result<()> {
-        let outputs = self.factors.len();
+        let time = self.time_column();
         let mut breaks = Vec::new();
         if let Some(clock) = self.clock.as_mut().filter(|c| c.per_second.is_some()) {
-            breaks = clock.breaks(block.column(outputs + usize::from(self.temperature.is_some()))).map_err(|(row, what)| {
+            breaks = clock.breaks(block.column(time)).map_err(|(row, what)| {
                 Trouble::data(what)
                     .detail(format!("{}:{}", self.name, block.line(row)))
                     .with_hint("look for a restart of the clock or a doubled row, or give --rate in place of the time column")
@@ -404,15 +415,19 @@ impl Work<'_> {
         Ok(())
     }
 
+    /// Where the times stand among the columns that are read.
+    fn time_column(&self) -> usize {
+        self.factors.len() + usize::from(self.temperature.is_some()) + self.environment.len()
+    }
+
     /// Rows that follow one another without a gap.
     fn rows(&mut self, block: &Rc<RowBlock>, rows: Range<usize>) -> Result<()> {
-        let scaled: Vec<Vec<f64>> = self
+        let mut scaled: Vec<Vec<f64>> = self
             .factors
             .iter()
             .enumerate()
             .map(|(i, factor)| block.scaled(i, rows.clone(), 0.0, *factor))
             .collect();
-        let slices: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
         self.figures.read += rows.len() as u64;
         let outputs = self.factors.len();
         let celsius = |t: Thermometer| block.scaled(outputs, rows.clone(), t.zero, t.factor);
@@ -429,6 +444,25 @@ impl Work<'_> {
                 .with_hint("sweep a larger range, or have such samples reported"));
             }
         }
+        if let AnyCalibration::Constant(file) = self.calibration
+            && !self.environment.is_empty()
+        {
+            let behind = self.time_column() - self.environment.len();
+            let factors = self.environment.iter().enumerate();
+            let around: Vec<Vec<f64>> = factors
+                .map(|(k, factor)| block.scaled(behind + k, rows.clone(), 0.0, *factor))
+                .collect();
+            let beyond = self.figures.environment(file, &around);
+            if let (Some((row, name)), OutOfRange::Refuse) = (beyond, self.job.out_of_range) {
+                return Err(Trouble::data(format!(
+                    "{name} is beyond the range in which the calibration was measured"
+                ))
+                .detail(format!("{}:{}", self.name, block.line(rows.start + row)))
+                .with_hint("measure over a larger range, or have such samples reported"));
+            }
+            file.at_reference(&mut scaled, temperature.as_deref(), &around);
+        }
+        let slices: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
         self.times(block, &rows);
         if let Some(compensation) = &mut self.compensation {
             let values = match &temperature {
@@ -478,11 +512,11 @@ impl Work<'_> {
 
     /// Tells the steps the times of rows, where one of them subtracts a bias.
     fn times(&mut self, block: &Rc<RowBlock>, rows: &Range<usize>) {
+        let column = self.time_column();
         let (Some(steps), Some(clock), true) = (&mut self.steps, &self.clock, self.bias.is_some())
         else {
             return;
         };
-        let column = self.factors.len() + usize::from(self.temperature.is_some());
         let (first, zero) = (self.first_row, self.origin.unwrap_or(0.0));
         steps.rows(rows.clone().enumerate().map(|(i, row)| {
             let time = match clock.per_second {
@@ -497,7 +531,7 @@ impl Work<'_> {
     /// Where the times of a recording count from: its first stamp, where that is far from zero.
     fn zero_of(&self, block: &RowBlock) -> Option<f64> {
         let scale = self.clock.as_ref()?.per_second?;
-        let column = self.factors.len() + usize::from(self.temperature.is_some());
+        let column = self.time_column();
         Some(proofmass_io::zero_of_times(block.column(column)[0] / scale))
     }
 

@@ -6,7 +6,8 @@ mod kinds;
 pub(crate) use kinds::*;
 
 use crate::{Result, Trouble};
-use proofmass_uncertainty::{FindingKind, Severity};
+use proofmass_io::CalibrationFile;
+use proofmass_uncertainty::{Finding, FindingKind, Severity};
 use serde::Serialize;
 use std::fmt::{self, Write as _};
 
@@ -29,6 +30,21 @@ pub fn catalogue() -> Vec<(&'static str, &'static FindingKind)> {
         .into_iter()
         .flat_map(|(room, kinds)| kinds.iter().map(move |kind| (room, kind)))
         .collect()
+}
+
+/// What a calibration follows, where it is taken at its reference.
+pub(crate) fn taken_at_reference(file: &CalibrationFile) -> Vec<Finding> {
+    let thermal = file
+        .temperature
+        .iter()
+        .map(|block| temperature_not_followed(block.reference));
+    let around = file.environment.iter().map(|block| {
+        environment_not_followed(
+            &block.name,
+            &format!("{:.4} {}", block.reference, block.unit),
+        )
+    });
+    thermal.chain(around).collect()
 }
 
 /// What the catalogue says of one code. Numbers are shown by their names, `⟨like this⟩`.

@@ -12,7 +12,9 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, THERMAL_ORDER, Watch};
-use proofmass_io::{AnyCalibration, CalibrationFile, StatedQuantity, ThermalBlock, Unit};
+use proofmass_io::{
+    AnyCalibration, CalibrationFile, EnvironmentBlock, StatedQuantity, ThermalBlock, Unit,
+};
 use proofmass_report::Report;
 use proofmass_static::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_uncertainty::{Component, Estimate, Finding};
@@ -223,36 +225,58 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
     };
     let unit = file.input_unit;
     let named = |kind: &str, axis: usize| fit.blocks.parameter(kind, axis);
-    for i in 0..file.axes() {
-        for power in 1..=top {
-            let mut row = vec![0.0; width];
-            for j in 0..file.axes() {
-                row[index(&format!("{}.T{power}", named(kind, j)))?] = file.k[i][j];
-            }
-            let value = row
-                .iter()
-                .zip(source.components())
-                .map(|(r, c)| r * c.value)
-                .sum();
-            block.bias[i][power - 1] = value;
-            let exponent = ["", "²", "³"][power - 1];
-            components.push(Component::new(
-                format!("{}.T{power}", named("bias", i)),
-                format!("{unit}/K{exponent}"),
-                value,
-            ));
-            rows.push(row);
+    // A term of the bias of an axis, by what it is called and the unit it is per.
+    let of_bias = |i: usize, term: &str, per: &str| -> Result<(Component, Vec<f64>)> {
+        let mut row = vec![0.0; width];
+        for j in 0..file.axes() {
+            row[index(&format!("{}.{term}", named(kind, j)))?] = file.k[i][j];
         }
-        if fit.scale {
-            for power in 1..=top {
-                let name = format!("{}.T{power}", named("scale", i));
-                let at = index(&name)?;
-                let mut row = vec![0.0; width];
-                row[at] = 1.0;
-                let component = source.components()[at].clone();
-                block.scale[i][power - 1] = component.value;
-                components.push(component);
-                rows.push(row);
+        let terms = row.iter().zip(source.components());
+        let value = terms.map(|(r, c)| r * c.value).sum();
+        let unit = match per {
+            "1" => unit.to_string(),
+            per => format!("{unit}/{per}"),
+        };
+        let name = format!("{}.{term}", named("bias", i));
+        Ok((Component::new(name, unit, value), row))
+    };
+    // A term of the relative scale, which is that of the fit.
+    let of_scale = |i: usize, term: &str| -> Result<(Component, Vec<f64>)> {
+        let at = index(&format!("{}.{term}", named("scale", i)))?;
+        let mut row = vec![0.0; width];
+        row[at] = 1.0;
+        Ok((source.components()[at].clone(), row))
+    };
+    let mut around: Vec<EnvironmentBlock> = fit
+        .environment
+        .iter()
+        .map(|course| EnvironmentBlock {
+            name: course.name.clone(),
+            unit: course.unit.clone(),
+            reference: course.reference,
+            bias: vec![0.0; file.axes()],
+            scale: vec![0.0; file.axes()],
+            range: course.range,
+        })
+        .collect();
+    for i in 0..file.axes() {
+        let mut add = |(component, row): (Component, Vec<f64>)| {
+            let value = component.value;
+            components.push(component);
+            rows.push(row);
+            value
+        };
+        for power in 1..=top {
+            let per = ["K", "K²", "K³"][power - 1];
+            block.bias[i][power - 1] = add(of_bias(i, &format!("T{power}"), per)?);
+        }
+        for power in (1..=top).filter(|_| fit.scale) {
+            block.scale[i][power - 1] = add(of_scale(i, &format!("T{power}"))?);
+        }
+        for quantity in &mut around {
+            quantity.bias[i] = add(of_bias(i, &quantity.name, &quantity.unit)?);
+            if fit.scale {
+                quantity.scale[i] = add(of_scale(i, &quantity.name)?);
             }
         }
     }
@@ -276,6 +300,7 @@ fn completed(file: &CalibrationFile, fit: &TemperatureFit) -> Result<Calibration
     });
     block.hysteresis = hysteresis.collect();
     file.temperature = Some(block);
+    file.environment = around;
     file.temperature_range = Some(fit.range);
     Ok(file)
 }

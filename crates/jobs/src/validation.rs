@@ -208,9 +208,7 @@ impl Job for ValidationJob {
         if file.inputs.iter().any(|i| data.sha256 == Some(&i.sha256)) {
             findings.push(findings::same_recording());
         }
-        if let Some(block) = &file.temperature {
-            findings.push(findings::temperature_not_followed(block.reference));
-        }
+        findings.extend(findings::taken_at_reference(file));
         if file.estimate.components().is_empty() {
             findings.push(findings::calibration_without_uncertainty());
         }

@@ -218,6 +218,12 @@ findings! {
         evidence "no pulse in the recording",
         advice "check the column of the index, or move the axis by more than a turn";
 
+    /// The index lags behind the counts.
+    index_late(samples: usize) =
+        "index-late", [Note],
+        what "the index comes {samples} samples after the counts, which is taken out: pulses that are met on the way there and back agree then",
+        advice "no filter on the line of the index, or read it with the channels";
+
     /// An absolute encoder moves far between two samples.
     large_step(step: i64, range: u64) =
         "large-step", [Warning],

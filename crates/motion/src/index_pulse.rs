@@ -42,8 +42,9 @@ struct Window {
 const FAR: i64 = i64::MAX / 8;
 
 impl Window {
-    /// From counts during a pulse and those before and after it, where there are any.
-    fn of(high: &[i64], before: Option<i64>, after: Option<i64>) -> Option<Self> {
+    /// From counts during a pulse and those before and after it, where there are any; `within` is one where an edge may lie within a
+    /// count, at which the pulse is then both low and high.
+    fn of(high: &[i64], before: Option<i64>, after: Option<i64>, within: i64) -> Option<Self> {
         let (least, most) = (*high.iter().min()?, *high.iter().max()?);
         let mut window = Self {
             begin: [-FAR, least],
@@ -51,9 +52,9 @@ impl Window {
         };
         for low in [before, after].into_iter().flatten() {
             if low < least {
-                window.begin[0] = window.begin[0].max(low + 1);
+                window.begin[0] = window.begin[0].max(low + 1 - within);
             } else if low > most {
-                window.end[1] = window.end[1].min(low - 1);
+                window.end[1] = window.end[1].min(low - 1 + within);
             }
         }
         Some(window)
@@ -89,6 +90,103 @@ impl Window {
     }
 }
 
+/// Pulses as they are read when the index is thought to behave in one way.
+struct Scan {
+    known: Option<Window>,
+    passages: Vec<IndexPassage>,
+    /// Samples by which the index comes after the counts.
+    late: usize,
+    /// Passages whose two edges contradict each other.
+    contradictions: usize,
+}
+
+impl Scan {
+    /// Edges at counts and an index in time, unless three times fewer pulses disagree where an edge may lie within a count, or where the
+    /// index comes late by up to three samples: on an axis that goes and comes each of these looks like counts lost at one turn and added at
+    /// the next.
+    fn likeliest(count: &[i64], pulse: &[bool], turn: i64) -> Self {
+        let plain = Self::of(count, pulse, turn, 0, 0);
+        let doubts = plain.doubts();
+        if doubts < 3 && plain.contradictions == 0 {
+            return plain;
+        }
+        let others = [(1, 0), (0, 1), (1, 1), (1, 2), (1, 3)];
+        let others = others.map(|(within, late)| Self::of(count, pulse, turn, within, late));
+        let fewest = others.into_iter().min_by_key(Self::doubts);
+        match fewest.filter(|other| 3 * other.doubts() <= doubts) {
+            Some(other) => other,
+            None => plain,
+        }
+    }
+
+    fn doubts(&self) -> usize {
+        let moved = self.passages.iter().filter(|p| p.put_back != 0);
+        self.contradictions + moved.count()
+    }
+
+    fn of(count: &[i64], pulse: &[bool], turn: i64, within: i64, late: usize) -> Self {
+        let pulse = &pulse[late.min(pulse.len())..];
+        let mut contradictions = 0;
+        let mut passages: Vec<IndexPassage> = Vec::new();
+        let mut known: Option<Window> = None;
+        let mut shift = 0;
+        let mut at = 0;
+        while let Some(first) = (at..pulse.len()).find(|k| pulse[*k]) {
+            let past = (first..pulse.len()).find(|k| !pulse[*k]);
+            let past = past.unwrap_or(pulse.len());
+            at = past;
+            let after = count[..pulse.len()].get(past).copied();
+            let before = first.checked_sub(1).map(|k| count[k]);
+            let Some(met) = Window::of(&count[first..past], before, after, within) else {
+                break;
+            };
+            let Some(window) = known else {
+                known = Some(met);
+                passages.push(IndexPassage {
+                    sample: first,
+                    turn: 0,
+                    put_back: 0,
+                    admitted: 0..=0,
+                });
+                continue;
+            };
+            let met = met.moved(shift);
+            let turns = (met.middle() - window.middle() + turn).div_euclid(2 * turn);
+            let met = met.moved(-turns * turn);
+            let [low, high] = window.admits(&met);
+            contradictions += usize::from(low > high);
+            let put_back = match (low <= 0 && high >= 0, low <= high) {
+                (true, _) => 0,
+                // The middle of what is admitted, toward zero.
+                (false, true) => (low.clamp(-turn, turn) + high.clamp(-turn, turn)) / 2,
+                (false, false) => (window.middle() - met.middle()) / 2,
+            };
+            let admitted = match (put_back == 0, low <= high) {
+                (true, _) => 0..=0,
+                (false, true) => low.max(-turn)..=high.min(turn),
+                (false, false) => put_back..=put_back,
+            };
+            shift += put_back;
+            let narrowed = window.narrowed(&met.moved(put_back));
+            let sound =
+                narrowed.begin[0] <= narrowed.begin[1] && narrowed.end[0] <= narrowed.end[1];
+            known = Some(if sound { narrowed } else { window });
+            passages.push(IndexPassage {
+                sample: first,
+                turn: turns,
+                put_back,
+                admitted,
+            });
+        }
+        Self {
+            known,
+            passages,
+            late,
+            contradictions,
+        }
+    }
+}
+
 /// Counts with their zero at the index, and what was lost or added between two pulses put back.
 ///
 /// A pulse is high over a few counts, always the same ones of a turn. What the counts during it, before and after it admit of where it
@@ -99,7 +197,10 @@ impl Window {
 /// Where most turns differ by the same number, it is the counts of a turn that are stated wrongly: nothing is put back, and this is
 /// reported.
 ///
-/// **Assumes** less than half a turn is lost between two pulses, and that the level of the index belongs to the count of its sample.
+/// An index that is not gated with the channels may begin and end within a count, and one that is filtered comes late: both are seen by what
+/// an axis that goes and comes makes of them.
+///
+/// **Assumes** less than half a turn is lost between two pulses.
 /// **Accuracy** `coverage_lost_counts`: none is reported in healthy records, whatever their speed; resolved at every count the number is exact.
 ///
 /// ```
@@ -138,55 +239,13 @@ pub fn indexed(
             max: f64::MAX,
         });
     }
-    let mut passages: Vec<IndexPassage> = Vec::new();
-    let mut known: Option<Window> = None;
-    let mut shift = 0;
-    let mut at = 0;
-    while let Some(first) = (at..count.len()).find(|k| pulse[*k]) {
-        let past = (first..count.len())
-            .find(|k| !pulse[*k])
-            .unwrap_or(count.len());
-        at = past;
-        let before = first.checked_sub(1).map(|k| count[k]);
-        let Some(met) = Window::of(&count[first..past], before, count.get(past).copied()) else {
-            break;
-        };
-        let Some(window) = known else {
-            known = Some(met);
-            passages.push(IndexPassage {
-                sample: first,
-                turn: 0,
-                put_back: 0,
-                admitted: 0..=0,
-            });
-            continue;
-        };
-        let met = met.moved(shift);
-        let turns = (met.middle() - window.middle() + turn).div_euclid(2 * turn);
-        let met = met.moved(-turns * turn);
-        let [low, high] = window.admits(&met);
-        let put_back = match (low <= 0 && high >= 0, low <= high) {
-            (true, _) => 0,
-            // The middle of what is admitted, toward zero.
-            (false, true) => (low.clamp(-turn, turn) + high.clamp(-turn, turn)) / 2,
-            (false, false) => (window.middle() - met.middle()) / 2,
-        };
-        let admitted = match (put_back == 0, low <= high) {
-            (true, _) => 0..=0,
-            (false, true) => low.max(-turn)..=high.min(turn),
-            (false, false) => put_back..=put_back,
-        };
-        shift += put_back;
-        let narrowed = window.narrowed(&met.moved(put_back));
-        let sound = narrowed.begin[0] <= narrowed.begin[1] && narrowed.end[0] <= narrowed.end[1];
-        known = Some(if sound { narrowed } else { window });
-        passages.push(IndexPassage {
-            sample: first,
-            turn: turns,
-            put_back,
-            admitted,
-        });
-    }
+    let scan = Scan::likeliest(count, pulse, turn);
+    let Scan {
+        known,
+        mut passages,
+        late,
+        ..
+    } = scan;
     let Some(window) = known else {
         return Ok(Indexed {
             count: count.to_vec(),
@@ -212,6 +271,7 @@ pub fn indexed(
         time(passages[0].sample),
     )];
     findings.extend(lost(count, &passages, time));
+    findings.extend((late > 0).then(|| findings::index_late(late)));
     Ok(Indexed {
         count: corrected.iter().map(|c| c - zero).collect(),
         passages,
@@ -448,6 +508,39 @@ mod tests {
             }
         }
         assert!(passed > 10_000, "{passed}");
+    }
+
+    /// An index that is read from the angle itself, whose edges lie within counts, and one that comes up to three samples late: nothing is
+    /// put back, and a loss of eight counts is still found.
+    #[test]
+    fn law_an_index_that_is_not_gated_or_late_loses_nothing() {
+        let (mut false_alarms, mut told, mut missed, mut all) = (0, 0, 0, 0);
+        for seed in 0..100 {
+            for (late, fastest) in [(0, 0.9), (0, 5.0), (1, 0.9), (1, 5.0), (2, 3.0), (3, 3.0)] {
+                let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+                let amplitude = rng.random_range(1.5..4.0) * TURN as f64;
+                let (edge, width) = (rng.random_range(600.0..700.0), rng.random_range(8.0..30.0));
+                let n = (amplitude * 40.0 / fastest) as usize;
+                let at = |k: usize| amplitude * (fastest / amplitude * k as f64).sin();
+                let truth: Vec<i64> = (0..n).map(|k| at(k).floor() as i64).collect();
+                let high = |k: usize| (at(k) - edge).rem_euclid(TURN as f64) < width;
+                let pulse: Vec<bool> = (0..n).map(|k| high(k.saturating_sub(late))).collect();
+                let found = indexed(&truth, &pulse, TURN, &[], &|k| k as f64).unwrap();
+                all += 1;
+                let healthy = found.passages.iter().all(|p| p.put_back == 0)
+                    && found.findings[0].code() == "zero-at-index";
+                false_alarms += usize::from(!healthy);
+                told += usize::from(found.findings.iter().any(|f| f.code() == "index-late"));
+                let mut count = truth.clone();
+                count[n / 2..].iter_mut().for_each(|c| *c -= 8);
+                let found = indexed(&count, &pulse, TURN, &[], &|k| k as f64).unwrap();
+                let put: i64 = found.passages.iter().map(|p| p.put_back).sum();
+                missed += usize::from((put - 8).abs() > 1);
+            }
+        }
+        println!("{false_alarms} false, {told} late, {missed} missed of {all}");
+        assert!(false_alarms <= 6 && missed <= 6, "{false_alarms} {missed}");
+        assert!((300..=402).contains(&told), "{told}");
     }
 
     /// One to five counts lost or added at random places: the number exactly, and every later count right.

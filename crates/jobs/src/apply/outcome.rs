@@ -17,7 +17,7 @@ use proofmass_uncertainty::findings::gaps_in_record;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 
 /// Counts while the rows go by.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Figures {
     pub(super) read: u64,
     pub(super) written: u64,
@@ -28,6 +28,8 @@ pub(super) struct Figures {
     /// Temperatures beyond those of the coefficients, with the lowest and the highest of all.
     pub(super) beyond_temperature: u64,
     pub(super) temperatures: Option<[f64; 2]>,
+    /// The same of each other quantity of the surroundings that the calibration follows.
+    pub(super) environment: Vec<(u64, Option<[f64; 2]>)>,
     /// Smallest and largest of all accelerations, where there is one axis.
     pub(super) accelerations: Option<[f64; 2]>,
 }
@@ -46,6 +48,28 @@ impl Figures {
         self.temperatures = widened(self.temperatures, temperatures.iter().copied());
         let (first, beyond) = rows_outside(&[temperatures], block.range);
         self.beyond_temperature += beyond;
+        first
+    }
+
+    /// The same of other quantities of the surroundings, with the name of the quantity.
+    pub(super) fn environment<'a>(
+        &mut self,
+        file: &'a CalibrationFile,
+        values: &[Vec<f64>],
+    ) -> Option<(usize, &'a str)> {
+        self.environment.resize(file.environment.len(), (0, None));
+        let mut first = None;
+        for ((block, column), (beyond, range)) in file
+            .environment
+            .iter()
+            .zip(values)
+            .zip(&mut self.environment)
+        {
+            *range = widened(*range, column.iter().copied());
+            let (row, count) = rows_outside(&[column], block.range);
+            *beyond += count;
+            first = first.or(row.map(|row| (row, block.name.as_str())));
+        }
         first
     }
 
@@ -79,16 +103,27 @@ fn least_known(figures: &Figures, calibration: &AnyCalibration) -> Option<Quanti
         None => vec![None],
         Some([low, high]) => vec![Some(low), Some(high)],
     };
-    let ends = [low, high, 0.0f64.clamp(low, high)];
-    let at = |a: f64| {
-        temperatures
-            .iter()
-            .filter_map(move |t| file.acceleration(a, *t))
-    };
+    // The corners of what was recorded: the variance is largest at one of them.
+    let ranges = figures.environment.iter().filter_map(|(_, range)| *range);
+    let around = ranges.fold(vec![Vec::new()], |corners, range| {
+        let wider = |end: f64| {
+            corners.iter().map(move |corner: &Vec<f64>| {
+                let mut corner = corner.clone();
+                corner.push(end);
+                corner
+            })
+        };
+        wider(range[0]).chain(wider(range[1])).collect()
+    });
     let u = |q: &Quantity| q.standard_uncertainty;
-    ends.into_iter()
-        .flat_map(at)
-        .max_by(|a, b| u(a).total_cmp(&u(b)))
+    let mut least: Option<Quantity> = None;
+    for a in [low, high, 0.0f64.clamp(low, high)] {
+        for t in &temperatures {
+            let known = around.iter().filter_map(|e| file.acceleration(a, *t, e));
+            least = known.chain(least).max_by(|a, b| u(a).total_cmp(&u(b)));
+        }
+    }
+    least
 }
 
 fn range(calibration: &AnyCalibration) -> Option<[f64; 2]> {
@@ -146,6 +181,26 @@ pub(super) fn findings(
             )
             .at(Severity::Warning),
         );
+    }
+    if let AnyCalibration::Constant(file) = calibration {
+        for (block, (beyond, range)) in file.environment.iter().zip(&figures.environment) {
+            if let (Some([low, high]), 1..) = (range, *beyond) {
+                findings.push(
+                    findings::beyond_calibrated_range(
+                        &count_lying(*beyond as usize, "sample"),
+                        block.range[0],
+                        block.range[1],
+                        &block.unit,
+                        "they are compensated as at the nearer end of that range",
+                        &format!(
+                            "{} from {low:.4} to {high:.4} {} in {} samples",
+                            block.name, block.unit, figures.read
+                        ),
+                    )
+                    .at(Severity::Warning),
+                );
+            }
+        }
     }
     let Some(compensation) = compensation else {
         return findings;

@@ -250,6 +250,14 @@ findings! {
         evidence "{reference:.1} °C",
         advice "record at that temperature, or validate the recording after `proofmass apply`";
 
+    /// A calibration that follows the surroundings is used without them.
+    environment_not_followed(name: &str, reference: &str) =
+        "environment-not-followed", [Warning],
+        what "the calibration is taken at its reference of {name}",
+        evidence "{reference}",
+        advice "record at that value, or use the recording that `proofmass apply --environment` or `--at` writes",
+        false_alarms "none: a property of the calibration";
+
     /// What a test found of an axis does not make a calibration.
     calibration_not_made(reason: &str) =
         "calibration-not-made", [Warning],

@@ -3,7 +3,7 @@
 use super::TemperatureData;
 use crate::data_sheet::unit::is_unit;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{ColumnRef, RecordedColumn};
+use proofmass_io::{ColumnRef, RecordedColumn, Unit};
 use proofmass_static::{EnvironmentalQuantity, TemperatureFit};
 use std::str::FromStr;
 
@@ -80,16 +80,23 @@ impl FromStr for EnvironmentalRequest {
 }
 
 impl EnvironmentalRequest {
+    /// The quantity that a heading names, and its unit: that which was read, or one that no recording has signals in, such as the ends
+    /// of humidity_% and pressure_hPa.
+    pub(crate) fn heading(name: &str, unit: Option<Unit>) -> (String, Option<String>) {
+        let (name, unit) = match unit {
+            Some(unit) => (name, Some(unit.to_string())),
+            None => in_heading(name),
+        };
+        // The names of coefficients are told apart by points.
+        (name.replace(['.', ' '], "_"), unit)
+    }
+
     /// The quantity of a column that was read for it: its unit is what was stated, or what the heading says.
     ///
     /// # Errors
     /// Neither says it, or both and differently.
     pub(super) fn of(&self, column: &RecordedColumn) -> Result<EnvironmentalColumn> {
-        // A heading may end in a unit that no recording has signals in: humidity_%, pressure_hPa.
-        let (name, heading) = match column.unit {
-            Some(unit) => (column.name.as_str(), Some(unit.to_string())),
-            None => in_heading(&column.name),
-        };
+        let (name, heading) = Self::heading(&column.name, column.unit);
         if let (Some(said), Some(heading)) = (&self.unit, &heading)
             && crate::data_sheet::unit_ratio(said, heading) != Some(1.0)
         {
@@ -103,10 +110,8 @@ impl EnvironmentalRequest {
                 "add it: --environment {name}:UNIT, such as %, hPa or V; 1 for a pure number"
             ))
         })?;
-        // The names of coefficients are told apart by points.
-        let plain = name.replace(['.', ' '], "_");
         Ok(EnvironmentalColumn {
-            name: plain,
+            name,
             unit,
             values: column.data.clone(),
             reference: self.reference,

@@ -515,8 +515,7 @@ impl AxisSensors {
         if let Some(calibrated) = &calibrated {
             inputs.push(calibrated.input.clone());
             findings.extend(calibrated.findings.iter().cloned());
-            let terms = calibrated.file.temperature.as_ref();
-            findings.extend(terms.map(|t| crate::findings::temperature_not_followed(t.reference)));
+            findings.extend(crate::findings::taken_at_reference(&calibrated.file));
         }
         record.increment = told.increment().filter(|_| !self.reading.edges()).or(digit);
         if let (Some(increment), None) = (increment, &self.encoder_map) {

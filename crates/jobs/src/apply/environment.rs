@@ -1,0 +1,132 @@
+//! Columns of humidity, pressure or supply voltage, for a calibration that follows them.
+
+use crate::data_sheet::unit_ratio;
+use crate::temperature::EnvironmentalRequest;
+use crate::trouble::{Result, Trouble};
+use proofmass_io::{AnyCalibration, ColumnRef, EnvironmentBlock, Layout};
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+
+/// Which column holds a quantity of the surroundings that the calibration follows: `humidity`, `7:%`, `humidity=rh:%`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct EnvironmentColumn {
+    /// The quantity as the calibration calls it; the name of the column without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quantity: Option<String>,
+    /// The column.
+    pub column: ColumnRef,
+    /// Its unit, where the heading does not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl FromStr for EnvironmentColumn {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (quantity, column) = match text.split_once('=') {
+            None => (None, text),
+            Some((quantity, column)) => (Some(quantity.trim().to_owned()), column),
+        };
+        let named = quantity.as_ref().is_none_or(|q| !q.is_empty());
+        if !named || column.contains('=') {
+            return Err("write COLUMN, or NAME=COLUMN:UNIT, such as humidity=rh:%".to_owned());
+        }
+        let read: EnvironmentalRequest = column.parse()?;
+        Ok(Self {
+            quantity,
+            column: read.column,
+            unit: read.unit,
+        })
+    }
+}
+
+/// The quantities that a calibration follows beside the temperature.
+pub(super) fn followed(calibration: &AnyCalibration) -> &[EnvironmentBlock] {
+    match calibration {
+        AnyCalibration::Constant(file) => &file.environment,
+        _ => &[],
+    }
+}
+
+/// The column of each quantity that the calibration follows, with the factor to its unit.
+///
+/// # Errors
+/// A quantity without a column, with two, or one that the calibration does not follow; a unit that nobody says, or of another kind.
+pub(super) fn columns(
+    requests: &[EnvironmentColumn],
+    calibration: &AnyCalibration,
+    layout: &Layout,
+) -> Result<Vec<(usize, f64)>> {
+    let blocks = followed(calibration);
+    let mut found = vec![None; blocks.len()];
+    for request in requests {
+        let index = layout.find(&request.column)?;
+        let (heading, unit) =
+            EnvironmentalRequest::heading(&layout.name(index), layout.unit(index));
+        let name = request.quantity.as_ref().unwrap_or(&heading);
+        let Some(k) = blocks.iter().position(|b| b.name == *name) else {
+            return Err(match blocks {
+                [] => Trouble::request(format!(
+                    "{name} is named, and the calibration follows no quantity of the surroundings but the temperature"
+                ))
+                .with_hint("leave --environment out, or measure how the sensor follows it: `proofmass test temperature --environment`"),
+                _ => Trouble::request(format!("the calibration does not follow {name}"))
+                    .with_hint(format!(
+                        "it follows {}: write --environment {}=COLUMN",
+                        names(blocks),
+                        blocks[0].name
+                    )),
+            });
+        };
+        let block = &blocks[k];
+        let stated = request.unit.clone().or(unit).ok_or_else(|| {
+            Trouble::data(format!("the unit of {name} is not said")).with_hint(format!(
+                "add it: --environment {}={}:{}, if that is its unit",
+                block.name, request.column, block.unit
+            ))
+        })?;
+        let factor = unit_ratio(&stated, &block.unit).ok_or_else(|| {
+            Trouble::data(format!(
+                "{name} is in {stated}, and the calibration knows it in {}",
+                block.unit
+            ))
+            .with_hint("correct the heading, or state the unit of the column: NAME=COLUMN:UNIT")
+        })?;
+        if found[k].replace((index, factor)).is_some() {
+            return Err(Trouble::request(format!("{name} has two columns"))
+                .with_hint("name each quantity once"));
+        }
+    }
+    let missing: Vec<EnvironmentBlock> = blocks
+        .iter()
+        .zip(&found)
+        .filter(|(_, column)| column.is_none())
+        .map(|(block, _)| block.clone())
+        .collect();
+    let mut trouble = match missing.first() {
+        None => return Ok(found.into_iter().flatten().collect()),
+        Some(first) => Trouble::request(format!(
+            "the calibration follows {}, and no column is named for it",
+            names(&missing)
+        ))
+        .with_hint(format!(
+            "add --environment {0}=COLUMN, or state the value that it had: --at {0}=VALUE",
+            first.name
+        )),
+    };
+    for block in &missing {
+        trouble = trouble.detail(format!(
+            "{}: measured from {} to {} {}",
+            block.name, block.range[0], block.range[1], block.unit
+        ));
+    }
+    Err(trouble)
+}
+
+fn names(blocks: &[EnvironmentBlock]) -> String {
+    let names: Vec<&str> = blocks.iter().map(|b| b.name.as_str()).collect();
+    names.join(" and ")
+}
