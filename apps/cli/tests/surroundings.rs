@@ -199,6 +199,12 @@ fn known_words_on_what_is_missing_or_wrong() {
     let hot = recording(folder.path(), "t_s,acc_V,temp_degC,rh,supply_V").0;
     let (_, said) = apply(folder.path(), &made, &hot, &COLUMNS);
     assert!(said.contains("supply from 3440 to 3440 V"), "{said}");
+    assert!(
+        said.contains(
+            "humidity by column 4 rh in 1 as stated; supply by column 5 in V by the heading"
+        ),
+        "{said}"
+    );
     let mut strict = vec!["--within-range"];
     strict.extend(COLUMNS);
     std::fs::remove_file(&out).unwrap();
@@ -222,7 +228,8 @@ fn known_finding_where_the_surroundings_are_not_followed() {
     );
     let out = folder.path().join("validation");
     let mut words = vec!["validate", text(&made), text(&rests), "--columns", "acc_V"];
-    words.extend(["--gravity", "9.80665", "-o", text(&out)]);
+    words.extend(["--gravity", "9.80665", "--gravity-uncertainty", "1e-5"]);
+    words.extend(["-o", text(&out)]);
     proofmass(&words);
     let result = json(&out.join("result.json"));
     let found: Vec<String> = result["findings"]

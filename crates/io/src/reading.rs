@@ -19,6 +19,9 @@ pub struct Reading {
     /// The thermometer, where its temperatures were read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub temperature: Option<ReadColumn>,
+    /// Other quantities of the surroundings that were read.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surroundings: Vec<ReadQuantity>,
     /// The format and the stream, where it is no text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stream: Option<ReadStream>,
@@ -44,6 +47,40 @@ pub struct ReadColumn {
     pub unit: Option<Unit>,
     /// Who says the unit.
     pub unit_by: SaidBy,
+}
+
+/// A column of humidity, pressure, supply voltage or the like.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct ReadQuantity {
+    /// What it is.
+    pub quantity: String,
+    /// Number of the column from one.
+    pub number: usize,
+    /// Heading without unit; none in a file without headings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heading: Option<String>,
+    /// Its unit, which may be one that no signal has.
+    pub unit: String,
+    /// Who says the unit.
+    pub unit_by: SaidBy,
+}
+
+impl ReadQuantity {
+    /// A quantity in the column of this index, in a unit that was stated or that the heading says.
+    pub fn of(layout: &Layout, index: usize, quantity: &str, unit: &str, stated: bool) -> Self {
+        Self {
+            quantity: quantity.to_owned(),
+            number: index + 1,
+            heading: layout.header.is_some().then(|| layout.name(index)),
+            unit: unit.to_owned(),
+            unit_by: match stated {
+                true => SaidBy::Person,
+                false => SaidBy::Heading,
+            },
+        }
+    }
 }
 
 /// The clock of a recording.
@@ -161,6 +198,7 @@ impl Reading {
                 },
             },
             temperature: None,
+            surroundings: Vec::new(),
             stream: ReadStream::of(layout, signals),
             between_s: None,
             gravity: None,
@@ -263,6 +301,12 @@ impl fmt::Display for Reading {
             if let Some(unit) = column.unit {
                 write!(f, " in {unit} {}", column.unit_by)?;
             }
+        }
+        for read in &self.surroundings {
+            write!(f, "; {} by column ", read.quantity)?;
+            let heading = read.heading.as_deref();
+            column_by(f, read.number, heading.filter(|h| *h != read.quantity))?;
+            write!(f, " in {} {}", read.unit, read.unit_by)?;
         }
         if let Some(stream) = &self.stream {
             write!(f, "; {} file", stream.format)?;

@@ -6,8 +6,8 @@ use crate::rows::{RowReader, bad_field, line_of};
 use crate::time_base::TimeBaseBuilder;
 use crate::time_unit::hertz;
 use crate::{
-    ClockUnit, Error, ErrorKind, Reading, Result, SaidBy, Source, Thermometer, TimeBase, TimeUnit,
-    TimeWindow, Unit, split_heading,
+    ClockUnit, Error, ErrorKind, ReadQuantity, Reading, Result, SaidBy, Source, Thermometer,
+    TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -454,6 +454,20 @@ impl Recording {
     /// How it was read.
     pub fn reading(&self) -> &Reading {
         &self.reading
+    }
+
+    /// Says how quantities of the surroundings are read: the column of each by its name, with its unit, and whether that was stated.
+    ///
+    /// # Errors
+    /// A column that is not there.
+    pub fn say_surroundings(&mut self, read: &[(&ColumnRef, &str, &str, bool)]) -> Result<()> {
+        let layout = &self.layout;
+        let said = read.iter().map(|(column, quantity, unit, stated)| {
+            let index = layout.find(column)?;
+            Ok(ReadQuantity::of(layout, index, quantity, unit, *stated))
+        });
+        self.reading.surroundings = said.collect::<Result<_>>()?;
+        Ok(())
     }
 
     /// States the unit of a signal whose heading does not say it, and who says it: what nobody says gives way to the heading.

@@ -164,17 +164,18 @@ impl Job for ApplyJob {
         columns.extend(temperature.map(|(index, _)| index));
         let environment =
             environment::columns(&self.environment, calibration, &layout).map_err(about)?;
-        columns.extend(environment.iter().map(|(index, _)| index));
+        columns.extend(environment.iter().map(|e| e.index));
         let (clock, timed) = self.clock(&layout, data.bias.is_some(), &mut columns)?;
         let timed = timed.as_ref().map(|(index, unit)| (*index, unit));
         let mut reading = self.reading.of_stream(&layout, &signals, timed)?;
         reading.temperature =
             temperature.map(|(index, told)| Reading::thermometer(&layout, index, &told));
+        reading.surroundings = environment.iter().map(|e| e.read.clone()).collect();
         let mut work = Work {
             job: self,
             calibration,
             temperature: temperature.map(|(_, told)| told),
-            environment: environment.into_iter().map(|(_, factor)| factor).collect(),
+            environment: environment.iter().map(|e| e.factor).collect(),
             clock,
             compensation: None,
             bias: data.bias,

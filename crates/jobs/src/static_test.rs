@@ -343,11 +343,17 @@ const MOUNTING: &str = "mounting";
 pub fn mounted_turn(source: Source) -> Result<(MountedTurn, Input)> {
     let name = source.name().display().to_string();
     let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-    let (turn, _) = read_section(&bytes, StaticTestOutcome::KIND, MOUNTING).map_err(|e| {
-        e.detail(name)
-            .with_hint("give roll, pitch and yaw as three angles, or the result.json of `proofmass test mounting`")
-    })?;
-    Ok((turn, input))
+    let (turn, _): (MountedTurn, _) =
+        read_section(&bytes, StaticTestOutcome::KIND, MOUNTING).map_err(|e| {
+            e.detail(name.clone())
+                .with_hint("give roll, pitch and yaw as three angles, or the result.json of `proofmass test mounting`")
+        })?;
+    match turn.is_sound() {
+        true => Ok((turn, input)),
+        false => Err(Trouble::data("the covariance of the mounting is none")
+            .detail(name)
+            .with_hint("do not edit the file by hand; run `proofmass test mounting` again")),
+    }
 }
 
 /// The result of a static test.

@@ -410,6 +410,48 @@ fn known_oscillators_too_fast_for_the_samples_are_told() {
     assert_eq!(said(4000.0, Peaks::BetweenSamples), None);
 }
 
+/// A tail that decays with 5 to 400 ms is no shift, whether it is over within the record of 0.6 s or not.
+#[test]
+fn coverage_a_decaying_tail_is_no_zero_shift() {
+    let mut held = 0;
+    for seed in 0..40u32 {
+        let pulse = PulseShape::HalfSine.record(5.0, 0.011, 0.1, 12_000, RATE);
+        let healthy = with_noise(pulse, 1e-3, 100 + u64::from(seed));
+        let tau = 0.005 * 80f64.powf(f64::from(seed) / 39.0);
+        let end = (0.111 * RATE) as usize;
+        let tail = |k: usize| match k > end {
+            true => 0.08 * (-((k - end) as f64) / (tau * RATE)).exp(),
+            false => 0.0,
+        };
+        let record: Vec<f64> = healthy
+            .iter()
+            .enumerate()
+            .map(|(k, v)| v + tail(k))
+            .collect();
+        let data = ShockData {
+            reference: None,
+            output: channel("u", "V", &record),
+            rate: RATE,
+            findings: &[],
+            name: "memory",
+        };
+        let mut job = ShockJob::default();
+        job.per_octave = 1;
+        let outcome = job.evaluate(&data, &Unwatched).expect("a shock");
+        let shift = outcome
+            .quantities()
+            .into_iter()
+            .find(|q| q.name == "zero_shift");
+        let shift = shift.expect("a shift");
+        held += usize::from(shift.value.abs() <= shift.expanded);
+        assert!(
+            outcome.findings().iter().all(|f| f.code() != "zero-shift"),
+            "{tau}: {shift:?}"
+        );
+    }
+    assert!(held >= 35, "{held} of 40");
+}
+
 /// 5 V for 11 ms beside noise of 1 mV; 20 ms later 80 mV stay.
 #[test]
 fn known_zero_shift_and_return_of_a_device() {

@@ -264,6 +264,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         }
         findings.push(undecided::finding(&set_aside, &contested));
     }
+    findings.extend(doubts::exact_motion(&campaign.corrections));
     findings.extend(doubts::unmeasured_motion(&results, stated));
     findings.extend(doubts::high_frequencies(&results));
     findings.extend(doubts::against_datasheet(&results));

@@ -27,6 +27,12 @@ findings! {
         evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}",
         advice "measure it for a smaller uncertainty";
 
+    /// A table of the motion of the bench states no uncertainty.
+    motion_taken_as_exact(label: &str, axes: &str) =
+        "motion-taken-as-exact", [Warning],
+        what "the correction \"{label}\" states no uncertainty of the motion along {axes}: it is taken as exact",
+        advice "add the columns u_x_ratio and u_x_phase (or u_x_real and u_x_imaginary) of each axis: what the vibrometer and its alignment leave open goes into U";
+
     /// A sensitivity rises with frequency.
     resonance_onset(term: &str, rise: f64, frequency: f64, resonance: f64) =
         "resonance-onset", [Note],

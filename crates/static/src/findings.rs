@@ -27,6 +27,14 @@ findings! {
         evidence "{read:.4} m/s², 9.81 m/s² were expected",
         advice "check the stretch and the unit, and apply a calibration first";
 
+    /// The halves of a stretch at rest differ.
+    rest_moves(angle: f64) =
+        "rest-moves", [Warning],
+        what "the sensor does not rest where it is stated to: its two halves differ",
+        evidence "by {angle:.2}° of inclination, beyond five times their noise",
+        advice "choose a stretch in which the machine stands still, its engine off and nobody getting in",
+        false_alarms "below 0.01 % of rests, by five standard deviations of the noise and its autocorrelation";
+
     /// The acceleration along the travel has a part along the vertical of the rest.
     travel_leaves_the_level(up: f64, along: f64) =
         "travel-leaves-the-level", [Warning],

@@ -409,10 +409,12 @@ impl Pulse {
         let quiet = quiet?;
         // Whole windows of the quiet stretch must tell how much such a mean wanders: no longer than a sixth of it.
         let n = (stop - from).min((quiet.len() / 6).max(Quiet::SHORTEST));
-        let mean = record[from..from + n].iter().sum::<f64>() / n as f64 - self.baseline;
+        // The last one: what decays after the pulse is no shift.
+        let last = &record[stop - n..stop];
         let weights = vec![vec![1.0 / n as f64; n]];
-        let noise = quiet.covariance(&weights);
-        Some((mean, noise.covariance[0].max(0.0).sqrt()))
+        let noise = quiet.covariance(&weights).covariance[0].max(0.0);
+        let left = still_to_come(&record[from..stop], 4.0 * noise.sqrt());
+        Some((mean(last) - self.baseline, noise.sqrt().hypot(left)))
     }
 
     /// Oscillation just after the pulse: the strongest line of five durations, freed from a parabola, where it has most of
@@ -444,6 +446,26 @@ impl Pulse {
         // It decays: its greatest swing counts, not its mean power.
         let swing = part.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         Some((swing / peak, strongest as f64 * rate / n as f64))
+    }
+}
+
+fn mean(part: &[f64]) -> f64 {
+    part.iter().sum::<f64>() / part.len().max(1) as f64
+}
+
+/// How far a decay has still to go: from the last third to where the means of three equal parts lead, which follow a geometric course where
+/// it is exponential; zero where they differ by less than what is seen.
+fn still_to_come(stretch: &[f64], seen: f64) -> f64 {
+    let third = stretch.len() / 3;
+    let [first, second, last] = [0, 1, 2].map(|k| mean(&stretch[k * third..(k + 1) * third]));
+    let (before, now) = (second - first, last - second);
+    if third == 0 || (last - first).abs() <= seen {
+        return 0.0;
+    }
+    match now / before {
+        q if q > 0.0 && q < 1.0 => (now * q / (1.0 - q)).abs().max(now.abs()),
+        // It does not come to rest within the record.
+        _ => (last - first).abs().max(now.abs()),
     }
 }
 

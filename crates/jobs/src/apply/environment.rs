@@ -3,7 +3,7 @@
 use crate::data_sheet::unit_ratio;
 use crate::temperature::EnvironmentalRequest;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{AnyCalibration, ColumnRef, EnvironmentBlock, Layout};
+use proofmass_io::{AnyCalibration, ColumnRef, EnvironmentBlock, Layout, ReadQuantity};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -51,7 +51,15 @@ pub(super) fn followed(calibration: &AnyCalibration) -> &[EnvironmentBlock] {
     }
 }
 
-/// The column of each quantity that the calibration follows, with the factor to its unit.
+/// A column as it is read.
+pub(super) struct Followed {
+    pub(super) index: usize,
+    /// To the unit in which the calibration knows it.
+    pub(super) factor: f64,
+    pub(super) read: ReadQuantity,
+}
+
+/// The column of each quantity that the calibration follows.
 ///
 /// # Errors
 /// A quantity without a column, with two, or one that the calibration does not follow; a unit that nobody says, or of another kind.
@@ -59,9 +67,9 @@ pub(super) fn columns(
     requests: &[EnvironmentColumn],
     calibration: &AnyCalibration,
     layout: &Layout,
-) -> Result<Vec<(usize, f64)>> {
+) -> Result<Vec<Followed>> {
     let blocks = followed(calibration);
-    let mut found = vec![None; blocks.len()];
+    let mut found: Vec<Option<Followed>> = blocks.iter().map(|_| None).collect();
     for request in requests {
         let index = layout.find(&request.column)?;
         let (heading, unit) =
@@ -82,10 +90,14 @@ pub(super) fn columns(
             });
         };
         let block = &blocks[k];
+        let column = match &request.column {
+            ColumnRef::Index(i) => i.to_string(),
+            ColumnRef::Name(name) => name.clone(),
+        };
         let stated = request.unit.clone().or(unit).ok_or_else(|| {
             Trouble::data(format!("the unit of {name} is not said")).with_hint(format!(
-                "add it: --environment {}={}:{}, if that is its unit",
-                block.name, request.column, block.unit
+                "add it: --environment {}={column}:{}, if that is its unit",
+                block.name, block.unit
             ))
         })?;
         let factor = unit_ratio(&stated, &block.unit).ok_or_else(|| {
@@ -95,7 +107,13 @@ pub(super) fn columns(
             ))
             .with_hint("correct the heading, or state the unit of the column: NAME=COLUMN:UNIT")
         })?;
-        if found[k].replace((index, factor)).is_some() {
+        let read = ReadQuantity::of(layout, index, &block.name, &stated, request.unit.is_some());
+        let followed = Followed {
+            index,
+            factor,
+            read,
+        };
+        if found[k].replace(followed).is_some() {
             return Err(Trouble::request(format!("{name} has two columns"))
                 .with_hint("name each quantity once"));
         }

@@ -12,7 +12,7 @@ use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, Input, StatedQuantity, ThermalBlock, rows_outside,
 };
-use proofmass_report::Report;
+use proofmass_report::{Report, scientific};
 use proofmass_uncertainty::findings::gaps_in_record;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 
@@ -193,8 +193,12 @@ pub(super) fn findings(
                         &block.unit,
                         "they are compensated as at the nearer end of that range",
                         &format!(
-                            "{} from {low:.4} to {high:.4} {} in {} samples",
-                            block.name, block.unit, figures.read
+                            "{} from {} to {} {} in {} samples",
+                            block.name,
+                            scientific(*low, 5),
+                            scientific(*high, 5),
+                            block.unit,
+                            figures.read
                         ),
                     )
                     .at(Severity::Warning),

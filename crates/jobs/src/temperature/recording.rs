@@ -38,18 +38,30 @@ impl TemperatureRecording {
         };
         options.temperature = Some(temperature);
         options.surroundings = environment.iter().map(|e| e.column.clone()).collect();
-        let recording = Recording::from_source(source, &options)?;
+        let mut recording = Recording::from_source(source, &options)?;
         let unit = reading.common_unit(&recording);
         let Some(column) = &recording.temperature else {
             return Err(Trouble::data("the recording has no temperature").detail(name));
         };
-        let environment = environment.iter().zip(&recording.surroundings);
-        let environment = environment
+        let temperature = column.data.clone();
+        let requests = environment;
+        let environment = requests.iter().zip(&recording.surroundings);
+        let environment: Vec<EnvironmentalColumn> = environment
             .map(|(request, column)| request.of(column).map_err(|e| e.detail(name.clone())))
             .collect::<Result<_>>()?;
+        let said = requests.iter().zip(&environment);
+        let said = said.map(|(r, e)| {
+            (
+                &r.column,
+                e.name.as_str(),
+                e.unit.as_str(),
+                r.unit.is_some(),
+            )
+        });
+        recording.say_surroundings(&said.collect::<Vec<_>>())?;
         let (calibration, of_calibration) = calibration.unzip();
         Ok(Self {
-            temperature: column.data.clone(),
+            temperature,
             environment,
             unit: unit.map_err(|e| e.detail(name.clone()))?,
             inputs: std::iter::once(recording.input())

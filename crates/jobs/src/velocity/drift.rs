@@ -80,6 +80,13 @@ impl Job for VelocityDriftJob {
             return Err(Trouble::request(format!("after {t} s there is no drift"))
                 .with_hint("times are seconds after the start, above zero"));
         }
+        let again = |k: &usize| self.times[..*k].contains(&self.times[*k]);
+        if let Some(k) = (1..self.times.len()).find(again) {
+            return Err(
+                Trouble::request(format!("{} s is named twice", self.times[k]))
+                    .with_hint("name each time once"),
+            );
+        }
         let alone = DriftSources {
             rest: self.sources.rest,
             ..DriftSources::default()

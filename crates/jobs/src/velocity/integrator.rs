@@ -67,6 +67,12 @@ impl Job for VelocityIntegratorJob {
             )
         })?;
         ranked.retain(|d| !(self.on_line && d.zero_phase));
+        if ranked.is_empty() {
+            return Err(Trouble::request(
+                "no rule with any high-pass has a finite error for this",
+            )
+            .with_hint("check the units: bias and noise in m/s², the amplitude of the velocity in m/s"));
+        }
         watch.step("integrators", 1, 1)?;
         Ok(VelocityIntegrator {
             request: *self,

@@ -3,7 +3,7 @@
 use super::MethodResult;
 use crate::datasheet::{OffDatasheet, off_datasheet};
 use crate::findings;
-use crate::observation::{Correction, PhasorRow, UnmeasuredAt, UnmeasuredMotion};
+use crate::observation::{Basis, Correction, PhasorRow, Spurious, UnmeasuredAt, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
 
 /// Places of the campaign that a correction says nothing about.
@@ -27,6 +27,28 @@ pub(super) fn gaps(correction: &Correction, rows: &[PhasorRow]) -> Option<Findin
         missing.len(),
         first,
     ))
+}
+
+/// Corrections whose measured ratios of an axis have no uncertainty, in one finding each.
+pub(super) fn exact_motion(corrections: &[Correction]) -> Vec<Finding> {
+    let exact = |c: &Correction, axis: usize| {
+        let measured =
+            |e: &&Spurious| e.basis[axis] == Basis::Measured && e.ratio[axis].norm() > 0.0;
+        let mut measured = c.table.entries.iter().filter(measured).peekable();
+        measured.peek().is_some() && measured.all(|e| e.covariance[axis] == [0.0; 3])
+    };
+    let mut found = Vec::new();
+    for c in corrections {
+        let axes = ["x′", "y′", "z′"].into_iter().enumerate();
+        let axes: Vec<&str> = axes
+            .filter(|(k, _)| exact(c, *k))
+            .map(|(_, name)| name)
+            .collect();
+        if !axes.is_empty() {
+            found.push(findings::motion_taken_as_exact(&c.label, &axes.join(", ")));
+        }
+    }
+    found
 }
 
 /// Motion of the bench that nobody measured, of the first result: the largest across and along, with their frequencies.

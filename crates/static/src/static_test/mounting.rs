@@ -17,6 +17,8 @@ const BLOCKS: usize = 16;
 const WEAKEST: f64 = 0.1;
 /// Standard uncertainty of the direction of travel beyond which there is none, rad.
 const NO_DIRECTION: f64 = 0.2;
+/// Largest standard uncertainty of an angle, rad.
+const LARGEST: f64 = 0.5;
 
 /// Roll, pitch and yaw of a sensor in the frame of a machine or vehicle, x forward, y to the left, z up, from a rest on level ground and from
 /// accelerations on a straight line.
@@ -62,6 +64,17 @@ pub struct MountedTurn {
     pub covariance: [Triple; 3],
 }
 
+impl MountedTurn {
+    /// Whether the covariance is one: finite, symmetric, no negative variance in any direction.
+    pub fn is_sound(&self) -> bool {
+        let c = &self.covariance;
+        let rows = c.as_flattened();
+        let symmetric = (0..3).all(|i| (0..i).all(|j| c[i][j] == c[j][i]));
+        let finite = rows.iter().chain(&self.angles).all(|v| v.is_finite());
+        finite && symmetric && Covariance::try_from_rows(3, rows).is_ok()
+    }
+}
+
 /// Rows x, y, z of the machine in the axes of the sensor, from the mean at rest and along the travel.
 fn axes(rest: Triple, travel: Triple) -> Option<Matrix3<f64>> {
     let z = unit(rest)?;
@@ -104,12 +117,28 @@ impl Mounting {
         ] {
             not_negative(name, value)?;
         }
+        // Beyond it the ground has no level, and the angles no linear law of propagation.
+        for (name, value) in [
+            ("levelling", self.levelling),
+            ("straightness", self.straightness),
+        ] {
+            if value > LARGEST {
+                return Err(Error::OutOfRange {
+                    name,
+                    value,
+                    min: 0.0,
+                    max: LARGEST,
+                });
+            }
+        }
+        self.apart()?;
         let [x, y, z] = outputs;
         let samples = Samples::new(x, y, z)?;
         let rest = self.stretch(self.rest, 100, samples.len())?;
         let noise = MeanNoise::estimate(&samples, std::slice::from_ref(&rest))?;
         let at_rest = samples.mean(rest.start, rest.end);
         let parts = self.parts(&samples, at_rest)?;
+        let moves = self.moves(&samples, &rest, &noise);
         let n = parts.len();
         let mean: Triple =
             std::array::from_fn(|i| parts.iter().map(|p| p[i]).sum::<f64>() / n as f64);
@@ -263,13 +292,32 @@ impl Mounting {
             orders: Vec::new(),
             departures: Vec::new(),
             harmonics: Vec::new(),
-            findings: self.doubts(at_rest, [along, up], covariance[2][2]),
+            findings: {
+                let mut findings = self.doubts(at_rest, [along, up], covariance[2][2]);
+                findings.extend(moves);
+                findings
+            },
         };
         let turn = MountedTurn {
             angles: stated,
             covariance,
         };
         Ok((fit, turn))
+    }
+
+    /// No sample is in two stretches.
+    fn apart(&self) -> Result<(), Error> {
+        let mut all: Vec<[usize; 2]> = [&[self.rest][..], &self.forward, &self.braking].concat();
+        all.sort_unstable();
+        match all.windows(2).find(|w| w[1][0] < w[0][1]) {
+            None => Ok(()),
+            Some(w) => Err(Error::OutOfRange {
+                name: "first sample of a stretch behind another",
+                value: w[1][0] as f64,
+                min: w[0][1] as f64,
+                max: f64::MAX,
+            }),
+        }
     }
 
     fn stretch(
@@ -329,6 +377,17 @@ impl Mounting {
             }
         }
         Ok(parts)
+    }
+
+    /// The two halves of the rest differ by more than their noise and by more than a tenth of a degree.
+    fn moves(&self, samples: &Samples<'_>, rest: &Segment, noise: &MeanNoise) -> Option<Finding> {
+        let half = (rest.start + rest.end) / 2;
+        let (first, second) = (samples.mean(rest.start, half), samples.mean(half, rest.end));
+        let of_half = noise.of_mean(rest.len() / 2);
+        let change: Triple = std::array::from_fn(|i| second[i] - first[i]);
+        let seen = (0..3).any(|i| change[i].powi(2) > 25.0 * 2.0 * of_half[i][i]);
+        let angle = dot(change, change).sqrt() / STANDARD_GRAVITY;
+        (seen && angle > 2e-3).then(|| findings::rest_moves(angle.to_degrees()))
     }
 
     fn doubts(&self, rest: Triple, [along, up]: [f64; 2], about_z: f64) -> Vec<Finding> {
