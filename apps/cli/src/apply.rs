@@ -123,12 +123,16 @@ impl Apply {
         let tracked = tracked.map(|path| TrackedBias::read(Source::open(path)?));
         let (bias, bias_input) = tracked.transpose()?.unzip();
         bias_input.iter().for_each(console::doubt);
+        let (job, mounting_input) = self.job()?;
+        mounting_input.iter().for_each(console::doubt);
         let mut inputs = vec![self.recording.as_path(), self.calibration.as_path()];
         inputs.extend(self.bias.as_deref());
+        inputs.extend(self.chain.mounting());
         let beside = |recordings: &[Input], sha256: &str, steps: &[String]| {
             let mut read = recordings.to_vec();
             read.push(calibration_input.clone());
             read.extend(bias_input.clone());
+            read.extend(mounting_input.clone());
             self.file
                 .write_beside(&replacement, &inputs, read, (sha256, steps))
         };
@@ -144,7 +148,7 @@ impl Apply {
         if let Some(bias) = &bias {
             data = data.with_bias(bias);
         }
-        let outcome = self.job()?.evaluate(&data, &Progress::new())?;
+        let outcome = job.evaluate(&data, &Progress::new())?;
         let device = match calibration.device().line() {
             none if none.is_empty() => "a device that it does not name".to_owned(),
             device => device,
@@ -197,12 +201,14 @@ impl Apply {
         Ok(Outcome::Done)
     }
 
-    fn job(&self) -> Result<ApplyJob, Failure> {
+    /// The request, and the file of a measured turn.
+    fn job(&self) -> Result<(ApplyJob, Option<Input>), Failure> {
         let mut job = ApplyJob::default();
         job.reading = self.reading.clone();
         job.temperature = self.temperature.as_deref().map(ColumnRef::from_word);
         job.environment = self.environment.clone();
-        job.chain = self.chain.chain()?;
+        let mounting;
+        (job.chain, mounting) = self.chain.chain()?;
         job.method = match (self.filter, self.band) {
             (true, band) => {
                 let mut design = FilterDesign::default();
@@ -218,7 +224,7 @@ impl Apply {
         if self.within_range {
             job.out_of_range = OutOfRange::Refuse;
         }
-        Ok(job)
+        Ok((job, mounting))
     }
 
     fn tell(&self, outcome: &ApplyOutcome) {

@@ -2,10 +2,10 @@
 
 use crate::Failure;
 use crate::number_arguments::positive;
-use proofmass::io::Source;
+use proofmass::io::{Input, Source};
 use proofmass::jobs::apply::{Chain, LowPass, LowPassForm, Rotation};
 use proofmass::jobs::static_test::mounted_turn;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of the commands that put steps behind a calibration.
 #[derive(clap::Args)]
@@ -63,9 +63,18 @@ fn angles(text: &str) -> Result<[f64; 3], String> {
 }
 
 impl ChainArguments {
-    /// As a request has it; a measured turn is read from its file.
-    pub(crate) fn chain(&self) -> Result<Chain, Failure> {
+    /// The file of a measured turn.
+    pub(crate) fn mounting(&self) -> Option<&Path> {
+        match &self.rotate {
+            Some(Turn::Measured(file)) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// As a request has it, and the file of a measured turn, which is read.
+    pub(crate) fn chain(&self) -> Result<(Chain, Option<Input>), Failure> {
         let mut chain = Chain::default();
+        let mut mounting = None;
         chain.rotation = match &self.rotate {
             None => None,
             Some(Turn::Angles(angles)) => Some(Rotation {
@@ -84,7 +93,9 @@ impl ChainArguments {
                     .detail(file.display().to_string())
                     .hint("leave out --rotate-uncertainty"));
                 }
-                Some(mounted_turn(Source::open(file)?)?.0.into())
+                let (turn, input) = mounted_turn(Source::open(file)?)?;
+                mounting = Some(input);
+                Some(turn.into())
             }
         };
         chain.low_pass = self.low_pass.map(|corner| {
@@ -98,6 +109,6 @@ impl ChainArguments {
         if let Some(attenuation) = self.attenuation {
             chain.attenuation = attenuation;
         }
-        Ok(chain)
+        Ok((chain, mounting))
     }
 }

@@ -169,7 +169,7 @@ impl Export {
         options.number = self.number.into();
         let calibration = AnyCalibration::from_json(&bytes);
         let text = if calibration.is_err() && proofmass::io::is_result(&bytes) {
-            if !self.chain.chain()?.is_empty() {
+            if !self.chain.chain()?.0.is_empty() {
                 return Err(
                     Failure::new("steps follow a calibration, and this result is none")
                         .detail(name)
@@ -225,7 +225,9 @@ impl Export {
                 }
             }
         };
-        write(&text, self.output.as_deref(), &[self.calibration.as_path()])
+        let mut inputs = vec![self.calibration.as_path()];
+        inputs.extend(self.chain.mounting());
+        write(&text, self.output.as_deref(), &inputs)
     }
 }
 
@@ -240,7 +242,9 @@ impl Export {
         let fixed = self.at.at.iter();
         let notes = fixed.map(|(name, value)| format!("Holds at {name} = {value:?}."));
         options.notes.extend(notes);
-        let chain = self.chain.chain()?;
+        let (chain, mounting) = self.chain.chain()?;
+        let turned = mounting.map(|i| format!("Turned by {}, SHA-256 {}.", i.path, i.sha256));
+        options.notes.extend(turned);
         let name = self.calibration.display().to_string();
         chain
             .check(file.axes())

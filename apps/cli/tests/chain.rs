@@ -394,6 +394,13 @@ fn coverage_mounting_by_the_command_and_its_use() {
     let header = succeed(&[&["export", text(&calibration), "--c"][..], &rotate].concat());
     let header = String::from_utf8_lossy(&header.stdout).into_owned();
     assert!(header.contains("In the frame of the machine"), "{header}");
+    // The mounting is filed with both, and is not written over.
+    assert!(
+        header.contains("Turned by") && header.contains("result.json"),
+        "{header}"
+    );
+    let beside = std::fs::read_to_string(folder.path().join("turned.csv.provenance.json"));
+    assert!(beside.unwrap().contains("result.json"));
 
     // Beside typed uncertainties, of another result, and of a stretch that is not there.
     let both = [

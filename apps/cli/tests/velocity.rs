@@ -385,7 +385,7 @@ fn known_rules_and_the_choice_of_an_integrator() {
     let said = succeed(&[&task[..], &kept].concat());
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
     assert!(said.contains("tick-zero-phase:"), "{said}");
-    let page = include_str!("../../../docs/velocity.md");
+    let page = include_str!("data/velocity.md");
     for row in rows(&out.join("rules.csv")) {
         let accuracy =
             ["5", "15", "30", "45", "60"].map(|s| number(&row, &format!("accuracy_{s}_%")));

@@ -723,6 +723,23 @@ fn known_doubts_of_a_mounting() {
         }
     };
     assert_eq!(codes(&rising, 0.05), ["travel-leaves-the-level"]);
+    // Somebody gets in after half of the rest: the body leans by half a degree.
+    let leans = |o: &mut [Vec<f64>; 3], t: &mut Mounting| {
+        let middle = (t.rest[0] + t.rest[1]) / 2;
+        o[0][middle..t.rest[1]].iter_mut().for_each(|v| *v += 0.085);
+    };
+    assert_eq!(codes(&leans, 0.05), ["rest-moves"]);
+    // Stretches that overlap, and ground without a level.
+    for change in [
+        (|t: &mut Mounting| t.forward.push(t.braking[0])) as fn(&mut Mounting),
+        |t| t.forward[0][0] = t.rest[0],
+        |t| t.levelling = 3.0,
+    ] {
+        let (outputs, mut test) = driven(1, [0.0; 3], 0.05);
+        change(&mut test);
+        let [x, y, z] = &outputs;
+        assert!(matches!(test.fit([x, y, z]), Err(Error::OutOfRange { .. })));
+    }
     let (outputs, mut test) = driven(1, [0.0; 3], 0.05);
     let [x, y, z] = &outputs;
     test.forward = vec![[2500, 2900]];

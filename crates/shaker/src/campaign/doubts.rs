@@ -132,3 +132,33 @@ pub(super) fn against_datasheet(results: &[MethodResult]) -> Option<Finding> {
         .collect();
     off_datasheet(result.frequency, &all)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::observation::SpuriousTable;
+    use num_complex::Complex64;
+    use proofmass_uncertainty::DegreesOfFreedom;
+
+    #[test]
+    fn known_motion_without_an_uncertainty() {
+        let correction = |covariance: [[f64; 3]; 3], basis| Correction {
+            label: "first".into(),
+            table: SpuriousTable::new(vec![Spurious {
+                inclination: 0.0,
+                frequency: 80.0,
+                ratio: [0.01, 0.02, 0.0].map(|r| Complex64::new(r, 0.0)),
+                covariance,
+                dof: DegreesOfFreedom::INFINITE,
+                basis: [basis; 3],
+            }]),
+        };
+        let known = [1e-6, 0.0, 1e-6];
+        let found = |covariance, basis| exact_motion(&[correction(covariance, basis)]);
+        let one = found([known, [0.0; 3], known], Basis::Measured);
+        assert_eq!(one[0].code(), "motion-taken-as-exact");
+        assert!(one[0].to_string().contains("along y′:"), "{}", one[0]);
+        assert!(found([known; 3], Basis::Measured).is_empty());
+        assert!(found([[0.0; 3]; 3], Basis::Declared).is_empty());
+    }
+}

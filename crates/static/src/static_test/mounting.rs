@@ -138,7 +138,7 @@ impl Mounting {
         let noise = MeanNoise::estimate(&samples, std::slice::from_ref(&rest))?;
         let at_rest = samples.mean(rest.start, rest.end);
         let parts = self.parts(&samples, at_rest)?;
-        let moves = self.moves(&samples, &rest, &noise);
+        let moves = Self::moves(&samples, &rest);
         let n = parts.len();
         let mean: Triple =
             std::array::from_fn(|i| parts.iter().map(|p| p[i]).sum::<f64>() / n as f64);
@@ -380,8 +380,16 @@ impl Mounting {
     }
 
     /// The two halves of the rest differ by more than their noise and by more than a tenth of a degree.
-    fn moves(&self, samples: &Samples<'_>, rest: &Segment, noise: &MeanNoise) -> Option<Finding> {
+    fn moves(samples: &Samples<'_>, rest: &Segment) -> Option<Finding> {
         let half = (rest.start + rest.end) / 2;
+        let part = |start: usize, end: usize| Segment {
+            start,
+            end,
+            ..rest.clone()
+        };
+        // Each about its own mean: what they differ by is no noise.
+        let halves = [part(rest.start, half), part(half, rest.end)];
+        let noise = MeanNoise::estimate(samples, &halves).ok()?;
         let (first, second) = (samples.mean(rest.start, half), samples.mean(half, rest.end));
         let of_half = noise.of_mean(rest.len() / 2);
         let change: Triple = std::array::from_fn(|i| second[i] - first[i]);
