@@ -114,6 +114,17 @@ impl Apply {
                     false => e,
                 }
             })?;
+        let named = |(name, _): &&(String, f64)| {
+            let read = self.environment.iter();
+            read.filter_map(|e| e.quantity.as_ref()).any(|q| q == name)
+        };
+        if let Some((name, _)) = self.at.at.iter().find(named) {
+            return Err(Failure::new(format!(
+                "{name} is stated with --at and read with --environment"
+            ))
+            .hint("leave one of them out"));
+        }
+        let held = self.at.words(&calibration);
         let calibration = calibration
             .at_environment(&self.at.at)
             .map_err(|e| e.at(&self.calibration))?;
@@ -133,8 +144,12 @@ impl Apply {
             read.push(calibration_input.clone());
             read.extend(bias_input.clone());
             read.extend(mounting_input.clone());
-            self.file
-                .write_beside(&replacement, &inputs, read, (sha256, steps))
+            self.file.write_beside(
+                &replacement,
+                &inputs,
+                read,
+                (sha256, &[&held, steps].concat()),
+            )
         };
         let mut data = ApplyData::new(
             &calibration,
@@ -157,6 +172,9 @@ impl Apply {
             "calibration: {} of {device}",
             self.calibration.display()
         ));
+        if !held.is_empty() {
+            console::note(format!("calibration {}", held.join(", ")));
+        }
         self.tell(&outcome);
         Ok(Outcome::Done)
     }

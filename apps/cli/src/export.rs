@@ -199,6 +199,12 @@ impl Export {
                 return Err(Failure::new("a calibration has no gains to choose from")
                     .hint("--method belongs to a result of `proofmass velocity tune`"));
             }
+            if let Ok(calibration) = &calibration {
+                let held = self.at.words(calibration);
+                options
+                    .notes
+                    .extend(held.iter().map(|w| format!("Holds {w}.")));
+            }
             let calibration = calibration
                 .and_then(|c| c.at_environment(&self.at.at))
                 .map_err(|e| e.at(&self.calibration))?;
@@ -214,7 +220,7 @@ impl Export {
                 (calibration, Some(band)) => {
                     let (file, notes) =
                         calibration_of_band(&calibration, band).map_err(|e| e.detail(name))?;
-                    options.notes = notes;
+                    options.notes.extend(notes);
                     self.chained(file, form, options)?
                 }
                 _ => {
@@ -239,9 +245,6 @@ impl Export {
         form: ExportForm,
         mut options: ExportOptions,
     ) -> Result<Vec<u8>, Failure> {
-        let fixed = self.at.at.iter();
-        let notes = fixed.map(|(name, value)| format!("Holds at {name} = {value:?}."));
-        options.notes.extend(notes);
         let (chain, mounting) = self.chain.chain()?;
         let turned = mounting.map(|i| format!("Turned by {}, SHA-256 {}.", i.path, i.sha256));
         options.notes.extend(turned);

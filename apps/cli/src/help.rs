@@ -567,6 +567,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "apply",
         &[
+            "at",
             "hold",
             "coverage-factor",
             "model",

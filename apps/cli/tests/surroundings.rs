@@ -157,7 +157,7 @@ fn law_a_value_is_a_column_that_does_not_change() {
         );
     }
     assert!(
-        chip["notes"].to_string().contains("humidity = 68"),
+        chip["notes"].to_string().contains("at humidity = 68 %"),
         "{chip}"
     );
 }
@@ -193,6 +193,17 @@ fn known_words_on_what_is_missing_or_wrong() {
     refused(&["--at", "humidity=95"], &["beyond what was measured"]);
     refused(&["--at", "pressure=1013"], &["does not follow pressure"]);
     refused(&["--at", "humidity=50", "--at", "humidity=51"], &["twice"]);
+    refused(
+        &[
+            "--at",
+            "supply=3.4",
+            "--environment",
+            "supply=supply_mV",
+            "--environment",
+            "humidity=rh:1",
+        ],
+        &["--at and read with --environment"],
+    );
     let said = refuse(&["export", text(&made), "--c"]);
     assert!(said.contains("--at humidity=VALUE, in %"), "{said}");
     // Columns beyond the range are told, and refused where that is asked for.

@@ -93,6 +93,67 @@ fn coverage_of_coefficients_of_the_surroundings() {
     assert!(held >= 250, "{held} of {all}");
 }
 
+/// One axis up and down, two cycles of the temperature in each, with the reference at one end of the sweep: what bias and scale do on the
+/// way is no force of the attitude, and every coefficient is held.
+#[test]
+fn coverage_where_attitudes_tell_the_scale_far_from_the_reference() {
+    for range in [[23.0, 60.0], [-40.0, 23.0], [-10.0, 60.0]] {
+        let (mut held, mut all) = (0, 0);
+        for seed in 0..12 {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(700 + seed);
+            let n = 8000;
+            let (mut y, mut t, mut v) = (Vec::new(), Vec::new(), Vec::new());
+            for k in 0..n {
+                let within = 2 * (k % (n / 2));
+                let at = within as f64 / n as f64;
+                let swing = 0.5 - 0.5 * (std::f64::consts::TAU * 2.0 * at).cos();
+                let temperature = range[0] + (range[1] - range[0]) * swing;
+                let supply = 3.3 + 0.3 * (std::f64::consts::TAU * 3.3 * at).cos();
+                let a = if k < n / 2 { G } else { -G };
+                let gain = 1.0 + (supply - 3.3) / 30.0 + 2e-4 * (temperature - 23.0);
+                let bias = 0.02 * (temperature - 23.0) + 0.5 * (supply - 3.3);
+                let noise: f64 = StandardNormal.sample(&mut rng);
+                y.push(bias + gain * a + 2e-3 * noise);
+                t.push(temperature);
+                v.push(supply);
+            }
+            let data = SweepData {
+                outputs: vec![&y],
+                temperature: &t,
+                rate: 1.0,
+            };
+            let quantity = EnvironmentalQuantity {
+                name: "supply",
+                unit: "V",
+                values: &v,
+                reference: Some(3.3),
+            };
+            let mut sweep = TemperatureSweep::default();
+            sweep.largest_order = 1;
+            sweep.reference = Some(23.0);
+            let fit = sweep.fit_beside(&data, &[quantity]).unwrap();
+            for (name, truth) in [
+                ("slope", 0.02),
+                ("bias.T1", 0.02),
+                ("scale.T1", 2e-4),
+                ("bias.supply", 0.5),
+                ("scale.supply", 1.0 / 30.0),
+            ] {
+                let q = fit.estimate.get(name).unwrap();
+                all += 1;
+                held += usize::from((q.value - truth).abs() <= q.expanded(0.95));
+                assert!(
+                    q.expanded(0.95) < 0.02 * truth,
+                    "{name} {}",
+                    q.expanded(0.95)
+                );
+            }
+        }
+        // 60 intervals of 95 %, three standard deviations of that below.
+        assert!(held >= 52, "{range:?}: {held} of {all}");
+    }
+}
+
 /// Without them the coefficient of the temperature takes what they did, and its interval is no wider.
 #[test]
 fn known_surroundings_left_out_are_in_the_residuals() {

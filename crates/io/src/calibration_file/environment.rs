@@ -104,7 +104,7 @@ impl CalibrationFile {
                         "{name} of {value} {} is beyond what was measured",
                         block.unit
                     ),
-                    format!("state a value from {low} to {high} {}", block.unit),
+                    format!("state a value from {low:.6} to {high:.6} {}", block.unit),
                 );
             }
             file.fix(&block, *value)?;

@@ -4,6 +4,7 @@ use crate::data_sheet::unit_ratio;
 use crate::temperature::EnvironmentalRequest;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{AnyCalibration, ColumnRef, EnvironmentBlock, Layout, ReadQuantity};
+use proofmass_report::scientific;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
@@ -80,7 +81,7 @@ pub(super) fn columns(
                 [] => Trouble::request(format!(
                     "{name} is named, and the calibration follows no quantity of the surroundings but the temperature"
                 ))
-                .with_hint("leave --environment out, or measure how the sensor follows it: `proofmass test temperature --environment`"),
+                .with_hint("leave --environment out: it was not measured (`proofmass test temperature --environment`), or --at states its value"),
                 _ => Trouble::request(format!("the calibration does not follow {name}"))
                     .with_hint(format!(
                         "it follows {}: write --environment {}=COLUMN",
@@ -138,7 +139,10 @@ pub(super) fn columns(
     for block in &missing {
         trouble = trouble.detail(format!(
             "{}: measured from {} to {} {}",
-            block.name, block.range[0], block.range[1], block.unit
+            block.name,
+            scientific(block.range[0], 5),
+            scientific(block.range[1], 5),
+            block.unit
         ));
     }
     Err(trouble)

@@ -17,6 +17,8 @@ const BLOCKS: usize = 16;
 const WEAKEST: f64 = 0.1;
 /// Standard uncertainty of the direction of travel beyond which there is none, rad.
 const NO_DIRECTION: f64 = 0.2;
+/// By which the means of parts of a rest may differ, rad.
+const STILL: f64 = 4.4e-3;
 /// Largest standard uncertainty of an angle, rad.
 const LARGEST: f64 = 0.5;
 
@@ -379,23 +381,28 @@ impl Mounting {
         Ok(parts)
     }
 
-    /// The two halves of the rest differ by more than their noise and by more than a tenth of a degree.
+    /// The means of sixteen parts of the rest differ by more than a quarter of a degree, and by more than the noise from sample to sample
+    /// tells.
     fn moves(samples: &Samples<'_>, rest: &Segment) -> Option<Finding> {
-        let half = (rest.start + rest.end) / 2;
-        let part = |start: usize, end: usize| Segment {
-            start,
-            end,
-            ..rest.clone()
-        };
-        // Each about its own mean: what they differ by is no noise.
-        let halves = [part(rest.start, half), part(half, rest.end)];
-        let noise = MeanNoise::estimate(samples, &halves).ok()?;
-        let (first, second) = (samples.mean(rest.start, half), samples.mean(half, rest.end));
-        let of_half = noise.of_mean(rest.len() / 2);
-        let change: Triple = std::array::from_fn(|i| second[i] - first[i]);
-        let seen = (0..3).any(|i| change[i].powi(2) > 25.0 * 2.0 * of_half[i][i]);
-        let angle = dot(change, change).sqrt() / STANDARD_GRAVITY;
-        (seen && angle > 2e-3).then(|| findings::rest_moves(angle.to_degrees()))
+        let at = |k: usize| rest.start + k * rest.len() / BLOCKS;
+        let parts: Vec<Triple> = (0..BLOCKS)
+            .map(|k| samples.mean(at(k), at(k + 1)))
+            .collect();
+        let axes = samples.columns();
+        let mut seen = false;
+        let mut most = [0.0f64; 3];
+        for (axis, most) in most.iter_mut().enumerate() {
+            let column = &axes[axis][rest.start..rest.end];
+            let steps = column.windows(2).map(|w| (w[1] - w[0]).powi(2));
+            let noise = (0.5 * steps.sum::<f64>() / (column.len() - 1) as f64).sqrt();
+            let of_part = noise / ((rest.len() / BLOCKS) as f64).sqrt();
+            let fold = |f: fn(f64, f64) -> f64, from| parts.iter().map(|p| p[axis]).fold(from, f);
+            *most = fold(f64::max, f64::NEG_INFINITY) - fold(f64::min, f64::INFINITY);
+            // The range of sixteen normal means passes eight standard deviations in one of 10⁶ rests.
+            seen |= *most > 8.0 * of_part;
+        }
+        let angle = dot(most, most).sqrt() / STANDARD_GRAVITY;
+        (seen && angle > STILL).then(|| findings::rest_moves(angle.to_degrees()))
     }
 
     fn doubts(&self, rest: Triple, [along, up]: [f64; 2], about_z: f64) -> Vec<Finding> {

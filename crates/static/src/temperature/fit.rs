@@ -43,6 +43,31 @@ impl Design {
         columns
     }
 
+    /// The forces that the scale multiplies, as the attitudes read them where everything is at its reference: their intercepts. A mean over the
+    /// sweep contains what bias and scale do on the way, and the coefficients of the bias would be off by that times those of the scale.
+    fn at_references(
+        &mut self,
+        blocks: &Blocks,
+        order: usize,
+        noise: &[Noise],
+    ) -> Result<(), Error> {
+        // Each round is nearer by the change of the scale, a hundredth or less.
+        const ROUNDS: usize = 4;
+        for _ in 0..ROUNDS {
+            if self.force.is_none() {
+                return Ok(());
+            }
+            let force = (0..blocks.axes).map(|axis| {
+                let y: Vec<f64> = blocks.output.iter().map(|o| o[axis]).collect();
+                let columns = [self.columns(order, axis)];
+                let run = averaged::fit(&columns, &y, noise)?;
+                Ok(blocks.attitude.iter().map(|s| run.estimate[*s]).collect())
+            });
+            self.force = Some(force.collect::<Result<_, Error>>()?);
+        }
+        Ok(())
+    }
+
     /// The columns with every time constant that self-heating may have.
     fn alternatives(&self, order: usize, axis: usize) -> Vec<Vec<Vec<f64>>> {
         let columns = self.columns(order, axis);
@@ -162,6 +187,7 @@ pub(super) fn fit(
     design.environment.retain(|_| told.next().unwrap_or(true));
     let fixed = environment_at + kinds * design.environment.len();
     let noises = grid(&blocks.time, blocks.duration);
+    design.at_references(blocks, settings.largest_order, &noises[..1])?;
     // A walk follows any loop, so that beside it no form of the branches is missed.
     let stationary = match branches.common {
         Some(_) => stationary(&blocks.time, blocks.duration, 0.5),
