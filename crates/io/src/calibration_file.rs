@@ -418,6 +418,11 @@ impl CalibrationFile {
             let curved = self.curvature.iter().map(|c| ("curvature", c.named(i)));
             for (key, terms) in thermal.chain(around).chain(curved) {
                 for (name, value) in terms {
+                    // What no estimate knows has no uncertainty; zero is what was not measured.
+                    let unknown = key == "environment" && value != 0.0;
+                    if unknown && self.estimate.index_of(&name).is_none() {
+                        return refuse(key, format!("{name} of the block stands in no estimate"));
+                    }
                     if !agree(stated(name.clone(), value), value, value) {
                         return refuse(
                             key,

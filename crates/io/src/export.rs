@@ -125,9 +125,19 @@ impl<'a> Plan<'a> {
     fn of(file: &'a CalibrationFile, options: &'a ExportOptions) -> Result<Self> {
         file.at_one_environment()?;
         let model = file.compensation()?;
+        let check = SelfCheck::of(file, &model);
+        let largest = model.bias().into_iter().chain(model.k_inverse().concat());
+        let single = largest.fold(0.0f64, |m, v| m.max(v.abs())) < f64::from(f32::MAX)
+            || options.number == ExportNumber::Double;
+        if !(check.double_bound.is_finite() && single) {
+            return Err(unable(
+                "a coefficient is beyond the numbers of a chip",
+                "look at K and b of the calibration, and calibrate again",
+            ));
+        }
         Ok(Self {
             file,
-            check: SelfCheck::of(file, &model),
+            check,
             model,
             name: name(file, options)?,
             source: options.source.as_ref(),

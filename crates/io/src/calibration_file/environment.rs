@@ -57,6 +57,13 @@ impl EnvironmentBlock {
 
     /// What keeps it from being used.
     pub(super) fn fault(&self) -> Option<String> {
+        let plain = |c: char| !c.is_control() && !matches!(c, '.' | '=');
+        if self.name.trim().is_empty() || !self.name.chars().all(plain) {
+            return Some(format!("{:?} is no name of a quantity", self.name));
+        }
+        if self.unit.trim().is_empty() {
+            return Some(format!("{} has no unit", self.name));
+        }
         if !(self.range[0] < self.range[1]) {
             return Some(format!("the range of {} is empty or reversed", self.name));
         }
@@ -331,5 +338,11 @@ mod tests {
         );
         refused(&|f| f.environment[1].name = "humidity".into(), "twice");
         refused(&|f| f.environment[0].bias[0] = 1e-5, "disagrees");
+        refused(
+            &|f| f.environment[0].name = "pressure".into(),
+            "stands in no estimate",
+        );
+        refused(&|f| f.environment[0].name = String::new(), "no name");
+        refused(&|f| f.environment[0].unit = String::new(), "no unit");
     }
 }

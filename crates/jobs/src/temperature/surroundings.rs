@@ -174,6 +174,26 @@ pub(super) fn told(fit: &TemperatureFit, data: &TemperatureData<'_>) -> Result<(
     let Some(first) = not.first() else {
         return Ok(());
     };
+    let width = first.range[1] - first.range[0];
+    let far = (first.reference - first.reference.clamp(first.range[0], first.range[1])).abs();
+    if width > 0.0 && far > 2.0 * width {
+        return Err(Trouble::request(format!(
+            "the reference of {} lies far from its values",
+            first.name
+        ))
+        .detail(data.name)
+        .detail(format!(
+            "{} {}, recorded from {} to {} {}",
+            proofmass_report::scientific(first.reference, 4),
+            first.unit,
+            proofmass_report::scientific(first.range[0], 4),
+            proofmass_report::scientific(first.range[1], 4),
+            first.unit
+        ))
+        .with_hint(
+            "state a reference within them, =REFERENCE behind the column, or none for their middle",
+        ));
+    }
     let names: Vec<&str> = not.iter().map(|e| e.name.as_str()).collect();
     let mut trouble = Trouble::data(match first.range[0] < first.range[1] {
         true => format!(
