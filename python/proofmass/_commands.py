@@ -236,6 +236,8 @@ def apply(
     hold: bool = False,
     coverage_factor: float | None = None,
     temperature: str | int | None = None,
+    environment: str | Sequence[str | int | float] | None = None,
+    at: str | Sequence[str | int | float] | None = None,
     within_range: bool = False,
     bias: Data | None = None,
     rotate: str | None = None,
@@ -282,6 +284,10 @@ def apply(
             them out.
         coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
         temperature: Column of the temperature in °C, for a calibration over temperature.
+        environment: Column of another quantity that the calibration follows (humidity, pressure, supply voltage),
+            with its unit where the heading does not say it; more than once.
+        at: Value of a quantity that the calibration follows (humidity, pressure, supply voltage), in its unit there:
+            bias and scale are those at this value, with their uncertainty; more than once.
         within_range: Refuse a recording with samples beyond the range in which the calibration was tested, instead of
             reporting them.
         bias: Subtract a bias that was tracked over this recording: the result.json of `proofmass bias`.
@@ -330,6 +336,7 @@ def export(
     memory_reader: bool = False,
     number: str = "float",
     band: str | Sequence[float] | None = None,
+    at: str | Sequence[str | int | float] | None = None,
     rotate: str | None = None,
     rotate_uncertainty: str | None = None,
     low_pass: float | None = None,
@@ -366,6 +373,8 @@ def export(
         number: Numbers of Rust and C. One of float, double, fixed.
         band: Calibration over frequency: the constant real matrix of this band in hertz; one frequency twice is that
             alone.
+        at: Value of a quantity that the calibration follows (humidity, pressure, supply voltage), in its unit there:
+            bias and scale are those at this value, with their uncertainty; more than once.
         rotate: Turn to the frame of a machine or vehicle: roll, pitch and yaw of the sensor in it, in degrees The
             frame of the machine is turned about its z axis by yaw, about its new y axis by pitch and about its new x
             axis by roll (right-handed; ISO 8855 with x forward, y to the left, z up), and is then that of the sensor.
