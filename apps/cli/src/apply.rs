@@ -9,8 +9,7 @@ use proofmass::dynamic::frequency_response::{Beyond, FilterDesign};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{AtomicFile, ColumnRef, Input, Source};
 use proofmass::jobs::apply::{
-    ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, EnvironmentColumn,
-    OutOfRange,
+    ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, FollowedColumn, OutOfRange,
 };
 use proofmass::jobs::bias::TrackedBias;
 use proofmass::jobs::deconvolution::{DeconvolutionJob, FittedModel};
@@ -61,7 +60,7 @@ pub(crate) struct Apply {
     /// Column of another quantity that the calibration follows (humidity, pressure, supply voltage), with its unit where the heading does
     /// not say it; more than once
     #[arg(long, value_name = "[NAME=]COLUMN[:UNIT]")]
-    environment: Vec<EnvironmentColumn>,
+    environment: Vec<FollowedColumn>,
     #[command(flatten)]
     at: AtArguments,
     /// Refuse a recording with samples beyond the range in which the calibration was tested, instead of reporting them

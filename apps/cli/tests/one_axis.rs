@@ -49,15 +49,6 @@ impl Sensor {
     }
 }
 
-fn table(path: &Path, heading: &str, rows: impl Iterator<Item = Vec<f64>>) {
-    let mut text = format!("{heading}\n");
-    for row in rows {
-        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
-        let _ = writeln!(text, "{}", cells.join(","));
-    }
-    std::fs::write(path, text).unwrap();
-}
-
 /// Accelerations along a recording of the sensor, from −50 to 50 m/s².
 fn truth() -> Vec<f64> {
     (0..=100).map(|i| f64::from(i) - 50.0).collect()

@@ -2,19 +2,7 @@
 
 mod support;
 
-use std::fmt::Write;
-use std::path::Path;
 use support::*;
-
-/// A table, its heading first.
-fn table(path: &Path, heading: &str, rows: impl Iterator<Item = Vec<f64>>) {
-    let mut text = format!("{heading}\n");
-    for row in rows {
-        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
-        let _ = writeln!(text, "{}", cells.join(","));
-    }
-    std::fs::write(path, text).unwrap();
-}
 
 /// A small reproducible disturbance.
 fn noise(i: usize) -> f64 {

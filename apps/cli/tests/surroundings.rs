@@ -2,7 +2,6 @@
 
 mod support;
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use support::axis::column;
 use support::*;
@@ -12,15 +11,6 @@ const G: f64 = 9.80665;
 /// o = b + β (T − 25 °C) + ε (H − 50 %) + ς (U − 3.3 V) + k a, in volts.
 fn output(a: f64, [t, humidity, supply]: [f64; 3]) -> f64 {
     0.004 + 2e-4 * (t - 25.0) + 4e-5 * (humidity - 50.0) + 0.012 * (supply - 3.3) + 0.0131 * a
-}
-
-fn table(path: &Path, heading: &str, rows: impl Iterator<Item = Vec<f64>>) {
-    let mut text = format!("{heading}\n");
-    for row in rows {
-        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
-        let _ = writeln!(text, "{}", cells.join(","));
-    }
-    std::fs::write(path, text).unwrap();
 }
 
 /// Linearity at the reference of everything, then a day in the chamber that completes it.

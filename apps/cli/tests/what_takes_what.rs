@@ -22,15 +22,6 @@ fn cells() -> Vec<Vec<String>> {
     rows.filter(|l| !l.starts_with("|---")).map(row).collect()
 }
 
-fn write(path: &Path, heading: &str, rows: impl Iterator<Item = Vec<f64>>) {
-    let mut text = format!("{heading}\n");
-    for row in rows {
-        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
-        let _ = writeln!(text, "{}", cells.join(","));
-    }
-    std::fs::write(path, text).unwrap();
-}
-
 const G: f64 = 9.80665;
 
 /// Volts of a sensor of one axis.
@@ -53,7 +44,7 @@ struct Recordings {
 fn one_axis(folder: &Path) -> Recordings {
     let at = |name: &str| folder.join(name);
     let mut noise = Chance(3);
-    write(
+    table(
         &at("one-rests.csv"),
         "t_s,acc_V,T_degC",
         (0..4800).map(|i| {
@@ -64,7 +55,7 @@ fn one_axis(folder: &Path) -> Recordings {
             vec![0.01 * f64::from(i), volts(a), 20.0]
         }),
     );
-    write(
+    table(
         &at("one-sweep.csv"),
         "acc_V,T_degC",
         (0..3000).map(|i| {
@@ -141,7 +132,7 @@ fn law_every_cell_of_the_table_is_true() {
     let k: Vec<f64> = (0..3).map(|i| number(&calibration["K"][i][i])).collect();
     let b: Vec<f64> = (0..3).map(|i| number(&calibration["b"][i])).collect();
     let mut noise = Chance(7);
-    write(
+    table(
         &at("three-sweep.csv"),
         "x_count,y_count,z_count,T_degC",
         (0..3000).map(|i| {
@@ -194,7 +185,7 @@ fn law_every_cell_of_the_table_is_true() {
         ),
         axis: &["--axis", "x"],
     };
-    write(
+    table(
         &three_volts.raw,
         "t_s,x_V,y_V,z_V,T_degC",
         (0..400).map(|i| {
@@ -244,7 +235,7 @@ fn law_every_cell_of_the_table_is_true() {
         (at("shaker/result"), &three_volts),
     );
 
-    write(
+    table(
         &at("levels.csv"),
         "a_m/s2,out_V",
         (0..40).map(|i| {
@@ -267,7 +258,7 @@ fn law_every_cell_of_the_table_is_true() {
         out
     };
     let linear = reading("linearity", "levels.csv", &["--acceleration", "a_m/s2"]);
-    write(
+    table(
         &at("ends.csv"),
         "position,out_V",
         (0..12).map(|i| {
@@ -307,7 +298,7 @@ fn law_every_cell_of_the_table_is_true() {
         (single.join("result"), &one),
     );
     let rest = at("rest.csv");
-    write(
+    table(
         &rest,
         "t_s,x_g,y_g,z_g",
         (0..6000).map(|i| {
@@ -343,7 +334,7 @@ fn law_every_cell_of_the_table_is_true() {
     }
 
     // The same sensor as the calibration of three axes, at rest for as long as its bias was tracked.
-    write(
+    table(
         &at("bias-rest.csv"),
         "t_s,x_count,y_count,z_count",
         (0..6000).map(|i| {

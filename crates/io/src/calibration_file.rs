@@ -295,7 +295,7 @@ impl CalibrationFile {
         let shape = a * (1.0 + a * (k2 + a * k3));
         let block = self.temperature.as_ref();
         let d = match (block, temperature) {
-            (Some(block), Some(t)) => t.clamp(block.range[0], block.range[1]) - block.reference,
+            (Some(block), Some(t)) => block.deviation(t),
             _ => 0.0,
         };
         let powers = [d, d * d, d * d * d];
@@ -306,14 +306,7 @@ impl CalibrationFile {
             .map(|(block, value)| (block, block.deviation(*value)))
             .collect();
         let along: f64 = around.iter().map(|(block, e)| block.scale[0] * e).sum();
-        let warm = along
-            + block.map_or(1.0, |block| {
-                1.0 + block.scale[0]
-                    .iter()
-                    .zip(powers)
-                    .map(|(c, p)| c * p)
-                    .sum::<f64>()
-            });
+        let warm = 1.0 + along + block.map_or(0.0, |block| block.changes(0, d)[1]);
         let slope = k * warm * (1.0 + a * (2.0 * k2 + 3.0 * k3 * a));
         let of_environment = |name: &str| {
             around.iter().find_map(|(block, e)| {

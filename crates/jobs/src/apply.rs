@@ -12,7 +12,7 @@ pub use crate::destination::Destination;
 pub use band::calibration_of_band;
 pub use chain::{Chain, LowPass, LowPassForm, Rotation};
 pub use compensation::{CompensationMethod, CompensationStream};
-pub use environment::EnvironmentColumn;
+pub use environment::FollowedColumn;
 pub use outcome::{ApplyOutcome, FilterFigures};
 pub use steps::ChainFigures;
 
@@ -85,7 +85,7 @@ pub struct ApplyJob {
     pub temperature: Option<ColumnRef>,
     /// Columns of the other quantities of the surroundings that the calibration follows.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub environment: Vec<EnvironmentColumn>,
+    pub environment: Vec<FollowedColumn>,
     /// What follows the calibration: rotation, low-pass, decimation.
     #[serde(skip_serializing_if = "Chain::is_empty")]
     pub chain: Chain,

@@ -73,6 +73,17 @@ fn channel<'a>(name: &'a str, unit: &'a str, data: &'a [f64]) -> Channel<'a> {
     Channel { name, unit, data }
 }
 
+/// A shock of a device alone.
+fn shock<'a>(unit: &'a str, record: &'a [f64]) -> ShockData<'a> {
+    ShockData {
+        reference: None,
+        output: channel("output", unit, record),
+        rate: RATE,
+        findings: &[],
+        name: "memory",
+    }
+}
+
 fn ask(job: impl Into<AnyJob>, data: &AnyData<'_>) -> StoredResult {
     let answer = job.into().evaluate(data, Record::default(), &Unwatched);
     answer.unwrap_or_else(|e| panic!("{e}"))
@@ -179,13 +190,7 @@ fn known_cut_shocks_and_steps_are_named() {
     let step = with_noise(step, 1e-3, 8);
     let fit = fit();
     let named = |pulse: &[f64], step: &[f64]| {
-        let shock = ShockData {
-            reference: None,
-            output: channel("u", "V", pulse),
-            rate: RATE,
-            findings: &[],
-            name: "memory",
-        };
+        let shock = shock("V", pulse);
         let deconvolution = DeconvolutionData {
             fit: &fit,
             unit: "V/(m/s²)",
@@ -387,13 +392,7 @@ fn known_oscillators_too_fast_for_the_samples_are_told() {
     let pulse = PulseShape::HalfSine.record(500.0, 5e-4, 0.1, 4000, RATE);
     let pulse = with_noise(pulse, 1e-2, 13);
     let said = |highest: f64, peaks: Peaks| {
-        let data = ShockData {
-            reference: None,
-            output: channel("a", "m/s²", &pulse),
-            rate: RATE,
-            findings: &[],
-            name: "memory",
-        };
+        let data = shock("m/s²", &pulse);
         let mut job = ShockJob::default();
         job.per_octave = 1;
         job.frequencies = Some([100.0, highest]);
@@ -428,13 +427,7 @@ fn coverage_a_decaying_tail_is_no_zero_shift() {
             .enumerate()
             .map(|(k, v)| v + tail(k))
             .collect();
-        let data = ShockData {
-            reference: None,
-            output: channel("u", "V", &record),
-            rate: RATE,
-            findings: &[],
-            name: "memory",
-        };
+        let data = shock("V", &record);
         let mut job = ShockJob::default();
         job.per_octave = 1;
         let outcome = job.evaluate(&data, &Unwatched).expect("a shock");
@@ -464,13 +457,7 @@ fn known_zero_shift_and_return_of_a_device() {
         .map(|(k, v)| if k > end { v + 0.08 } else { *v })
         .collect();
     let of = |record: &[f64], band: Option<f64>| {
-        let data = ShockData {
-            reference: None,
-            output: channel("u", "V", record),
-            rate: RATE,
-            findings: &[],
-            name: "memory",
-        };
+        let data = shock("V", record);
         let mut job = ShockJob::default();
         job.per_octave = 1;
         job.return_band = band;
@@ -500,13 +487,7 @@ fn known_zero_shift_and_return_of_a_device() {
         wide.return_to_baseline()
             .is_some_and(|b| b.stated && b.time.is_some())
     );
-    let data = ShockData {
-        reference: None,
-        output: channel("u", "V", &healthy),
-        rate: RATE,
-        findings: &[],
-        name: "memory",
-    };
+    let data = shock("V", &healthy);
     let mut job = ShockJob::default();
     job.return_band = Some(0.0);
     assert!(job.evaluate(&data, &Unwatched).is_err());

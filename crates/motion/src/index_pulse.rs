@@ -242,13 +242,12 @@ pub fn indexed(
             max: f64::MAX,
         });
     }
-    let scan = Scan::likeliest(count, pulse, turn);
     let Scan {
         known,
         mut passages,
         late,
         ..
-    } = scan;
+    } = Scan::likeliest(count, pulse, turn);
     let Some(window) = known else {
         return Ok(Indexed {
             count: count.to_vec(),

@@ -27,7 +27,7 @@ findings! {
         evidence "{read:.4} m/s², 9.81 m/s² were expected",
         advice "check the stretch and the unit, and apply a calibration first";
 
-    /// The halves of a stretch at rest differ.
+    /// Parts of a stretch at rest differ.
     rest_moves(angle: f64) =
         "rest-moves", [Warning],
         what "the sensor does not rest where it is stated to: parts of the rest differ",

@@ -195,6 +195,17 @@ pub const MPU9250_MEANS: [(f64, f64); 7] = [
     (250.0, 0.64397),
 ];
 
+/// Writes a table, its heading first.
+pub fn table(path: &Path, heading: &str, rows: impl Iterator<Item = Vec<f64>>) {
+    let mut text = format!("{heading}\n");
+    for row in rows {
+        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
+        text.push_str(&cells.join(","));
+        text.push('\n');
+    }
+    std::fs::write(path, text).expect("a table is written");
+}
+
 /// Rows of a table, every field with its heading.
 pub fn rows(path: &Path) -> Vec<Vec<(String, String)>> {
     let text = std::fs::read_to_string(path).expect("a table");

@@ -38,6 +38,16 @@ impl ThermalBlock {
         })
     }
 
+    /// d: a temperature less the reference, held within the range.
+    pub(super) fn deviation(&self, temperature: f64) -> f64 {
+        temperature.clamp(self.range[0], self.range[1]) - self.reference
+    }
+
+    /// What the bias of an axis, input unit, and its relative scale change by over d.
+    pub(super) fn changes(&self, i: usize, d: f64) -> [f64; 2] {
+        [self.bias[i], self.scale[i]].map(|[a, b, c]| d * (a + d * (b + d * c)))
+    }
+
     pub(super) fn is_of(&self, axes: usize) -> bool {
         let hysteresis = self.hysteresis.as_ref().map_or(axes, Vec::len);
         [self.bias.len(), self.scale.len(), hysteresis] == [axes; 3]

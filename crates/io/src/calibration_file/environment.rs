@@ -119,8 +119,10 @@ impl CalibrationFile {
         Ok(file)
     }
 
+    /// Whether it is at one value of everything but the temperature, for what has no place for other quantities.
+    ///
     /// # Errors
-    /// It follows quantities of the surroundings beside the temperature, which what it is wanted for has no place for.
+    /// It follows quantities of the surroundings beside the temperature.
     pub fn at_one_environment(&self) -> Result<()> {
         let Some(block) = self.environment.first() else {
             return Ok(());
@@ -203,10 +205,9 @@ impl CalibrationFile {
             for (row, output) in column.iter_mut().enumerate() {
                 let (mut bias, mut scale) = (self.b[i], 1.0);
                 if let (Some(block), Some(t)) = (&self.temperature, temperature) {
-                    let d = t[row].clamp(block.range[0], block.range[1]) - block.reference;
-                    let change = |c: [f64; 3]| d * (c[0] + d * (c[1] + d * c[2]));
-                    bias += change(block.bias[i]);
-                    scale += change(block.scale[i]);
+                    let [of_bias, of_scale] = block.changes(i, block.deviation(t[row]));
+                    bias += of_bias;
+                    scale += of_scale;
                 }
                 let (mut added, mut factor) = (0.0, scale);
                 for (block, values) in self.environment.iter().zip(values) {

@@ -12,7 +12,7 @@ use std::str::FromStr;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-pub struct EnvironmentColumn {
+pub struct FollowedColumn {
     /// The quantity as the calibration calls it; the name of the column without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantity: Option<String>,
@@ -23,7 +23,7 @@ pub struct EnvironmentColumn {
     pub unit: Option<String>,
 }
 
-impl FromStr for EnvironmentColumn {
+impl FromStr for FollowedColumn {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -65,7 +65,7 @@ pub(super) struct Followed {
 /// # Errors
 /// A quantity without a column, with two, or one that the calibration does not follow; a unit that nobody says, or of another kind.
 pub(super) fn columns(
-    requests: &[EnvironmentColumn],
+    requests: &[FollowedColumn],
     calibration: &AnyCalibration,
     layout: &Layout,
 ) -> Result<Vec<Followed>> {

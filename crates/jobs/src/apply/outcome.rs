@@ -25,13 +25,50 @@ pub(super) struct Figures {
     /// Samples that came out of the calibration.
     pub(super) compensated: u64,
     pub(super) beyond: u64,
-    /// Temperatures beyond those of the coefficients, with the lowest and the highest of all.
-    pub(super) beyond_temperature: u64,
-    pub(super) temperatures: Option<[f64; 2]>,
-    /// The same of each other quantity of the surroundings that the calibration follows.
-    pub(super) environment: Vec<(u64, Option<[f64; 2]>)>,
+    /// Temperatures, where the calibration follows them.
+    pub(super) temperatures: Course,
+    /// Each other quantity of the surroundings that it follows.
+    pub(super) environment: Vec<Course>,
     /// Smallest and largest of all accelerations, where there is one axis.
     pub(super) accelerations: Option<[f64; 2]>,
+}
+
+/// How a quantity that the calibration follows went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Course {
+    /// Samples beyond the range in which its coefficients were measured.
+    beyond: u64,
+    /// Lowest and highest of all.
+    range: Option<[f64; 2]>,
+}
+
+impl Course {
+    /// Counts values beyond a range; the first of these that is.
+    fn count(&mut self, values: &[f64], range: [f64; 2]) -> Option<usize> {
+        self.range = widened(self.range, values.iter().copied());
+        let (first, beyond) = rows_outside(&[values], range);
+        self.beyond += beyond;
+        first
+    }
+
+    /// That some lie beyond, with what they are in words.
+    fn finding(
+        &self,
+        range: [f64; 2],
+        unit: &str,
+        words: impl FnOnce([f64; 2]) -> String,
+    ) -> Option<Finding> {
+        let found = self.range.filter(|_| self.beyond > 0)?;
+        let finding = findings::beyond_calibrated_range(
+            &count_lying(self.beyond as usize, "sample"),
+            range[0],
+            range[1],
+            unit,
+            "they are compensated as at the nearer end of that range",
+            &words(found),
+        );
+        Some(finding.at(Severity::Warning))
+    }
 }
 
 impl Figures {
@@ -42,13 +79,7 @@ impl Figures {
         temperatures: &[f64],
     ) -> Option<usize> {
         let block = file.temperature.as_ref()?;
-        if temperatures.is_empty() {
-            return None;
-        }
-        self.temperatures = widened(self.temperatures, temperatures.iter().copied());
-        let (first, beyond) = rows_outside(&[temperatures], block.range);
-        self.beyond_temperature += beyond;
-        first
+        self.temperatures.count(temperatures, block.range)
     }
 
     /// The same of other quantities of the surroundings, with the name of the quantity.
@@ -57,17 +88,12 @@ impl Figures {
         file: &'a CalibrationFile,
         values: &[Vec<f64>],
     ) -> Option<(usize, &'a str)> {
-        self.environment.resize(file.environment.len(), (0, None));
+        self.environment
+            .resize(file.environment.len(), Course::default());
+        let blocks = file.environment.iter().zip(values);
         let mut first = None;
-        for ((block, column), (beyond, range)) in file
-            .environment
-            .iter()
-            .zip(values)
-            .zip(&mut self.environment)
-        {
-            *range = widened(*range, column.iter().copied());
-            let (row, count) = rows_outside(&[column], block.range);
-            *beyond += count;
+        for ((block, column), course) in blocks.zip(&mut self.environment) {
+            let row = course.count(column, block.range);
             first = first.or(row.map(|row| (row, block.name.as_str())));
         }
         first
@@ -99,12 +125,12 @@ fn least_known(figures: &Figures, calibration: &AnyCalibration) -> Option<Quanti
     else {
         return None;
     };
-    let temperatures = match figures.temperatures {
+    let temperatures = match figures.temperatures.range {
         None => vec![None],
         Some([low, high]) => vec![Some(low), Some(high)],
     };
     // The corners of what was recorded: the variance is largest at one of them.
-    let ranges = figures.environment.iter().filter_map(|(_, range)| *range);
+    let ranges = figures.environment.iter().filter_map(|c| c.range);
     let around = ranges.fold(vec![Vec::new()], |corners, range| {
         let wider = |end: f64| {
             corners.iter().map(move |corner: &Vec<f64>| {
@@ -166,44 +192,22 @@ pub(super) fn findings(
             &format!("of {} samples", figures.compensated),
         ));
     }
-    if let (AnyCalibration::Constant(file), Some([low, high])) = (calibration, figures.temperatures)
-        && let Some(block) = &file.temperature
-        && figures.beyond_temperature > 0
-    {
-        findings.push(
-            findings::beyond_calibrated_range(
-                &count_lying(figures.beyond_temperature as usize, "sample"),
-                block.range[0],
-                block.range[1],
-                "°C",
-                "they are compensated as at the nearer end of that range",
-                &format!("{low:.1} to {high:.1} °C in {} samples", figures.read),
-            )
-            .at(Severity::Warning),
-        );
-    }
     if let AnyCalibration::Constant(file) = calibration {
-        for (block, (beyond, range)) in file.environment.iter().zip(&figures.environment) {
-            if let (Some([low, high]), 1..) = (range, *beyond) {
-                findings.push(
-                    findings::beyond_calibrated_range(
-                        &count_lying(*beyond as usize, "sample"),
-                        block.range[0],
-                        block.range[1],
-                        &block.unit,
-                        "they are compensated as at the nearer end of that range",
-                        &format!(
-                            "{} from {} to {} {} in {} samples",
-                            block.name,
-                            scientific(*low, 5),
-                            scientific(*high, 5),
-                            block.unit,
-                            figures.read
-                        ),
-                    )
-                    .at(Severity::Warning),
-                );
-            }
+        let read = figures.read;
+        findings.extend(file.temperature.as_ref().and_then(|block| {
+            let words =
+                |[low, high]: [f64; 2]| format!("{low:.1} to {high:.1} °C in {read} samples");
+            figures.temperatures.finding(block.range, "°C", words)
+        }));
+        for (block, course) in file.environment.iter().zip(&figures.environment) {
+            let unit = &block.unit;
+            findings.extend(course.finding(block.range, unit, |range| {
+                let [low, high] = range.map(|v| scientific(v, 5));
+                format!(
+                    "{} from {low} to {high} {unit} in {read} samples",
+                    block.name
+                )
+            }));
         }
     }
     let Some(compensation) = compensation else {

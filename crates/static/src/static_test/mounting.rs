@@ -5,7 +5,7 @@ use super::{ReadingResidual, StaticFit};
 use crate::direction_coverage::unit;
 use crate::findings;
 use crate::{MeanNoise, Samples, Segment, Triple};
-use proofmass_core::{Error, Matrix3, STANDARD_GRAVITY, TaitBryan, dot};
+use proofmass_core::{Error, Matrix3, STANDARD_GRAVITY, TaitBryan, check, dot};
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
 };
@@ -112,27 +112,10 @@ impl Mounting {
     /// [`Error::TooFew`] without a rest of a hundred samples or without travel; [`Error::OutOfRange`] for samples beyond the recording and
     /// negative uncertainties; [`Error::Unobservable`] where the travel has no acceleration of 0.1 m/s² or no direction.
     pub fn fit(&self, outputs: [&[f64]; 3]) -> Result<(StaticFit, MountedTurn), Error> {
-        for (name, value) in [
-            ("levelling", self.levelling),
-            ("uncertainty of the bias", self.bias),
-            ("straightness", self.straightness),
-        ] {
-            not_negative(name, value)?;
-        }
+        not_negative("uncertainty of the bias", self.bias)?;
         // Beyond it the ground has no level, and the angles no linear law of propagation.
-        for (name, value) in [
-            ("levelling", self.levelling),
-            ("straightness", self.straightness),
-        ] {
-            if value > LARGEST {
-                return Err(Error::OutOfRange {
-                    name,
-                    value,
-                    min: 0.0,
-                    max: LARGEST,
-                });
-            }
-        }
+        check::within("levelling", self.levelling, 0.0, LARGEST)?;
+        check::within("straightness", self.straightness, 0.0, LARGEST)?;
         self.apart()?;
         let [x, y, z] = outputs;
         let samples = Samples::new(x, y, z)?;
@@ -140,7 +123,6 @@ impl Mounting {
         let noise = MeanNoise::estimate(&samples, std::slice::from_ref(&rest))?;
         let at_rest = samples.mean(rest.start, rest.end);
         let parts = self.parts(&samples, at_rest)?;
-        let moves = Self::moves(&samples, &rest);
         let n = parts.len();
         let mean: Triple =
             std::array::from_fn(|i| parts.iter().map(|p| p[i]).sum::<f64>() / n as f64);
@@ -296,7 +278,7 @@ impl Mounting {
             harmonics: Vec::new(),
             findings: {
                 let mut findings = self.doubts(at_rest, [along, up], covariance[2][2]);
-                findings.extend(moves);
+                findings.extend(Self::moves(&samples, &rest));
                 findings
             },
         };

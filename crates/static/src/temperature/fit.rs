@@ -53,10 +53,8 @@ impl Design {
     ) -> Result<(), Error> {
         // Each round is nearer by the change of the scale, a hundredth or less.
         const ROUNDS: usize = 4;
-        for _ in 0..ROUNDS {
-            if self.force.is_none() {
-                return Ok(());
-            }
+        let rounds = if self.force.is_some() { ROUNDS } else { 0 };
+        for _ in 0..rounds {
             let force = (0..blocks.axes).map(|axis| {
                 let y: Vec<f64> = blocks.output.iter().map(|o| o[axis]).collect();
                 let columns = [self.columns(order, axis)];
