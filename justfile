@@ -20,7 +20,7 @@ test-recordings:
 
 # Documentation, warnings denied.
 docs:
-    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps
+    RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --all-features
 
 # The book, in target/book; needs mdBook.
 book:
@@ -32,6 +32,11 @@ pages:
     cargo run -p proofmass-cli --example commands_page
     cargo run -p proofmass-jobs --features schema --example schemas
     PROOFMASS_WRITE_PAGES=1 cargo test --workspace --test every_job
+
+# The picture of the first report, in docs/report.png; needs Chromium.
+picture:
+    cargo run --release -- calibrate examples/hand-held
+    chromium --headless --no-sandbox --hide-scrollbars --window-size=800,1450 --screenshot=docs/report.png "file://$PWD/examples/hand-held/result/report.html"
 
 # The example of the README.
 example:

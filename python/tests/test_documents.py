@@ -9,14 +9,16 @@ from conftest import ROOT
 
 import proofmass
 
+# Pages whose blocks stand each by itself, and those that are read from the beginning.
 PAGES = [ROOT / "python" / "README.md", ROOT / "docs" / "python.md"]
-BLOCKS = [
-    pytest.param(block, id=f"{page.name}-{k}")
-    for page in PAGES
-    for k, block in enumerate(
-        re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    )
-]
+TUTORIALS = [ROOT / "docs" / "tutorials" / "notebook.md"]
+
+
+def blocks(page):
+    return re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+BLOCKS = [pytest.param(block, id=f"{page.name}-{k}") for page in PAGES for k, block in enumerate(blocks(page))]
 
 
 @pytest.mark.parametrize("block", BLOCKS)
@@ -26,6 +28,18 @@ def test_a_block_of_code(block, tmp_path, monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", proofmass.ProofmassWarning)
         exec(compile(block, "document", "exec"), {})
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda p: p.stem)
+def test_a_tutorial(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    assert blocks(page)
+    names = {"__name__": "__main__"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", proofmass.ProofmassWarning)
+        for k, block in enumerate(blocks(page)):
+            exec(compile(block, f"{page.name}, block {k + 1}", "exec"), names)
 
 
 @pytest.mark.parametrize("notebook", sorted((ROOT / "python" / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem)

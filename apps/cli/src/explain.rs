@@ -1,14 +1,14 @@
-//! `proofmass explain`: what a finding means, what a word of the field means here.
+//! `proofmass explain`: what a finding or an error means, what a word of the field means here.
 
 use crate::{Failure, Outcome, console, glossary};
-use proofmass::jobs::findings;
+use proofmass::jobs::{ErrorCode, error_codes, findings};
 
-/// Explain a finding by its code, or a word of the field.
+/// Explain a finding or an error by its code, or a word of the field.
 ///
 /// Without a word, the codes of all findings are listed.
 #[derive(clap::Args)]
 pub(crate) struct Explain {
-    /// Code of a finding, as results show it (`gaps-in-record`), or a word (`bias-instability`, VRW, SRS)
+    /// Code of a finding, as results show it (`gaps-in-record`), or of an error (`column`), or a word (`bias-instability`, VRW, SRS)
     #[arg(value_name = "WORD")]
     code: Option<String>,
     /// Print JSON instead of text
@@ -18,11 +18,20 @@ pub(crate) struct Explain {
 
 impl Explain {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let words = self.code.as_deref().map(glossary::explain);
-        if let Some(entries) = words.filter(|entries| !entries.is_empty())
-            && !self.is_a_finding()
+        if let Some(word) = self
+            .code
+            .as_deref()
+            .filter(|w| findings::explain(w).is_err())
         {
-            return self.show(&entries);
+            let errors: Vec<ErrorCode> = error_codes()
+                .iter()
+                .filter(|e| e.code == word)
+                .copied()
+                .collect();
+            let words = glossary::explain(word);
+            if errors.len() + words.len() > 0 {
+                return self.show(&errors, &words);
+            }
         }
         let found = match &self.code {
             Some(code) => vec![findings::explain(code).map_err(|_| unknown(code))?],
@@ -46,18 +55,18 @@ impl Explain {
         Ok(Outcome::Done)
     }
 
-    /// Whether the word is the code of a finding.
-    fn is_a_finding(&self) -> bool {
-        let code = self.code.as_deref();
-        code.is_some_and(|code| findings::explain(code).is_ok())
-    }
-
-    /// Rows of the glossary.
-    fn show(&self, entries: &[glossary::Entry]) -> Result<Outcome, Failure> {
+    /// The error of that code, and rows of the glossary.
+    fn show(&self, errors: &[ErrorCode], entries: &[glossary::Entry]) -> Result<Outcome, Failure> {
         if self.json {
-            print_json(&entries)?;
+            match errors {
+                [] => print_json(&entries)?,
+                errors => print_json(&serde_json::json!({"errors": errors, "words": entries}))?,
+            }
         } else {
-            let texts: Vec<String> = entries.iter().map(ToString::to_string).collect();
+            let errors = errors.iter().map(ToString::to_string);
+            let texts: Vec<String> = errors
+                .chain(entries.iter().map(ToString::to_string))
+                .collect();
             console::print(&texts.join("\n"))?;
         }
         Ok(Outcome::Done)
@@ -68,11 +77,13 @@ impl Explain {
 fn unknown(word: &str) -> Failure {
     let codes = findings::catalogue();
     let codes = codes.into_iter().map(|(_, kind)| kind.code.to_owned());
+    let codes = codes.chain(error_codes().iter().map(|e| e.code.to_owned()));
     let all: Vec<String> = codes
         .chain(glossary::entries().flat_map(|entry| entry.words))
         .collect();
     let near = proofmass::io::spelling::nearest(word, all.iter().map(String::as_str));
-    let what = format!("`{word}` is neither the code of a finding nor a word of the glossary");
+    let what =
+        format!("`{word}` is neither the code of a finding or an error nor a word of the glossary");
     Failure::new(what).hint(match near {
         Some(near) => format!("did you mean `{near}`?"),
         None => "`proofmass explain` without a word lists all codes".to_owned(),

@@ -42,7 +42,8 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "\x1b[1;31merror\x1b[0m: {}",
+            "\x1b[1;31merror[{}]\x1b[0m: {}",
+            self.0.code(),
             Visible(&self.0.to_string())
         )?;
         for detail in self.0.place() {

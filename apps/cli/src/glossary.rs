@@ -40,7 +40,7 @@ pub(crate) fn entries() -> impl Iterator<Item = Entry> {
         let mut cells = row.trim_end_matches('|').split(" | ").map(str::trim);
         let (words, meaning, place) = (cells.next()?, cells.next()?, cells.next()?);
         (words != "term").then(|| Entry {
-            words: words.split(", ").map(plain).collect(),
+            words: without_anchor(words).split(", ").map(plain).collect(),
             meaning: plain(meaning),
             commands: between_ticks(place),
         })
@@ -102,6 +102,11 @@ fn key(word: &str) -> String {
     kept.flat_map(char::to_lowercase).collect()
 }
 
+/// A cell without the anchor before it, which other pages link.
+fn without_anchor(cell: &str) -> &str {
+    cell.split_once("</a>").map_or(cell, |(_, words)| words)
+}
+
 /// Without the marks of the page.
 fn plain(text: &str) -> String {
     text.replace(['*', '`'], "")
@@ -154,6 +159,30 @@ mod tests {
                 }
                 assert!(command.get_name() != "proofmass", "{line}");
             }
+        }
+    }
+
+    #[test]
+    fn law_every_row_has_the_anchor_of_its_term() {
+        let anchor = |word: &String| {
+            let parts = word.split(|c: char| !c.is_ascii_alphanumeric());
+            let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+            parts.join("-").to_ascii_lowercase()
+        };
+        let rows = PAGE
+            .lines()
+            .filter(|l| l.starts_with("| ") && !l.starts_with("| term"));
+        let mut known = std::collections::BTreeSet::new();
+        for (row, entry) in rows.zip(entries()) {
+            // χ² has no letter for an anchor: the next word of its row has.
+            let mut anchors = entry.words.iter().map(anchor);
+            let anchor = anchors.find(|a| !a.is_empty()).unwrap();
+            let begins = format!("| <a id=\"{anchor}\"></a>");
+            assert!(
+                row.starts_with(&begins),
+                "{row}\nhas to begin with {begins}"
+            );
+            assert!(known.insert(anchor), "{row}\nhas the anchor of another");
         }
     }
 

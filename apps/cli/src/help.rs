@@ -829,6 +829,19 @@ mod tests {
     }
 
     #[test]
+    fn law_every_command_and_option_has_its_help() {
+        for (path, command) in every_command() {
+            assert!(command.get_about().is_some(), "{path}");
+            let shown = command.get_arguments().filter(|a| !a.is_hide_set());
+            for argument in shown {
+                let help = argument.get_help().map(ToString::to_string);
+                let told = help.is_some_and(|h| !h.trim().is_empty());
+                assert!(told, "{path}: {}", argument.get_id());
+            }
+        }
+    }
+
+    #[test]
     fn law_every_row_of_the_layout_names_an_option_that_exists() {
         let commands = every_command();
         let has = |beginning: &str, name: &str| {

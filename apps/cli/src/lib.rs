@@ -14,6 +14,7 @@ mod convert;
 mod delivery;
 mod device;
 mod draft_arguments;
+mod exit_code;
 mod explain;
 mod export;
 mod failure;
@@ -269,7 +270,7 @@ where
 {
     let expanded = argument_file::expand(arguments).map_err(|failure| {
         console::complain(&failure.to_string());
-        2
+        exit_code::WRONG_USE
     })?;
     let mut command = commands();
     read(&mut command, &expanded.arguments).map_err(|wrong| {
@@ -277,21 +278,21 @@ where
             && let Some(failure) = glossary::no_command(word, &command)
         {
             console::complain(&failure.to_string());
-            return 2;
+            return exit_code::WRONG_USE;
         }
         if let Some(failure) = number_arguments::no_number(&wrong) {
             console::complain(&failure.to_string());
             if let Some(line) = expanded.line(&wrong) {
                 console::note(line);
             }
-            return 2;
+            return exit_code::WRONG_USE;
         }
         // Help and version come this way too, to standard output and with code 0.
         let _ = wrong.print();
         if let Some(line) = expanded.line(&wrong) {
             console::note(format!("\n  {line}"));
         }
-        u8::try_from(wrong.exit_code()).unwrap_or(2)
+        u8::try_from(wrong.exit_code()).unwrap_or(exit_code::WRONG_USE)
     })
 }
 
@@ -308,12 +309,12 @@ where
     };
     let person = arguments.command.typed_by();
     match begun(arguments) {
-        Ok(Outcome::Done) => 0,
-        Ok(Outcome::Doubtful) => 3,
-        Err(failure) if failure.is_broken_pipe() => 0,
+        Ok(Outcome::Done) => exit_code::DONE,
+        Ok(Outcome::Doubtful) => exit_code::DECISION,
+        Err(failure) if failure.is_broken_pipe() => exit_code::DONE,
         Err(failure) => {
             console::complain(&failure.read_by(person).to_string());
-            1
+            exit_code::FAILED
         }
     }
 }
@@ -321,21 +322,6 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Calls of `proofmass` that stand on lines of their own in a page.
-    fn calls(page: &str) -> Vec<String> {
-        let place = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data");
-        let text = std::fs::read_to_string(format!("{place}/{page}"));
-        let text = text.unwrap_or_else(|e| panic!("{page}: {e}"));
-        let lines = text.lines().map(str::trim);
-        let calls = lines
-            .filter(|line| line.starts_with("proofmass "))
-            .map(|line| {
-                let line = line.split("  #").next().unwrap_or(line).trim();
-                line.replace("@examples", &format!("@{place}"))
-            });
-        calls.collect()
-    }
 
     /// What each command that reads a recording calls its columns and their units.
     const READ: &[(&str, &[&str])] = &[
@@ -444,24 +430,5 @@ mod tests {
     /// Whether the command of a call is in this build: the records are a feature.
     pub(crate) fn is_built(call: &str) -> bool {
         cfg!(feature = "records") || call.split(' ').nth(1) != Some("records")
-    }
-
-    #[test]
-    fn law_every_call_of_the_page_of_tasks_is_understood() {
-        let calls = calls("tasks.md");
-        assert_eq!(
-            calls.len(),
-            37,
-            "thirty-two tasks, a picture, two of a certificate, and two calls with a file"
-        );
-        for call in calls.into_iter().filter(|call| is_built(call)) {
-            let read = argument_file::expand(call.split(' '))
-                .map_err(|failure| failure.to_string())
-                .and_then(|expanded| {
-                    let read = help::command().try_get_matches_from(expanded.arguments);
-                    read.map_err(|wrong| wrong.to_string())
-                });
-            assert!(read.is_ok(), "{call}: {}", read.err().unwrap_or_default());
-        }
     }
 }

@@ -23,7 +23,7 @@ fn describe(command: &Command, before: &str, page: &mut String) {
     let _ = write!(page, "\n## {name}\n");
     let about = command.get_long_about().or(command.get_about());
     if let Some(about) = about {
-        let _ = write!(page, "\n{}\n", escaped(&about.to_string()));
+        page.push_str(&description(&about.to_string()));
     }
     let shown: Vec<&Arg> = command
         .get_arguments()
@@ -44,6 +44,26 @@ fn describe(command: &Command, before: &str, page: &mut String) {
     for inner in command.get_subcommands().filter(|c| !c.is_hide_set()) {
         describe(inner, &name, page);
     }
+}
+
+/// A description. What is set off by blanks in it is a file in TOML, which stands between fences on the page.
+fn description(text: &str) -> String {
+    let (mut page, mut file) = (String::new(), false);
+    for paragraph in text.split("\n\n") {
+        let lines: Option<Vec<&str>> = paragraph.lines().map(|l| l.strip_prefix("    ")).collect();
+        page.push_str(match (file, lines.is_some()) {
+            (false, true) => "\n```toml\n",
+            (true, false) => "```\n\n",
+            _ => "\n",
+        });
+        file = lines.is_some();
+        page.push_str(&lines.map_or_else(|| escaped(paragraph), |lines| lines.join("\n")));
+        page.push('\n');
+    }
+    if file {
+        page.push_str("```\n");
+    }
+    page
 }
 
 /// The argument as it is typed.

@@ -1,4 +1,5 @@
-//! The pages of `docs` as a book: every file in its contents, every link and anchor there, every command typed and its output compared.
+//! The pages of `docs` as a book: every file in its contents, every link and anchor there, every command of a block `console` typed and
+//! its output compared, every other command line read as the program reads it.
 
 mod support;
 
@@ -7,8 +8,38 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use support::*;
 
+fn project() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 fn docs() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+    project().join("docs")
+}
+
+/// What is read beside the book.
+const BESIDE: &[&str] = &[
+    "README.md",
+    "CONTRIBUTING.md",
+    "ARCHITECTURE.md",
+    "DESIGN.md",
+    "SECURITY.md",
+    "python/README.md",
+];
+
+/// The pages beside the book, with their paths below the folder of the project.
+fn beside() -> Vec<(PathBuf, String)> {
+    let read = |name: &&str| {
+        let text = std::fs::read_to_string(project().join(name)).unwrap();
+        (PathBuf::from(name), text)
+    };
+    BESIDE.iter().map(read).collect()
+}
+
+/// Every page of the book and beside it, with its path below the folder of the project.
+fn all_pages() -> Vec<(PathBuf, String)> {
+    let book = pages().into_iter();
+    let book = book.map(|(page, text)| (Path::new("docs").join(page), text));
+    book.chain(beside()).collect()
 }
 
 /// Every page with its path below `docs`.
@@ -72,7 +103,44 @@ fn links(line: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The anchors of the headings of a page, as repositories and mdBook make them.
+/// Beginnings of code that is set off by blanks alone: four more than the text around it, after an empty line.
+fn set_off_by_blanks(prose: &[(usize, &str)]) -> Vec<usize> {
+    let mut found = Vec::new();
+    // Where the text of the list begins that a line may belong to.
+    let mut list: Option<usize> = None;
+    let mut after_empty = true;
+    for (number, line) in prose {
+        let line = line.replace('\t', "    ");
+        let text = line.trim_start();
+        if text.is_empty() {
+            after_empty = true;
+            continue;
+        }
+        let blanks = line.len() - text.len();
+        if after_empty && blanks >= list.unwrap_or(0) + 4 {
+            found.push(*number);
+        } else if let Some(width) = marker(text) {
+            list = Some(blanks + width);
+        } else if after_empty && blanks == 0 {
+            list = None;
+        }
+        after_empty = false;
+    }
+    found
+}
+
+/// How wide the marker is with which an item of a list begins, its blanks with it.
+fn marker(text: &str) -> Option<usize> {
+    let behind = text.trim_start_matches(|c: char| c.is_ascii_digit());
+    let behind = match behind.len() == text.len() {
+        true => text.strip_prefix(['-', '*', '+']),
+        false => behind.strip_prefix(['.', ')']),
+    }?;
+    let item = behind.trim_start_matches(' ');
+    (item.len() < behind.len()).then(|| text.len() - item.len())
+}
+
+/// The anchors of a page: those of its headings, as repositories and mdBook make them, and those that it writes itself.
 fn anchors(text: &str) -> BTreeSet<String> {
     let (_, prose) = parts(text);
     let headings = prose.iter().filter(|(_, l)| l.starts_with('#'));
@@ -86,6 +154,10 @@ fn anchors(text: &str) -> BTreeSet<String> {
         let again = (1..).map(|n| format!("{anchor}-{n}"));
         let mut names = std::iter::once(anchor.clone()).chain(again);
         anchors.extend(names.find(|n| !anchors.contains(n)));
+    }
+    for (_, line) in prose {
+        let written = line.split("<a id=\"").skip(1);
+        anchors.extend(written.filter_map(|rest| Some(rest.split_once('"')?.0.to_owned())));
     }
     anchors
 }
@@ -108,13 +180,16 @@ fn law_every_page_stands_in_the_contents_once() {
     }
 }
 
-/// Inside of the book, which has nothing but what stands in `docs`.
+/// Inside of the book, which has nothing but what stands in `docs`, and from the pages beside it inside of the project.
 #[test]
 fn law_every_link_leads_somewhere() {
-    let root = docs().canonicalize().unwrap();
-    let pages = pages();
+    let project = project().canonicalize().unwrap();
     let mut wrong = Vec::new();
-    for (page, text) in &pages {
+    for (page, text) in &all_pages() {
+        let root = match page.starts_with("docs") {
+            true => project.join("docs"),
+            false => project.clone(),
+        };
         for (line, prose) in parts(text).1 {
             for link in links(prose) {
                 if link.starts_with("http") || link.starts_with("mailto:") {
@@ -122,13 +197,16 @@ fn law_every_link_leads_somewhere() {
                 }
                 let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
                 let target = match file {
-                    "" => docs().join(page),
-                    file => docs().join(page).parent().unwrap().join(file),
+                    "" => project.join(page),
+                    file => project.join(page).parent().unwrap().join(file),
                 };
                 let inside = target.canonicalize().is_ok_and(|t| t.starts_with(&root));
-                let known = || anchors(&std::fs::read_to_string(&target).unwrap());
-                if !inside || (!anchor.is_empty() && !known().contains(anchor)) {
-                    wrong.push(format!("docs/{}:{line}: {link}", page.display()));
+                let known = || {
+                    let text = std::fs::read_to_string(&target);
+                    text.is_ok_and(|text| anchors(&text).contains(anchor))
+                };
+                if !inside || (!anchor.is_empty() && !known()) {
+                    wrong.push(format!("{}:{line}: {link}", page.display()));
                 }
             }
         }
@@ -142,11 +220,46 @@ fn law_every_link_leads_somewhere() {
 
 #[test]
 fn law_every_page_links_the_glossary() {
-    let readme = std::fs::read_to_string(docs().join("../README.md")).unwrap();
+    let readme = std::fs::read_to_string(project().join("README.md")).unwrap();
     for (page, text) in pages().into_iter().chain([("README.md".into(), readme)]) {
         let itself = page.ends_with("glossary.md") || page.ends_with("SUMMARY.md");
         assert!(itself || text.contains("glossary.md"), "{}", page.display());
     }
+}
+
+/// A reader who comes from a search engine meets a word for the first time on such a page.
+#[test]
+fn law_every_tutorial_and_guide_links_a_word_of_the_glossary() {
+    for (page, text) in pages() {
+        let taught = page.starts_with("tutorials") || page.starts_with("how-to");
+        let prose = parts(&text).1;
+        let mut links = prose.iter().flat_map(|(_, line)| links(line));
+        assert!(
+            !taught || links.any(|link| link.starts_with("../glossary.md#")),
+            "docs/{} links no word: write [word](../glossary.md#anchor)",
+            page.display()
+        );
+    }
+}
+
+#[test]
+fn law_every_block_of_code_stands_between_fences() {
+    for (page, text) in pages() {
+        let first = set_off_by_blanks(&parts(&text).1).into_iter().next();
+        assert!(
+            first.is_none(),
+            "docs/{}:{}: a block of code that is set off by blanks: put it between fences that name its language",
+            page.display(),
+            first.unwrap_or_default()
+        );
+    }
+}
+
+#[test]
+fn known_beginnings_of_code_that_is_set_off_by_blanks() {
+    let page = "text\n\n    code\n    code\n\n- item\n  goes on\n\n    its second paragraph\n\n      code\n\n\
+        text\n    goes on\n\n10. item\n\n        code\n\n    ```sh\n        fenced\n    ```\n\ntext\n\n\tcode\n";
+    assert_eq!(set_off_by_blanks(&parts(page).1), [3, 11, 18, 26]);
 }
 
 #[test]
@@ -172,7 +285,7 @@ fn known_page_of_commands() {
     );
 }
 
-/// Words of a command, with quotes as a shell has them.
+/// Words of a line, with quotes and comments as a shell has them.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quote = None;
@@ -180,6 +293,7 @@ fn words(line: &str) -> Vec<String> {
         match (quote, c) {
             (Some(q), c) if q == c => quote = None,
             (None, '"' | '\'') => quote = Some(c),
+            (None, '#') if words.last().unwrap().is_empty() => break,
             (None, ' ') => {
                 if !words.last().unwrap().is_empty() {
                     words.push(String::new());
@@ -188,7 +302,143 @@ fn words(line: &str) -> Vec<String> {
             (_, c) => words.last_mut().unwrap().push(c),
         }
     }
+    words.retain(|word| !word.is_empty());
     words
+}
+
+/// Lines of a block, with what a line that ends with `\` goes on with, and the numbers of the lines that they begin in.
+fn joined(block: &Fenced<'_>) -> Vec<(usize, String)> {
+    let mut lines: Vec<(usize, String)> = Vec::new();
+    let mut goes_on = false;
+    for (i, line) in block.lines.iter().enumerate() {
+        let line = line.trim();
+        let (text, more) = match line.strip_suffix('\\') {
+            Some(text) => (text, true),
+            None => (line, false),
+        };
+        match lines.last_mut().filter(|_| goes_on) {
+            Some((_, before)) => *before += text,
+            None => lines.push((block.line + i + 1, text.to_owned())),
+        }
+        goes_on = more;
+    }
+    lines
+}
+
+/// Calls of the program in a line: alone, behind the `$` of a shell, in a pipe, or one after the other.
+fn calls(line: &str) -> Vec<Vec<String>> {
+    let words = words(line.strip_prefix("$ ").unwrap_or(line));
+    let ends = |word: &String| ["|", "&&", ">"].contains(&word.as_str());
+    let commands = words.split(ends);
+    let own = commands.filter(|command| command.first().is_some_and(|word| word == "proofmass"));
+    own.map(<[String]>::to_vec).collect()
+}
+
+/// What the program has against a call. `…` stands for what is left out: then something may be missing.
+fn refused(program: &clap::Command, call: &[String]) -> Option<String> {
+    let mut arguments = Vec::new();
+    for word in call.iter().filter(|word| *word != "…") {
+        match word.strip_prefix('@') {
+            Some(file) => {
+                let text = std::fs::read_to_string(project().join(file));
+                let text = text.unwrap_or_else(|e| panic!("{file}: {e}"));
+                arguments.extend(text.lines().flat_map(words));
+            }
+            None => arguments.push(word.clone()),
+        }
+    }
+    let wrong = program.clone().try_get_matches_from(arguments).err()?;
+    let left_out = call.iter().any(|word| word == "…");
+    let missing = wrong.kind() == clap::error::ErrorKind::MissingRequiredArgument;
+    // Help is no refusal.
+    (wrong.use_stderr() && !(left_out && missing)).then(|| wrong.to_string())
+}
+
+/// What is not typed is read, so that no page names a command or an option that is not there.
+#[test]
+fn law_every_command_line_is_understood() {
+    let program = proofmass_cli::commands();
+    let mut understood = 0;
+    let mut wrong = Vec::new();
+    for (page, text) in all_pages() {
+        let blocks = parts(&text).0;
+        for block in blocks.iter().filter(|block| block.info != "console") {
+            for (number, line) in joined(block) {
+                for call in calls(&line) {
+                    match refused(&program, &call) {
+                        None => understood += 1,
+                        Some(said) => {
+                            wrong.push(format!("{}:{number}: {line}\n{said}", page.display()));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(understood > 150, "{understood} command lines");
+}
+
+#[test]
+fn known_calls_of_a_line() {
+    for (line, expected) in [
+        ("proofmass inspect a.csv   # what it holds", "inspect a.csv"),
+        ("zcat a.gz | proofmass inspect - > 'the list'", "inspect -"),
+        (
+            "proofmass simulate axis -o a && proofmass formats",
+            "simulate axis -o a;formats",
+        ),
+        (
+            "$ proofmass explain \"Allan variance\"",
+            "explain Allan variance",
+        ),
+        ("cargo run # proofmass formats", ""),
+        ("proofmass.manifest 1", ""),
+    ] {
+        let calls: Vec<String> = calls(line).iter().map(|c| c[1..].join(" ")).collect();
+        assert_eq!(calls.join(";"), expected, "{line}");
+    }
+    let program = proofmass_cli::commands();
+    let said = |line: &str| refused(&program, &calls(line)[0]);
+    assert_eq!(said("proofmass inspect a.csv --plot a.html"), None);
+    assert_eq!(said("proofmass test shock a.csv …"), None);
+    for line in [
+        "proofmass test shock a.csv",
+        "proofmass test shock a.csv … --colum a",
+        "proofmass inspekt a.csv",
+        "proofmass noise a.csv --rate fast",
+    ] {
+        assert!(said(line).is_some(), "{line}");
+    }
+}
+
+/// The tasks are numbered through, each has a command, and the pages that say how many there are say the same.
+#[test]
+fn law_every_task_has_its_command() {
+    let text = std::fs::read_to_string(docs().join("tasks.md")).unwrap();
+    let (blocks, prose) = parts(&text);
+    let task = |(number, line): &(usize, &str)| {
+        let (count, _) = line.split_once(". ")?;
+        Some((count.parse::<usize>().ok()?, *number))
+    };
+    let tasks: Vec<(usize, usize)> = prose.iter().filter_map(task).collect();
+    for (k, (count, line)) in tasks.iter().enumerate() {
+        assert_eq!(*count, k + 1, "docs/tasks.md:{line}");
+        let next = tasks.get(k + 1).map_or(usize::MAX, |next| next.1);
+        let mut own = blocks.iter().filter(|b| (*line..next).contains(&b.line));
+        assert!(
+            own.any(|block| block
+                .lines
+                .iter()
+                .any(|line| !calls(line.trim()).is_empty())),
+            "docs/tasks.md:{line}: a task without a command"
+        );
+    }
+    let readme = std::fs::read_to_string(project().join("README.md")).unwrap();
+    for (page, text) in [("docs/tasks.md", &text), ("README.md", &readme)] {
+        let said = format!(" {} tasks", tasks.len());
+        assert!(text.contains(&said), "{page} does not say {said}");
+    }
 }
 
 /// What a command of a page prints, and whether it succeeds.
@@ -237,7 +487,7 @@ fn follow(page: &Path, text: &str) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     copy(
-        &docs().join("../examples"),
+        &project().join("examples"),
         &folder.join("examples"),
         Some("result"),
     );
@@ -269,8 +519,13 @@ fn follow(page: &Path, text: &str) -> Vec<String> {
             let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
             let said = expected.is_empty() || matches(&expected, &printed);
             if succeeds == fails || !said {
+                let ends = match succeeds {
+                    true => "succeeds",
+                    false => "fails",
+                };
                 wrong.push(format!(
-                    "{place}: {command}\nprints\n{}",
+                    "{place}: {command}\n{ends}. The page says\n{}\nand this is printed\n{}",
+                    expected.join("\n"),
                     printed.join("\n")
                 ));
             }

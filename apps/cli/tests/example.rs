@@ -7,6 +7,31 @@ use support::*;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 
+/// The first figure of the report of the first command stands in `docs/report.svg`, beside the picture of the whole page.
+#[test]
+fn the_picture_of_the_book_shows_the_figure_of_today() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("result");
+    succeed(&["calibrate", EXAMPLE, "-o", text(&out)]);
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let (_, from) = report.split_once("<svg ").unwrap();
+    let (figure, _) = from.split_once("</svg>").unwrap();
+    let figure = format!("<svg {figure}</svg>\n");
+    let kept = Path::new(EXAMPLE).with_file_name("report.svg");
+    if std::env::var_os("PROOFMASS_WRITE_PAGES").is_some() {
+        std::fs::write(&kept, &figure).unwrap();
+    }
+    if std::fs::read_to_string(&kept).unwrap() != figure {
+        let now = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report.svg");
+        std::fs::write(&now, &figure).unwrap();
+        panic!(
+            "the figure of the first report was {} and is {}: run the test with PROOFMASS_WRITE_PAGES=1, and make docs/report.png again (`just picture`)",
+            kept.display(),
+            now.display()
+        );
+    }
+}
+
 #[test]
 fn known_truth_lies_within_the_stated_uncertainty() {
     let folder = tempfile::tempdir().unwrap();

@@ -119,6 +119,42 @@ pub enum Error {
 }
 
 impl Error {
+    /// All [codes](Self::code).
+    pub const CODES: [&str; 13] = [
+        "length",
+        "too-few",
+        "too-many",
+        "not-finite",
+        "not-increasing",
+        "out-of-range",
+        "not-positive-definite",
+        "singular",
+        "constant",
+        "unobservable",
+        "too-uncertain",
+        "not-converged",
+        "cancelled",
+    ];
+
+    /// What kind it is, as a word that stays.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Length { .. } => "length",
+            Self::TooFew { .. } => "too-few",
+            Self::TooMany { .. } => "too-many",
+            Self::NotFinite { .. } => "not-finite",
+            Self::NotIncreasing { .. } => "not-increasing",
+            Self::OutOfRange { .. } => "out-of-range",
+            Self::NotPositiveDefinite { .. } => "not-positive-definite",
+            Self::Singular { .. } => "singular",
+            Self::Constant { .. } => "constant",
+            Self::Unobservable { .. } => "unobservable",
+            Self::TooUncertain { .. } => "too-uncertain",
+            Self::NotConverged { .. } => "not-converged",
+            Self::Cancelled { .. } => "cancelled",
+        }
+    }
+
     /// The caller passed an argument that no data could make right (length, range).
     pub fn is_input(&self) -> bool {
         matches!(

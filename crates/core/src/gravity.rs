@@ -15,7 +15,9 @@ pub const STANDARD_GRAVITY: f64 = 9.806_65;
 )]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Gravity {
+    /// Magnitude, m/s².
     value: f64,
+    /// Its standard uncertainty, m/s².
     standard_uncertainty: f64,
 }
 
@@ -24,7 +26,9 @@ pub struct Gravity {
 #[derive(serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Form {
+    /// Magnitude, m/s².
     value: f64,
+    /// Its standard uncertainty, m/s².
     standard_uncertainty: f64,
 }
 

@@ -64,3 +64,8 @@ pub use sensor_model::SensorModel;
 pub use tait_bryan::TaitBryan;
 pub use visible::Visible;
 pub use watch::{Unwatched, Watch};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

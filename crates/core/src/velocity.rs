@@ -38,6 +38,7 @@ mod estimator;
 mod input_guard;
 mod integrator;
 mod kalman;
+mod low_corner;
 mod observer;
 mod position_difference;
 mod pulse;

@@ -19,3 +19,8 @@ pub mod step;
 mod monotone_cubic;
 
 pub use frequency_response::FrequencyResponse;
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -65,6 +65,7 @@ impl ReferencePoint {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferenceTable {
+    /// Sensitivity at each frequency, in ascending order.
     points: Vec<ReferencePoint>,
     /// Standard uncertainty that each point has for itself alone, of modulus (relative) and phase (rad).
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -67,3 +67,8 @@ pub use stream::{
     ABSENT, Beside, Channel, Clock, Container, HEAD, Remark, RemarkKind, SeekRead, Stream,
     is_absent,
 };
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -32,6 +32,40 @@ pub enum ErrorKind {
     Closed,
 }
 
+impl ErrorKind {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::NotFound,
+        Self::Access,
+        Self::Format,
+        Self::Row,
+        Self::Field,
+        Self::Column,
+        Self::Element,
+        Self::Time,
+        Self::Configuration,
+        Self::Output,
+        Self::Closed,
+    ];
+
+    /// The kind as a word that stays.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::NotFound => "not-found",
+            Self::Access => "access",
+            Self::Format => "format",
+            Self::Row => "row",
+            Self::Field => "field",
+            Self::Column => "column",
+            Self::Element => "element",
+            Self::Time => "time",
+            Self::Configuration => "configuration",
+            Self::Output => "output",
+            Self::Closed => "closed",
+        }
+    }
+}
+
 /// Result with [`Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 

@@ -164,3 +164,8 @@ pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, rows_outside};
 pub use waveform::{SampleTimes, Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};
 pub use written::Written;
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -77,6 +77,13 @@ pub struct PlanConditions {
     )]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub temperature_range: Option<Vec<f64>>,
+    /// Axes of the device: 3, or 1 that is turned through known angles
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = PlanConditions::default().axes))]
+    pub axes: u8,
+    /// Standard uncertainty of the angles of a fixture for one axis (lean of its axis of turning, sensitive axis off the plane), °
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEG"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixture_angle: Option<f64>,
     /// Largest acceleration of the levels for a non-linearity, m/s²
     #[cfg_attr(feature = "clap", arg(long, value_name = "M_PER_S2"))]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -105,6 +112,8 @@ impl Default for PlanConditions {
             gravity_uncertainty: None,
             reference_uncertainty: None,
             temperature_range: None,
+            axes: 3,
+            fixture_angle: None,
             acceleration: None,
             wander: 0.0,
             ratio: 4.0,
@@ -156,6 +165,19 @@ impl PlanConditions {
             1e7,
             "in m/s²: the end of the range",
         )?;
+        given(
+            "fixture-angle",
+            self.fixture_angle,
+            0.0,
+            20.0,
+            "in degrees, from zero on",
+        )?;
+        if !matches!(self.axes, 1 | 3) {
+            return Err(
+                Trouble::request(format!("axes = {} is no value of a plan", self.axes))
+                    .with_hint("a device of one axis or of three: --axes 1 or --axes 3"),
+            );
+        }
         given(
             "wander",
             Some(self.wander),

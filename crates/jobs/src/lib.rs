@@ -24,6 +24,7 @@ mod destination;
 pub mod device_check;
 mod device_output;
 pub mod device_plan;
+mod error_code;
 pub mod findings;
 pub mod firmware;
 pub mod free_living;
@@ -77,6 +78,9 @@ pub use bench_runs::{BenchFiles, BenchRuns};
 pub use channels::{Channel, ChannelReading, RecordedChannel, RecordedChannels, WantedChannel};
 pub use destination::{Beside, Destination};
 pub use device_output::DeviceOutput;
+#[doc(hidden)]
+pub use error_code::page as errors_page;
+pub use error_code::{ErrorCode, error_codes};
 pub use outcome::{Job, Outcome, QUANTITIES, section};
 pub use proofmass_core::{Unwatched, Watch};
 pub use record::Record;
@@ -86,3 +90,8 @@ pub use store::{Folder, Gathered, Memory, Sink, Store};
 pub use stored_result::{CALIBRATION, REPORT, RESULT, StoredResult};
 pub use stream_choice::StreamChoice;
 pub use trouble::{Result, Trouble, TroubleKind};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

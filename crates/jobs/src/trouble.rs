@@ -20,6 +20,28 @@ pub enum TroubleKind {
     Closed,
 }
 
+impl TroubleKind {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Request,
+        Self::Data,
+        Self::Output,
+        Self::Cancelled,
+        Self::Closed,
+    ];
+
+    /// The kind as a word that stays.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Request => "request",
+            Self::Data => "data",
+            Self::Output => "output",
+            Self::Cancelled => "cancelled",
+            Self::Closed => "closed",
+        }
+    }
+}
+
 /// Why a job came to no result.
 ///
 /// The display is one line; [`Trouble::place`] has the lines that say where and on what evidence, [`Trouble::hint`]
@@ -121,6 +143,23 @@ impl Trouble {
 
     /// The error of the mathematics behind it, where there is one.
     pub fn cause(&self) -> Option<&proofmass_core::Error> {
+        self.behind()
+    }
+
+    /// What kind it is, as a word that stays: that of the error behind it, where there is one. [`error_codes`](crate::error_codes) has what
+    /// each means.
+    pub fn code(&self) -> &'static str {
+        let of_file = || {
+            self.behind::<proofmass_io::Error>()
+                .map(|e| e.kind().code())
+        };
+        let of_numbers = || self.cause().map(proofmass_core::Error::code);
+        let kind = || self.kind.code();
+        of_file().or_else(of_numbers).unwrap_or_else(kind)
+    }
+
+    /// The first error of this type in the chain of sources.
+    fn behind<E: Error + 'static>(&self) -> Option<&E> {
         let mut source = self.source();
         while let Some(error) = source {
             if let Some(found) = error.downcast_ref() {

@@ -2,6 +2,7 @@
 
 use proofmass_core::{Gravity, Matrix3, SensorModel};
 use proofmass_io::{Input, Unit};
+use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::data_sheet::{DataSheet, sheet};
 use proofmass_jobs::device_check::{DeviceCheckData, DeviceCheckJob, DeviceResult, SheetVerdict};
 use proofmass_jobs::device_plan::{DevicePlanJob, DevicePlanOutcome, PlannedLimit};
@@ -9,7 +10,7 @@ use proofmass_jobs::multi_position::{MultiPositionData, MultiPositionJob};
 use proofmass_jobs::noise::{NoiseData, NoiseJob};
 use proofmass_jobs::{Job, Outcome, Record, StoredResult, Trouble, Unwatched};
 use proofmass_noise::{NoiseChannel, NoiseModel, Sensor, simulate};
-use proofmass_rig::HandHeld;
+use proofmass_rig::{HandHeld, TurnedAxis};
 use rand::SeedableRng;
 
 const G: f64 = 9.80665;
@@ -190,6 +191,74 @@ fn coverage_a_bias_is_decided_by_the_planned_positions() {
     assert!(decided >= 81, "{decided} of {}, {plan:?}", 3 * runs);
 }
 
+/// One axis with the typical bias and scale, turned through the planned angles, its rests found in the recording by `calibrate`, judged by
+/// `device check`.
+#[test]
+fn coverage_one_axis_is_decided_by_the_planned_angles() {
+    let noise = limit("term = \"N\"; most = 300; typical = 200; unit = \"µg/√Hz\"");
+    let text = format!(
+        "{}{}{noise}",
+        limit("characteristic = \"bias\"; most = 5; typical = 4.7; unit = \"mg\""),
+        limit(
+            "characteristic = \"scale\"; nominal = 1; \"tolerance_%\" = 0.6; typical = 1.005; unit = \"1\""
+        )
+    );
+    let mut job = job(&text);
+    job.given.axes = 1;
+    let e = refused(&job);
+    assert!(e.hint().unwrap().contains("--fixture-angle"), "{e}");
+    job.given.fixture_angle = Some(1.0);
+    let outcome = planned(&job);
+    let plan = &outcome.limits()[0];
+    let (angles, rest) = plan.positions.unwrap();
+    assert!(
+        plan.reached && plan.what.starts_with("12 angles, 30° apart"),
+        "{plan:?}"
+    );
+    let (rate, bias) = (25.0, 4.7e-3 * G);
+    let mut rig = TurnedAxis::default();
+    rig.angles = (0..angles)
+        .map(|k| (360.0 * k as f64 / angles as f64).to_radians())
+        .collect();
+    (rig.bias, rig.sensitivity, rig.misalignment) = (bias, 1.005, 0.0);
+    (rig.gravity, rig.rate, rig.rest) = (G, rate, 1.25 * rest);
+    rig.noise = 200.0 / N * rate.sqrt();
+    let (runs, mut decided) = (30, 0);
+    let folder = tempfile::tempdir().unwrap();
+    let steps: Vec<f64> = rig.angles.iter().map(|a| a.to_degrees()).collect();
+    let campaign = format!(
+        "kind = \"single-axis\"\n[recording]\nfile = \"turn.csv\"\ncolumn = \"a\"\n[position]\nangles_deg = {steps:?}\n\
+         lean_deg = 1.0\nout_of_plane_deg = 1.0\nminimum_duration_s = {:.2}\n[gravity]\nvalue = {G}\nstandard_uncertainty = 1e-4\n",
+        0.8 * rest
+    );
+    std::fs::write(folder.path().join("campaign.toml"), campaign).unwrap();
+    for seed in 0..runs {
+        let mut table = String::from("t_s,a_m/s2\n");
+        for (k, a) in rig.simulate(2000 + seed).output.iter().enumerate() {
+            table += &format!("{:.2},{a:.6}\n", k as f64 / rate);
+        }
+        std::fs::write(folder.path().join("turn.csv"), table).unwrap();
+        let campaign = Campaign::open(&folder.path().join("campaign.toml")).unwrap();
+        let Ok(result) = campaign.evaluate(None, &Unwatched) else {
+            continue;
+        };
+        let all = verdicts(&job.sheet, "static-test", &result);
+        decided += all.iter().filter(|v| **v == SheetVerdict::Pass).count();
+    }
+    println!(
+        "{angles} angles of {rest} s: {decided} of {} decided",
+        2 * runs
+    );
+    assert!(decided >= 54, "{decided} of {}, {plan:?}", 2 * runs);
+    // A limit between two axes is none of such a device.
+    job.sheet = sheet(&format!(
+        "{text}{}",
+        limit("characteristic = \"non-orthogonality\"; most = 1; unit = \"°\"")
+    ))
+    .unwrap();
+    assert!(refused(&job).to_string().contains("limit 4"));
+}
+
 /// Every limit has a way, its command, and a number that was worked out by hand.
 #[test]
 fn known_ways_of_other_characteristics() {
@@ -336,7 +405,7 @@ fn refuses_with_everything_that_is_missing() {
 fn refuses_numbers_without_meaning() {
     let noise = limit("term = \"N\"; most = 160; typical = 145; unit = \"µg/√Hz\"");
     type Change = fn(&mut DevicePlanJob);
-    let changes: [(Change, &str); 9] = [
+    let changes: [(Change, &str); 11] = [
         (|j| j.given.rate = Some(0.0), "rate"),
         (|j| j.given.gravity_uncertainty = Some(f64::NAN), "gravity"),
         (|j| j.given.reference_uncertainty = Some(-1.0), "reference"),
@@ -349,6 +418,8 @@ fn refuses_numbers_without_meaning() {
         (|j| j.given.decided = 1.0, "decided"),
         (|j| j.given.wander = f64::INFINITY, "wander"),
         (|j| j.given.soak = -1.0, "soak"),
+        (|j| j.given.axes = 2, "axes"),
+        (|j| j.given.fixture_angle = Some(-1.0), "fixture-angle"),
     ];
     for (change, word) in changes {
         let mut job = job(&noise);

@@ -58,6 +58,16 @@ fn the_page_of_units_is_that_of_the_units() {
 }
 
 #[test]
+fn the_page_of_errors_is_that_of_their_codes() {
+    let written =
+        std::fs::read_to_string(workspace().join("docs/errors.md")).expect("the page is there");
+    assert!(
+        written == proofmass_jobs::errors_page(),
+        "docs/errors.md is not that of the codes: run `cargo run -p proofmass-jobs --example pages`"
+    );
+}
+
+#[test]
 fn the_page_is_that_of_the_catalogue() {
     let written =
         std::fs::read_to_string(workspace().join("docs/findings.md")).expect("the page is there");

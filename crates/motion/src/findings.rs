@@ -212,11 +212,17 @@ findings! {
         advice "state the counts of a turn after decoding, four times the lines with fourfold decoding; or name the column of the index";
 
     /// No index pulse came.
-    no_index() =
+    no_index(state: &str) =
         "no-index", [Warning],
-        what "the index is never high: the zero of the position is that of the first sample",
-        evidence "no pulse in the recording",
+        what "the index does not change: the zero of the position is that of the first sample",
+        evidence "it is {state} high",
         advice "check the column of the index, or move the axis by more than a turn";
+
+    /// The index is high everywhere but over its pulse.
+    index_inverted() =
+        "index-inverted", [Note],
+        what "the index is low over its pulse and high elsewhere: it is taken the other way round",
+        advice "nothing has to be done; the two lines of the index are exchanged, or the reader inverts";
 
     /// The index lags behind the counts.
     index_late(samples: usize) =

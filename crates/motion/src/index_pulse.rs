@@ -3,6 +3,7 @@
 use crate::findings;
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
 /// Counts with their zero at the index.
@@ -242,17 +243,29 @@ pub fn indexed(
             max: f64::MAX,
         });
     }
-    let Scan {
-        known,
+    if is_inverted(count, pulse, turn) {
+        let pulse: Vec<bool> = pulse.iter().map(|p| !p).collect();
+        let mut found = indexed(count, &pulse, turn, illegal, time)?;
+        found.findings.insert(0, findings::index_inverted());
+        return Ok(found);
+    }
+    let changes = pulse.windows(2).any(|p| p[0] != p[1]);
+    let scan = changes.then(|| Scan::likeliest(count, pulse, turn));
+    let Some(Scan {
+        known: Some(window),
         mut passages,
         late,
         ..
-    } = Scan::likeliest(count, pulse, turn);
-    let Some(window) = known else {
+    }) = scan
+    else {
+        let state = match pulse.first() {
+            Some(true) => "always",
+            _ => "never",
+        };
         return Ok(Indexed {
             count: count.to_vec(),
-            passages,
-            findings: vec![findings::no_index()],
+            passages: Vec::new(),
+            findings: vec![findings::no_index(state)],
         });
     };
     let zero = match window.begin[0] > -FAR {
@@ -442,6 +455,16 @@ fn lost(count: &[i64], passages: &[IndexPassage], time: &dyn Fn(usize) -> f64) -
         told.push(format!("and in {} more", turns - TOLD));
     }
     (turns > 0).then(|| findings::counts_put_back(all, turns, passages.len() - 1, &told.join(", ")))
+}
+
+/// Whether the index is low at few counts of a turn and high at most of them.
+fn is_inverted(count: &[i64], pulse: &[bool], turn: i64) -> bool {
+    let mut at = [BTreeSet::new(), BTreeSet::new()];
+    for (count, pulse) in count.iter().zip(pulse) {
+        at[usize::from(*pulse)].insert(count.rem_euclid(turn));
+    }
+    let [low, high] = at.map(|counts| counts.len());
+    low > 0 && high > 2 * low && 2 * high > turn as usize
 }
 
 #[cfg(test)]
@@ -663,5 +686,21 @@ mod tests {
         assert!(indexed(&[0; 5], &[false; 5], 4, &[], &|_| 0.0).is_err());
         let none = indexed(&[0; 5], &[false; 5], 100, &[], &|_| 0.0).unwrap();
         assert_eq!(none.findings[0].code(), "no-index");
+        let always = indexed(&[0; 5], &[true; 5], 100, &[], &|_| 0.0).unwrap();
+        assert_eq!(always.findings[0].code(), "no-index");
+        assert!(always.findings[0].evidence_text().contains("always"));
+    }
+
+    /// Exchanged lines give the same counts, and are told.
+    #[test]
+    fn law_an_inverted_index_is_turned_round() {
+        let count: Vec<i64> = (0..400).map(|k| if k < 130 { k } else { k - 3 }).collect();
+        let pulse: Vec<bool> = (0..400).map(|k| k % 50 == 20).collect();
+        let inverted: Vec<bool> = pulse.iter().map(|p| !p).collect();
+        let plain = indexed(&count, &pulse, 50, &[], &|k| k as f64).unwrap();
+        let found = indexed(&count, &inverted, 50, &[], &|k| k as f64).unwrap();
+        assert_eq!(found.count, plain.count);
+        assert_eq!(found.findings[0].code(), "index-inverted");
+        assert_eq!(found.findings[1..], plain.findings);
     }
 }

@@ -1,6 +1,6 @@
 //! Which integration rule and which high-pass, for a band, a bias and a noise.
 
-use crate::HighPass;
+use crate::{HighPass, Method};
 use proofmass_core::check::{not_negative, positive, within};
 use proofmass_core::{Error, velocity::IntegratorRule};
 use proofmass_signal::fourier::Complex;
@@ -26,19 +26,28 @@ pub struct IntegratorTask {
     pub duration: f64,
 }
 
-/// A rule with the high-pass that fits it best.
+/// The high-pass behind a rule.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct FittedHighPass {
+    /// Order of the Butterworth filter; of one that is run forward and backward that of one run.
+    pub order: usize,
+    /// Its corner, Hz.
+    pub corner: f64,
+    /// Whether it is run forward and backward, which only a whole record allows.
+    pub zero_phase: bool,
+}
+
+/// A rule by itself, or with the high-pass that fits it best.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct IntegratorDesign {
     /// The rule.
     pub rule: IntegratorRule,
-    /// Order of the Butterworth high-pass behind it; of one that is run forward and backward that of one run.
-    pub order: usize,
-    /// Its corner, Hz.
-    pub corner: f64,
-    /// Whether it is run forward and backward, which only a whole record allows.
-    pub zero_phase: bool,
+    /// The high-pass behind it; none where the integral is taken as it is.
+    pub high_pass: Option<FittedHighPass>,
     /// Gain of the velocity less one, where it is furthest from zero in the band.
     pub gain_error: f64,
     /// Phase of the velocity, where it is furthest from zero in the band, rad.
@@ -60,6 +69,31 @@ const SETTLED: usize = 12;
 /// Corners and frequencies that are tried.
 const CORNERS: usize = 241;
 const FREQUENCIES: usize = 121;
+
+impl IntegratorDesign {
+    /// The method that runs it.
+    pub fn method(&self) -> Method {
+        let rule = self.rule;
+        match self.high_pass {
+            None => Method::Integration { rule, offset: 0.0 },
+            Some(FittedHighPass {
+                order,
+                corner,
+                zero_phase,
+            }) => Method::HighPass {
+                rule,
+                order,
+                corner,
+                zero_phase,
+            },
+        }
+    }
+
+    /// Whether only a whole record allows it.
+    pub fn off_line(&self) -> bool {
+        self.high_pass.is_some_and(|h| h.zero_phase)
+    }
+}
 
 /// What a kind of high-pass leaves of a step and of a ramp of the integral, in units of its period.
 struct Kind {
@@ -136,10 +170,11 @@ impl IntegratorTask {
         within("length of the record, s", self.duration, 4.0 / low, 1e9)
     }
 
-    /// Every rule with a high-pass that is run on line and with one that is run forward and backward, the one with the smallest total first.
+    /// Every rule by itself, with a high-pass that is run on line, and with one that is run forward and backward, the one with the smallest
+    /// total first.
     ///
     /// The corner is that of the smallest total: a lower one leaves more of bias and noise, a higher one errs more at the low end of the
-    /// band. A rule whose poles lie in the band is left out.
+    /// band. Without one the bias grows with the time, b t. A rule whose poles lie in the band is left out.
     ///
     /// ```text
     /// total² = (speed · max |H jω − 1|)² + u²(noise) + rms²(bias)
@@ -153,7 +188,7 @@ impl IntegratorTask {
     /// let ranked = task.ranked()?;
     /// assert!(ranked.windows(2).all(|w| w[0].total <= w[1].total));
     /// // Five samples to a period: the trapezoid loses 14 % of the velocity, Tick's rule less than 1 %.
-    /// let of = |rule| ranked.iter().find(|d| d.rule == rule && d.zero_phase).unwrap();
+    /// let of = |rule| ranked.iter().find(|d| d.rule == rule && d.off_line()).unwrap();
     /// assert!((of(IntegratorRule::Trapezoid).gain_error + 0.135).abs() < 2e-3);
     /// assert!(of(IntegratorRule::Tick).gain_error.abs() < 0.01);
     /// # Ok::<(), proofmass_core::Error>(())
@@ -165,7 +200,9 @@ impl IntegratorTask {
         self.check()?;
         let [low, high] = self.band;
         let frequencies = steps([low, high], FREQUENCIES);
-        let mut ranked = Vec::new();
+        let all = vec![Complex::from(1.0); FREQUENCIES];
+        let plain = |rule| self.design(rule, None, &frequencies, &all);
+        let mut ranked: Vec<_> = IntegratorRule::ALL.into_iter().filter_map(plain).collect();
         for zero_phase in [false, true] {
             let kinds = [2, 4].map(|order| Kind::new(order, zero_phase));
             let mut best = IntegratorRule::ALL.map(|_| None::<IntegratorDesign>);
@@ -183,7 +220,8 @@ impl IntegratorTask {
                         })
                         .collect();
                     for (best, rule) in best.iter_mut().zip(IntegratorRule::ALL) {
-                        let design = self.design(rule, &kind, corner, &frequencies, &passed);
+                        let behind = Some((&kind, corner));
+                        let design = self.design(rule, behind, &frequencies, &passed);
                         if let Some(design) = design
                             && best.as_ref().is_none_or(|b| design.total < b.total)
                         {
@@ -201,8 +239,7 @@ impl IntegratorTask {
     fn design(
         &self,
         rule: IntegratorRule,
-        kind: &Kind,
-        corner: f64,
+        behind: Option<(&Kind, f64)>,
         frequencies: &[f64],
         passed: &[Complex<f64>],
     ) -> Option<IntegratorDesign> {
@@ -224,18 +261,27 @@ impl IntegratorTask {
                 phase = h.arg();
             }
         }
-        let [step, ramp] = kind.after(self.duration * corner);
+        // Squares of the answers to a step of one and to a ramp of one per second, summed over the record.
+        let [step, ramp] = match behind {
+            None => [self.duration, self.duration.powi(3) / 3.0],
+            Some((kind, corner)) => {
+                let [step, ramp] = kind.after(self.duration * corner);
+                [step / corner, ramp / corner.powi(3)]
+            }
+        };
         let per_second = self.noise * self.noise / self.rate;
         // What the poles beside z = 1 sum is no slow error, and passes the high-pass.
         let beside = (rule.noise_walk().powi(2) - 1.0).max(0.0) * self.duration;
-        let noise = (per_second * (step / corner + beside)).sqrt();
-        let bias = self.bias / corner * (ramp / (self.duration * corner)).sqrt();
+        let noise = (per_second * (step + beside)).sqrt();
+        let bias = self.bias * (ramp / self.duration).sqrt();
         let total = (self.speed * off).hypot(noise).hypot(bias);
         total.is_finite().then_some(IntegratorDesign {
             rule,
-            order: kind.order,
-            corner,
-            zero_phase: kind.zero_phase,
+            high_pass: behind.map(|(kind, corner)| FittedHighPass {
+                order: kind.order,
+                corner,
+                zero_phase: kind.zero_phase,
+            }),
             gain_error: gain,
             phase_error: phase,
             band_error: off,
@@ -258,7 +304,7 @@ fn steps([from, to]: [f64; 2], count: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{OffLineIntegration, integrate};
+    use crate::{MotionRecord, ReadingSource};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     use rand_xoshiro::Xoshiro256PlusPlus;
@@ -273,20 +319,10 @@ mod tests {
     };
 
     fn run(design: &IntegratorDesign, a: &[f64]) -> Vec<f64> {
-        let (rule, order, corner) = (design.rule, design.order, design.corner);
-        let method = match design.zero_phase {
-            false => OffLineIntegration::CausalHighPass {
-                rule,
-                order,
-                corner,
-            },
-            true => OffLineIntegration::ZeroPhase {
-                rule,
-                order,
-                corner,
-            },
-        };
-        integrate(a, 1.0 / TASK.rate, None, method).unwrap()
+        let readings = vec![None; a.len()];
+        let source = ReadingSource::Position;
+        let record = MotionRecord::new(1.0 / TASK.rate, source, readings, a.to_vec()).unwrap();
+        design.method().run(&record).unwrap().velocity
     }
 
     /// Sines at both ends of the band, a bias, and noise, each by itself through the filter that is run.
@@ -331,7 +367,7 @@ mod tests {
                     .map(|_| TASK.noise * Distribution::<f64>::sample(&StandardNormal, &mut rng))
                     .collect();
                 let v = run(&design, &a);
-                squares += if design.zero_phase {
+                squares += if design.off_line() {
                     v[n / 2]
                 } else {
                     v[n - 1]
@@ -340,7 +376,7 @@ mod tests {
             }
             let deviation = (squares / f64::from(runs)).sqrt();
             // Of a standard deviation from 200: 5 %; four of them. Off line the middle has half of what other poles sum.
-            let stated = match design.zero_phase {
+            let stated = match design.off_line() {
                 false => design.noise,
                 true => {
                     let all = design.rule.noise_walk().powi(2) - 1.0;
@@ -365,12 +401,35 @@ mod tests {
                 ..TASK
             };
             let ranked = task.ranked().unwrap();
-            let of = |d: &&IntegratorDesign| !d.zero_phase && d.rule == IntegratorRule::Trapezoid;
-            ranked.iter().find(of).unwrap().corner
+            let on_line = |d: &&IntegratorDesign| {
+                d.high_pass.is_some_and(|h| !h.zero_phase) && d.rule == IntegratorRule::Trapezoid
+            };
+            let best = ranked.iter().find(on_line).unwrap();
+            best.high_pass.unwrap().corner
         };
         let corners = [0.0, 0.01, 0.1, 1.0].map(corner);
         assert_eq!(corners[0], 4.0 / TASK.duration);
         assert!(corners.windows(2).all(|w| w[0] < w[1]), "{corners:?}");
+    }
+
+    /// A short record of a small bias needs no high-pass, which would err at the low end of the band; a long one does.
+    #[test]
+    fn known_a_short_record_needs_no_high_pass() {
+        let best = |duration| {
+            let task = IntegratorTask {
+                bias: 1e-4,
+                noise: 1e-3,
+                duration,
+                band: [2.0, 10.0],
+                ..TASK
+            };
+            task.ranked().unwrap()[0]
+        };
+        let short = best(3.0);
+        assert!(short.high_pass.is_none(), "{short:?}");
+        // 1e-4 m/s² for three seconds.
+        assert!((short.bias - 1e-4 * 3.0 / 3f64.sqrt()).abs() < 1e-12);
+        assert!(best(600.0).high_pass.is_some());
     }
 
     #[test]

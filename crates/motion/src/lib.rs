@@ -61,6 +61,7 @@ mod search;
 mod slip;
 mod smoother;
 mod start_velocity;
+mod steady_gain;
 mod step_input;
 mod stretch;
 mod threshold;
@@ -92,7 +93,7 @@ pub use glitch::drop_glitches;
 pub use held::{Held, held};
 pub use index_pulse::{IndexPassage, Indexed, indexed};
 pub use integration::{HighPass, OffLineIntegration, integrate};
-pub use integrator_design::{IntegratorDesign, IntegratorTask};
+pub use integrator_design::{FittedHighPass, IntegratorDesign, IntegratorTask};
 pub use low_corner::LowCorner;
 pub use method::{Family, Method, VelocityTrace, WINDOWS};
 pub use method_word::METHODS;
@@ -108,6 +109,7 @@ pub use ripple::{Ripple, RippleLine, ripple};
 pub use rollover::{continued, rollover, turns_anew};
 pub use samples::{OnLines, Samples, even_step, mean_of};
 pub use slip::{SlipReport, SlipSearch};
+pub use steady_gain::steady_gain;
 pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
 pub use threshold::{leave_out_threshold, speed_increment};
 pub use timed::{edge_counts, edge_places, time_edges};
@@ -118,3 +120,8 @@ pub use velocity::{
     tune_turning,
 };
 pub use whiteness::Whiteness;
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

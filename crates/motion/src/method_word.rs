@@ -69,6 +69,10 @@ impl Method {
                 };
                 Some(format!("{of}{filter}:{corner:.5},{order}"))
             }
+            Self::Integration { rule, offset } => Some(match *offset {
+                0.0 => rule.name().to_owned(),
+                offset => format!("{}:{offset:.5}", rule.name()),
+            }),
             Self::TwoChannel { k1, k2 } => Some(format!("two-channel:{k1:.5},{k2:.5}")),
             Self::Observer { k_x, k_v } => Some(format!("observer:{k_x:.5},{k_v:.5}")),
             _ => None,

@@ -1,6 +1,7 @@
 //! A resolver over a whole recording: demodulation of its carrier, and its angle.
 
 use crate::findings;
+use crate::steady_gain::inverse;
 use proofmass_core::Error;
 use proofmass_core::encoder::resolver_angle;
 use proofmass_uncertainty::Finding;
@@ -258,34 +259,6 @@ impl Fit {
     fn amplitude(&self, block: &[f64]) -> [f64; 2] {
         [0, 1].map(|i| self.weights[i].iter().zip(block).map(|(w, v)| w * v).sum())
     }
-}
-
-/// Inverse of a small matrix by Gauss and Jordan with pivots.
-fn inverse<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
-    let largest = a.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    let mut b: [[f64; N]; N] =
-        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    for i in 0..N {
-        let at = (i..N).max_by(|&p, &q| a[p][i].abs().total_cmp(&a[q][i].abs()))?;
-        a.swap(i, at);
-        b.swap(i, at);
-        let pivot = a[i][i];
-        if !(pivot.abs() > 1e-12 * largest) {
-            return None;
-        }
-        for j in 0..N {
-            a[i][j] /= pivot;
-            b[i][j] /= pivot;
-        }
-        for k in (0..N).filter(|k| *k != i) {
-            let factor = a[k][i];
-            for j in 0..N {
-                a[k][j] -= factor * a[i][j];
-                b[k][j] -= factor * b[i][j];
-            }
-        }
-    }
-    Some(b)
 }
 
 /// Angles of a resolver over a recording.

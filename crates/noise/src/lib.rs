@@ -158,3 +158,8 @@ pub use three_sensors::{groslambert_covariance, three_cornered_hat};
 pub use unit_comparison::{TermComparison, equal_coefficients};
 pub use units::{Conservative, InUnit, KalmanNoise, Sensor, conservative, in_units, kalman_noise};
 pub use whittle::{whittle, whittle_record, whittle_stretches};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -17,3 +17,8 @@ pub use dead_wheels::dead_wheels;
 pub use findings::CATALOGUE;
 pub use several_wheels::{Departure, Departures, Wheels};
 pub use wheel_slip::{Axle, WheelSlip};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

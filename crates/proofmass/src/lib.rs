@@ -121,3 +121,8 @@ pub mod glossary {}
 
 #[doc = include_str!("../REFERENCES.md")]
 pub mod references {}
+
+/// The example of the README, so that it stays true.
+#[cfg(all(doctest, feature = "full"))]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -52,3 +52,8 @@ pub use ledger::Records;
 pub use recall::{Recall, Recalled, RecalledEffect};
 pub use rests::Rest;
 pub use spreadsheet::read_spreadsheet;
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

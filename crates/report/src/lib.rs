@@ -44,3 +44,8 @@ pub use plot::{
     Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, SeatPlot,
     Series, SpherePlot, SpherePoint, XyPlot,
 };
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -29,3 +29,8 @@ pub use transducer::{
     TransducerMotion, TransducerRecording,
 };
 pub use turned_axis::{TurnedAxis, TurnedAxisRecording};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

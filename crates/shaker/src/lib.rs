@@ -70,3 +70,8 @@ pub use swapped_cables::swapped_cables;
 
 /// Complex number of the interface.
 pub use num_complex::Complex64;
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

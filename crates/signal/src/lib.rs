@@ -38,3 +38,8 @@ pub use trace::Trace;
 pub use vibration::Vibration;
 pub use welch::Welch;
 pub use window::{Window, equivalent_noise_bandwidth};
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -52,3 +52,8 @@ pub use validation::{AttitudeCheck, Calibrated, NominalOutput, Validation};
 
 /// Three components in the order x, y, z.
 pub type Triple = [f64; 3];
+
+/// The example of the README, so that it stays true.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

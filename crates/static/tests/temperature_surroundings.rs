@@ -93,6 +93,60 @@ fn coverage_of_coefficients_of_the_surroundings() {
     assert!(held >= 250, "{held} of {all}");
 }
 
+/// A supply that is stepped from cycle to cycle in one attitude: what its steps do is no turn of the sensor, and both coefficients are held.
+#[test]
+fn coverage_of_a_supply_in_steps() {
+    let (mut held, mut all) = (0, 0);
+    for seed in 0..20 {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(900 + seed);
+        let n = 7200;
+        let at = |k: usize| k as f64 / n as f64;
+        let temperature: Vec<f64> = (0..n)
+            .map(|k| 20.0 + 30.0 * (std::f64::consts::TAU * 3.0 * at(k)).sin())
+            .collect();
+        let supply: Vec<f64> = (0..n).map(|k| 3.0 + 0.3 * (3.0 * at(k)).floor()).collect();
+        let mut column = |level: f64, slopes: [f64; 2]| -> Vec<f64> {
+            (0..n)
+                .map(|k| {
+                    let w: f64 = StandardNormal.sample(&mut rng);
+                    let moved = slopes[0] * (temperature[k] - 20.0) + slopes[1] * (supply[k] - 3.3);
+                    level + MG * (moved + 0.5 * w)
+                })
+                .collect()
+        };
+        // 20 mg/V: six times what passes for a turn of 0.3°.
+        let slopes = [[0.1, 20.0], [-0.2, -15.0], [0.05, 30.0]];
+        let outputs = [
+            column(0.0, slopes[0]),
+            column(0.0, slopes[1]),
+            column(G, slopes[2]),
+        ];
+        let data = SweepData {
+            outputs: outputs.iter().map(Vec::as_slice).collect(),
+            temperature: &temperature,
+            rate: 1.0,
+        };
+        let quantity = EnvironmentalQuantity {
+            name: "supply",
+            unit: "V",
+            values: &supply,
+            reference: Some(3.3),
+        };
+        let mut sweep = TemperatureSweep::default();
+        sweep.largest_order = 1;
+        let fit = sweep.fit_beside(&data, &[quantity]).unwrap();
+        for (axis, slopes) in ["x", "y", "z"].into_iter().zip(slopes) {
+            for (of, slope) in ["T1", "supply"].into_iter().zip(slopes) {
+                let q = fit.estimate.get(&format!("output.{axis}.{of}")).unwrap();
+                all += 1;
+                held += usize::from((q.value - MG * slope).abs() <= q.expanded(0.95));
+            }
+        }
+    }
+    println!("{held} of {all} held");
+    assert!(held >= 108, "{held} of {all}");
+}
+
 /// One axis up and down, two cycles of the temperature in each, with the reference at one end of the sweep: what bias and scale do on the
 /// way is no force of the attitude, and every coefficient is held.
 #[test]

@@ -23,6 +23,8 @@ pub fn filters() -> Result<Vec<(&'static str, FirmwareBlock)>, Error> {
     let kalman = Kalman::<f64, 2>::new(&noise, Hold::Second, sample_time)?;
     let offset = Kalman::<f64, 3>::with_bias(&noise, walk, Hold::Second, sample_time)?;
     let corner = Kalman::<f64, 4>::with_low_corner(&noise, 1e-6, 0.5, Hold::Second, sample_time)?;
+    let second =
+        Kalman::<f64, 5>::with_second_order_corner(&noise, 1e-6, 0.5, Hold::Second, sample_time)?;
     let markov = BiasModel::GaussMarkov {
         deviation: 2e-3,
         time: 300.0,
@@ -56,6 +58,14 @@ pub fn filters() -> Result<Vec<(&'static str, FirmwareBlock)>, Error> {
             "velocity_corner",
             FirmwareBlock::VelocityCorner {
                 filter: corner.steady()?,
+                corner: 0.5,
+                sample_time,
+            },
+        ),
+        (
+            "velocity_second_order_corner",
+            FirmwareBlock::VelocitySecondOrderCorner {
+                filter: second.steady()?,
                 corner: 0.5,
                 sample_time,
             },

@@ -18,6 +18,7 @@ mod exported {
     pub mod velocity;
     pub mod velocity_corner;
     pub mod velocity_offset;
+    pub mod velocity_second_order_corner;
 }
 
 fn options(name: &str, number: ExportNumber) -> ExportOptions {
@@ -40,6 +41,10 @@ fn law_the_constants_compute_what_the_desk_computes() {
         ("velocity", exported::velocity::self_check),
         ("velocity_corner", exported::velocity_corner::self_check),
         ("velocity_offset", exported::velocity_offset::self_check),
+        (
+            "velocity_second_order_corner",
+            exported::velocity_second_order_corner::self_check,
+        ),
     ];
     for (name, check) in checks {
         assert_eq!(check(), None, "{name}");

@@ -173,10 +173,10 @@ impl<T: Float, const N: usize> KalmanState<T, N> {
 }
 
 /// G₀, G₁, G₂ and Q of [x, v].
-type Motion = ([[f64; 2]; 3], [[f64; 2]; 2]);
+pub(super) type Motion = ([[f64; 2]; 3], [[f64; 2]; 2]);
 
 /// G₀, G₁, G₂, and Q, of [x, v] in double precision.
-fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<Motion, Error> {
+pub(super) fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<Motion, Error> {
     positive("sample time", t)?;
     let q = not_negative("acceleration noise", noise.acceleration)?;
     positive("position noise", noise.position)?;
@@ -287,108 +287,6 @@ impl<T: Float> Kalman<T, 3> {
                 [q[1][0] + s * xv, q[1][1] + s * vv, s * vb],
                 [s * xb, s * vb, s * t],
             ],
-            r: noise.position,
-        }
-        .cast())
-    }
-}
-
-/// ∫₀ᵗ p(τ) q(τ) dτ of two polynomials, their coefficients from the constant on.
-fn product_integral(p: &[f64; 4], q: &[f64; 4], t: f64) -> f64 {
-    let mut sum = 0.0;
-    let mut power = t;
-    for degree in 0..7 {
-        let mut coefficient = 0.0;
-        for i in 0..4 {
-            if degree >= i && degree - i < 4 {
-                coefficient += p[i] * q[degree - i];
-            }
-        }
-        sum += coefficient * power / (degree + 1) as f64;
-        power *= t;
-    }
-    sum
-}
-
-impl<T: Float> Kalman<T, 4> {
-    /// Position, velocity, what the accelerometer has shown of the velocity, and its offset: of an accelerometer whose output falls below a
-    /// corner of first order in Hz, as of a charge amplifier or an AC coupling.
-    ///
-    /// Of an acceleration a it reads y = a − ω s + b with s' = y − b and ω = 2π times the corner: s is the integral of what it showed, and ω s
-    /// what it lost. Readings of the position tell s and b, so that neither grows, whereas y + ω ∫ y dt grows with every offset. The offset
-    /// b behind the corner walks with this two-sided density, (m/s³)²/Hz.
-    ///
-    /// ```
-    /// use proofmass_core::velocity::*;
-    /// let noise = MotionNoise { acceleration: 1e-4, form: ProcessNoise::SampleConstant, position: 1e-8 };
-    /// let kalman = Kalman::<f64, 4>::with_low_corner(&noise, 1e-6, 0.5, Hold::Second, 0.001)?;
-    /// // 2 m/s² from rest through a corner of 0.5 Hz: the output falls, and the velocity is found.
-    /// let y = |t: f64| 2.0 * (-core::f64::consts::PI * t).exp();
-    /// let mut state = KalmanState::new([0.0; 4], [1e-6, 1e-6, 1.0, 1e-4], 2.0);
-    /// for n in 1..=2000 { let t = 0.001 * n as f64; kalman.step(&mut state, Some(t * t), y(t)); }
-    /// assert!((state.x[1] - 4.0).abs() < 1e-3);
-    /// # Ok::<(), proofmass_core::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Kalman::new`]; a corner that is not positive, a negative density.
-    pub fn with_low_corner(
-        noise: &MotionNoise,
-        walk: f64,
-        corner: f64,
-        hold: Hold,
-        sample_time: f64,
-    ) -> Result<Self, Error> {
-        let (g, _) = motion(noise, hold, sample_time)?;
-        let t = sample_time;
-        let w = core::f64::consts::TAU * positive("low corner", corner)?;
-        let walk = not_negative("bias density", walk)?;
-        let cube = t * t * t;
-        // Third integrals of the accelerations over a step.
-        let third = match hold {
-            Hold::Zero => [cube / 6.0, 0.0, 0.0],
-            Hold::First => [cube / 8.0, cube / 24.0, 0.0],
-            Hold::Second => [0.15 * cube, 7.0 * cube / 240.0, -cube / 80.0],
-        };
-        let one = |g: [f64; 2], third: f64| [g[0] + w * third, g[1] + w * g[0], g[1], 0.0];
-        // What noise and a step of the offset have done to the states after τ.
-        let by_noise = [
-            [0.0, 1.0, 0.5 * w, 0.0],
-            [1.0, w, 0.0, 0.0],
-            [1.0, 0.0, 0.0, 0.0],
-            [0.0; 4],
-        ];
-        let by_walk = [
-            [0.0, 0.0, -0.5, -w / 6.0],
-            [0.0, -1.0, -0.5 * w, 0.0],
-            [0.0, -1.0, 0.0, 0.0],
-            [1.0, 0.0, 0.0, 0.0],
-        ];
-        let held = [0.5 * t * t + w * cube / 6.0, t + 0.5 * w * t * t, t, 0.0];
-        let mut q = [[0.0; 4]; 4];
-        for i in 0..4 {
-            for j in 0..4 {
-                let own = match noise.form {
-                    ProcessNoise::SampleConstant => held[i] * held[j],
-                    ProcessNoise::Continuous => product_integral(&by_noise[i], &by_noise[j], t),
-                };
-                q[i][j] =
-                    noise.acceleration * own + walk * product_integral(&by_walk[i], &by_walk[j], t);
-            }
-        }
-        Ok(Kalman {
-            f: [
-                [1.0, t, 0.5 * w * t * t, -0.5 * t * t - w * cube / 6.0],
-                [0.0, 1.0, w * t, -t - 0.5 * w * t * t],
-                [0.0, 0.0, 1.0, -t],
-                [0.0, 0.0, 0.0, 1.0],
-            ],
-            g: [
-                one(g[0], third[0]),
-                one(g[1], third[1]),
-                one(g[2], third[2]),
-            ],
-            q,
             r: noise.position,
         }
         .cast())

@@ -79,6 +79,15 @@ pub enum FirmwareBlock {
         /// Time between samples, s.
         sample_time: f64,
     },
+    /// The same behind two stages of one corner: position, velocity, what either stage has shown of the velocity, the offset.
+    VelocitySecondOrderCorner {
+        /// The filter.
+        filter: SteadyKalman<f64, 5>,
+        /// Corner of either stage, Hz.
+        corner: f64,
+        /// Time between samples, s.
+        sample_time: f64,
+    },
     /// Velocity by an observer.
     Observer {
         /// 1/s
@@ -216,6 +225,13 @@ impl FirmwareBlock {
                 ..
             } => format!(
                 "Velocity, with the low corner of the accelerometer at {corner:?} Hz as a state, by a Kalman filter with its steady gain, sample time {sample_time:?} s, no delay; states: position, velocity, what the accelerometer has shown of the velocity, its offset"
+            ),
+            Self::VelocitySecondOrderCorner {
+                corner,
+                sample_time,
+                ..
+            } => format!(
+                "Velocity, with the low corner of second order of the accelerometer, two stages at {corner:?} Hz, as states, by a Kalman filter with its steady gain, sample time {sample_time:?} s, no delay; states: position, velocity, what the accelerometer has shown of the velocity, the same between the stages, its offset"
             ),
             Self::Observer {
                 k_x,

@@ -87,8 +87,13 @@ impl Unfinished {
     fn begin(parent: &Path, mut make: impl FnMut() -> std::io::Result<PathBuf>) -> Result<Self> {
         let fail = |e| Error::access(parent, "write into the folder", e);
         loop {
-            let path = make().map_err(fail)?;
-            live().insert(path.clone());
+            // Made and listed in one: whoever discards in between would leave it behind.
+            let path = {
+                let mut all = live();
+                let path = make().map_err(fail)?;
+                all.insert(path.clone());
+                path
+            };
             // A run that sweeps may have come first; then there is another name.
             if let Ok(Some(lock)) = Lock::take(&path)
                 && path.exists()

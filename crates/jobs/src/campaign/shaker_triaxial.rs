@@ -138,6 +138,7 @@ super::head::campaign! {
         /// Results of `modes` of the wedges, by file.
         #[serde(default)]
         pub(crate) fixtures: Vec<String>,
+        /// What is uncertain on the bench.
         #[serde(default)]
         budget: BudgetSource,
     }

@@ -1,6 +1,6 @@
 //! One limit of a data sheet, as it is written and as it is read.
 
-use super::characteristic::{Characteristic, Known, axis_of_channel, characteristics};
+use super::characteristic::{Characteristic, Known, Measurement, axis_of_channel, characteristics};
 use super::unit;
 use crate::noise_comparison::meaningful;
 use crate::trouble::{Result, Trouble};
@@ -356,6 +356,13 @@ impl ReadLimit {
         limit.meaning = self.meaning.clone();
         limit.channels = self.channels.clone();
         Some(limit)
+    }
+
+    /// Whether it is of two axes: their angle, or what one shows of the other.
+    pub(crate) fn is_between_axes(&self) -> bool {
+        let name = self.characteristic.name();
+        self.characteristic.shown_by(self.frequency.is_some()) == Measurement::Positions
+            && !matches!(name, "bias" | "scale")
     }
 
     /// Whether it is for this axis or channel.

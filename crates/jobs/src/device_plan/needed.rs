@@ -82,6 +82,20 @@ impl<'a> Known<'a> {
     /// Refuses a plan for which something is not known.
     fn ask(&self, measured: bool) -> Result<()> {
         let given = self.given;
+        if given.axes == 1
+            && let Some((k, limit)) = self
+                .limits
+                .iter()
+                .enumerate()
+                .find(|(_, l)| l.is_between_axes())
+        {
+            let name = limit.characteristic.name();
+            return Err(Trouble::request(format!(
+                "limit {} ({name}) is between two axes, and the device has one",
+                k + 1
+            ))
+            .with_hint("take the limit out of the sheet, or plan for three: --axes 3"));
+        }
         let mut missing: Vec<(&str, String)> = Vec::new();
         let mut ask = |what: &'static str, how: String| {
             if !missing.iter().any(|(w, h)| *w == what && *h == how) {
@@ -114,6 +128,15 @@ impl<'a> Known<'a> {
                     "the uncertainty of gravity",
                     "--gravity-uncertainty M_PER_S2 (0.0001 from a map, 0.03 without a place)"
                         .to_owned(),
+                );
+            }
+            if shown_by == Measurement::Positions
+                && given.axes == 1
+                && given.fixture_angle.is_none()
+            {
+                ask(
+                    "the uncertainty of the angles of the fixture",
+                    "--fixture-angle DEG (1 where it was set by eye)".to_owned(),
                 );
             }
             if shown_by.needs_reference() && given.reference_uncertainty.is_none() {

@@ -1,16 +1,18 @@
 //! How many attitudes, and how long a rest in each.
 
 use super::needed::{Known, Needed, What};
-use super::noise::{rounded_up, spoken};
+use super::noise::{rounded_up, short, spoken};
 use super::{PROBABILITY, Way};
 use crate::data_sheet::ReadLimit;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Gravity, Matrix3, STANDARD_GRAVITY, SensorModel, Watch};
-use proofmass_rig::HandHeld;
+use proofmass_rig::{HandHeld, TurnedAxis};
+use proofmass_static::static_test::Tilt;
 use proofmass_static::{MultiPosition, Pose, Segment};
 use proofmass_uncertainty::{Quantity, normal_quantile};
+use std::f64::consts::TAU;
 
-/// Numbers of attitudes that are tried; with fewer than twelve the intervals are several times as wide.
+/// Numbers of attitudes, or of angles of one axis, that are tried; with fewer than twelve the intervals are several times as wide.
 const ATTITUDES: [usize; 4] = [12, 16, 24, 40];
 
 /// Shortest and longest rest, s.
@@ -105,7 +107,15 @@ impl Known<'_> {
         let Some((plan, met)) = chosen else {
             return Ok(Vec::new());
         };
-        let told = format!("{} attitudes, each at rest for {}", plan.0, spoken(plan.1));
+        let told = match self.given.axes {
+            1 => format!(
+                "{} angles, {}° apart, each at rest for {}",
+                plan.0,
+                short(360.0 / plan.0 as f64),
+                spoken(plan.1)
+            ),
+            _ => format!("{} attitudes, each at rest for {}", plan.0, spoken(plan.1)),
+        };
         Ok(limits
             .iter()
             .zip(met)
@@ -133,6 +143,63 @@ impl Known<'_> {
         // A walk moves the rests against each other over the whole campaign.
         let whole = attitudes as f64 * (rest + TURN);
         let between = between + noise.walk.powi(2) * whole / 6.0 + self.given.wander.powi(2);
+        match self.given.axes {
+            1 => self.runs_of_one_axis(attitudes, of_mean + between, watch),
+            _ => self.runs_of_three_axes(attitudes, of_mean, between, watch),
+        }
+    }
+
+    /// Gravity as it is taken in a run: wrong by every quantile of its uncertainty once.
+    fn gravity(&self, seed: u64) -> Result<Gravity> {
+        let u = self.given.gravity_uncertainty.unwrap_or(0.0);
+        let wrong = u * normal_quantile((seed as f64 + 0.5) / RUNS as f64);
+        Ok(Gravity::given(STANDARD_GRAVITY + wrong, u)?)
+    }
+
+    /// One axis turned through angles evenly around a circle; a mean over a rest has this variance.
+    fn runs_of_one_axis(&self, angles: usize, variance: f64, watch: &dyn Watch) -> Result<Runs> {
+        let fixture = self.given.fixture_angle.unwrap_or(0.0).to_radians();
+        let turn = |k: usize| TAU * k as f64 / angles as f64;
+        let mut rig = TurnedAxis::default();
+        rig.angles = (0..angles).map(turn).collect();
+        (rig.bias, rig.sensitivity, rig.misalignment) = (0.0, 1.0, 0.0);
+        rig.gravity = STANDARD_GRAVITY;
+        // One sample stands for a rest.
+        (rig.rate, rig.rest, rig.turn) = (1.0, 1.0, 0.0);
+        rig.noise = variance.sqrt();
+        let mut all = Runs::default();
+        for seed in 0..RUNS {
+            watch.step("limits", 0, self.limits.len() as u64)?;
+            let recording = rig.simulate(seed + 1);
+            // The sensitive axis is off the plane of turning by every quantile of that angle once, in another order than gravity.
+            let off =
+                normal_quantile(((7 * seed + 3) % RUNS) as f64 / RUNS as f64 + 0.5 / RUNS as f64);
+            let seen = (fixture * off).cos();
+            let output: Vec<f64> = recording.output.iter().map(|v| v * seen).collect();
+            let mut tilt = Tilt::new(self.gravity(seed)?);
+            (tilt.lean, tilt.out_of_plane) = (fixture, fixture);
+            let Ok(fit) = tilt.fit(&rig.angles, &output, "m/s²") else {
+                all.refused += 1;
+                continue;
+            };
+            for q in fit.estimate.quantities() {
+                match q.name.as_str() {
+                    "bias" => all.bias.push((q.value, q.expanded(PROBABILITY))),
+                    "sensitivity" => all.scale.push((q.value - 1.0, q.expanded(PROBABILITY))),
+                    _ => {}
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    fn runs_of_three_axes(
+        &self,
+        attitudes: usize,
+        of_mean: f64,
+        between: f64,
+        watch: &dyn Watch,
+    ) -> Result<Runs> {
         let ideal = Matrix3([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
         let rig = HandHeld {
             sensor: SensorModel::new(ideal, [0.0; 3]).map_err(Trouble::from)?,
@@ -147,7 +214,6 @@ impl Known<'_> {
             resolution: 0.0,
             ..HandHeld::default()
         };
-        let u_gravity = self.given.gravity_uncertainty.unwrap_or(0.0);
         let mut all = Runs::default();
         for seed in 0..RUNS {
             // So that it can be stopped between two of them.
@@ -175,10 +241,7 @@ impl Known<'_> {
                     }
                 })
                 .collect();
-            // Gravity is wrong by every quantile of its uncertainty once.
-            let wrong = u_gravity * normal_quantile((seed as f64 + 0.5) / RUNS as f64);
-            let gravity = Gravity::given(STANDARD_GRAVITY + wrong, u_gravity)?;
-            let fit = MultiPosition::new(gravity)
+            let fit = MultiPosition::new(self.gravity(seed)?)
                 .nominal_sensitivity(1.0)
                 .output_unit("m/s²")
                 .probability(PROBABILITY)

@@ -12,7 +12,7 @@ use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
-/// Integration rules with the high-pass that fits each, ranked for a band, a bias and a noise.
+/// Integration rules, by themselves and with the high-pass that fits each, ranked for a band, a bias and a noise.
 ///
 /// ```
 /// use proofmass_jobs::{Job, Outcome, Unwatched, velocity::VelocityIntegratorJob};
@@ -33,7 +33,7 @@ pub struct VelocityIntegratorJob {
     /// Error of the velocity that is allowed, m/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub allowed: Option<f64>,
-    /// Only high-passes that run while the record comes in.
+    /// Only what runs while the record comes in.
     #[serde(default)]
     pub on_line: bool,
 }
@@ -66,12 +66,14 @@ impl Job for VelocityIntegratorJob {
                 "the band lies below 0.49 of the sampling rate, and the record holds four periods of its lowest frequency",
             )
         })?;
-        ranked.retain(|d| !(self.on_line && d.zero_phase));
+        ranked.retain(|d| !(self.on_line && d.off_line()));
         if ranked.is_empty() {
             return Err(Trouble::request(
-                "no rule with any high-pass has a finite error for this",
+                "no rule has a finite error for this, with or without a high-pass",
             )
-            .with_hint("check the units: bias and noise in m/s², the amplitude of the velocity in m/s"));
+            .with_hint(
+                "check the units: bias and noise in m/s², the amplitude of the velocity in m/s",
+            ));
         }
         watch.step("integrators", 1, 1)?;
         Ok(VelocityIntegrator {
@@ -89,20 +91,14 @@ pub struct VelocityIntegrator {
 }
 
 impl VelocityIntegrator {
-    /// Every rule with its high-pass, the smallest total first.
+    /// Every rule by itself and with its high-passes, the smallest total first.
     pub fn ranked(&self) -> &[IntegratorDesign] {
         &self.ranked
     }
 
     /// The word by which `velocity estimate --method` takes a design.
     pub fn method(design: &IntegratorDesign) -> String {
-        let method = proofmass_motion::Method::HighPass {
-            rule: design.rule,
-            order: design.order,
-            corner: design.corner,
-            zero_phase: design.zero_phase,
-        };
-        method.word().unwrap_or_default()
+        design.method().word().unwrap_or_default()
     }
 }
 

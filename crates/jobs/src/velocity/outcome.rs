@@ -436,20 +436,16 @@ impl TunedGains {
         };
         let tuned = self;
         let mut notes = Vec::new();
-        // Of the steady Kalman filter a corner of first order is a state.
-        let own = match (gains, method, tuned.low_corner) {
+        // Of the steady Kalman filter the corner is a state.
+        let own = match (gains, method, &tuned.low_corner) {
             (
                 GainsOf::Kalman,
                 Method::Kalman { model } | Method::SteadyKalman { model },
-                Some(LowCorner {
-                    frequency,
-                    order: 1,
-                    ..
-                }),
+                Some(corner),
             ) => Some(with_low_corner(
                 model,
                 self.source,
-                frequency,
+                corner,
                 self.sample_time,
             )?),
             _ => None,

@@ -13,6 +13,8 @@ const SUDDEN: f64 = 3e-3 * proofmass_core::STANDARD_GRAVITY;
 const SUDDEN_PER_KELVIN: f64 = 2e-3 * proofmass_core::STANDARD_GRAVITY;
 /// And this many times the median change between blocks, so that noise and vibration are not taken for a turn.
 const MEDIANS: f64 = 12.0;
+/// A smaller change where another quantity of the surroundings changes as abruptly is its doing, and no turn: a tenth of g, as by 6°.
+const TURNED: f64 = 0.1 * proofmass_core::STANDARD_GRAVITY;
 /// Blocks that an attitude must hold to carry information.
 const FEWEST: usize = 4;
 /// Shares of the whole temperature range that a turned sensor must have gone through in one attitude.
@@ -231,12 +233,15 @@ impl Blocks {
         let change = |a: Triple, b: Triple| norm([b[0] - a[0], b[1] - a[1], b[2] - a[2]]);
         let changes: Vec<f64> = self.output.windows(2).map(|w| change(w[0], w[1])).collect();
         let typical = median(&mut changes.clone()).unwrap_or(0.0);
+        let stepped: Vec<Vec<bool>> = self.environment.iter().map(|e| abrupt(e)).collect();
         let mut number = 0;
         self.attitude = vec![0; self.len()];
         let mut steps = vec![None];
         for (i, size) in changes.iter().enumerate() {
             let kelvin = (self.temperature[i + 1] - self.temperature[i]).abs();
-            if *size > SUDDEN + SUDDEN_PER_KELVIN * kelvin && *size > MEDIANS * typical {
+            let sudden = SUDDEN + SUDDEN_PER_KELVIN * kelvin;
+            let surroundings = *size < TURNED && stepped.iter().any(|s| s[i]);
+            if *size > sudden && *size > MEDIANS * typical && !surroundings {
                 number += 1;
                 steps.push(Some(*size));
             }
@@ -312,6 +317,15 @@ impl Blocks {
         }
         Ok(())
     }
+}
+
+/// Between which two blocks a quantity goes through more than its share of the range, far above the usual change.
+fn abrupt(quantity: &[f64]) -> Vec<bool> {
+    let [low, high] = range(quantity.iter().copied());
+    let changes: Vec<f64> = quantity.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let usual = median(&mut changes.clone()).unwrap_or(0.0);
+    let most = (JUMP * (high - low)).max(ABRUPT * usual);
+    changes.iter().map(|c| *c > most).collect()
 }
 
 fn names(axes: usize) -> &'static [&'static str] {

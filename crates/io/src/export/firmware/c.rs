@@ -76,6 +76,7 @@ pub(super) fn text(
         FirmwareBlock::Velocity { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::VelocityOffset { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::VelocityCorner { filter, .. } => kalman(&mut c, &style, filter),
+        FirmwareBlock::VelocitySecondOrderCorner { filter, .. } => kalman(&mut c, &style, filter),
         FirmwareBlock::Observer {
             k_x,
             k_v,

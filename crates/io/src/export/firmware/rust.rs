@@ -100,6 +100,9 @@ pub(super) fn text(
         FirmwareBlock::Velocity { filter, .. } => kalman(filter, &name, real, &row, &n),
         FirmwareBlock::VelocityOffset { filter, .. } => kalman(filter, &name, real, &row, &n),
         FirmwareBlock::VelocityCorner { filter, .. } => kalman(filter, &name, real, &row, &n),
+        FirmwareBlock::VelocitySecondOrderCorner { filter, .. } => {
+            kalman(filter, &name, real, &row, &n)
+        }
         FirmwareBlock::Observer {
             k_x,
             k_v,

@@ -122,6 +122,11 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
             sample_time,
             ..
         } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        FirmwareBlock::VelocitySecondOrderCorner {
+            filter,
+            sample_time,
+            ..
+        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
         FirmwareBlock::Observer {
             k_x,
             k_v,
@@ -296,6 +301,15 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
             sample_time,
         } => {
             let mut value = filter("velocity-corner", f, *sample_time);
+            value["corner_Hz"] = json!(corner);
+            value
+        }
+        FirmwareBlock::VelocitySecondOrderCorner {
+            filter: f,
+            corner,
+            sample_time,
+        } => {
+            let mut value = filter("velocity-second-order-corner", f, *sample_time);
             value["corner_Hz"] = json!(corner);
             value
         }

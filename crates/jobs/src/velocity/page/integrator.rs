@@ -16,7 +16,7 @@ pub(in crate::velocity) fn integrator(page: Report, outcome: &VelocityIntegrator
         Some(best) => page.verdict(verdict(outcome, best)),
         None => page,
     };
-    let result = Section::new("Rules with the high-pass that fits each")
+    let result = Section::new("Rules by themselves, and with the high-pass that fits each")
         .table(ranked(outcome))
         .paragraph(
             "Total: speed times the largest error of gain and phase together in the band, what white noise leaves at the end, and what the bias leaves over the record, as a root \
@@ -60,19 +60,22 @@ fn verdict(outcome: &VelocityIntegrator, best: &IntegratorDesign) -> String {
 }
 
 fn words_of(design: &IntegratorDesign) -> String {
-    format!(
-        "{} with a high-pass of order {} at {} Hz{}",
-        match design.rule {
-            IntegratorRule::Trapezoid => "the trapezoid",
-            rule => rule.label(),
-        },
-        design.order,
-        scientific(design.corner, 3),
-        match design.zero_phase {
-            true => ", forward and backward",
-            false => "",
-        }
-    )
+    let rule = match design.rule {
+        IntegratorRule::Trapezoid => "the trapezoid",
+        rule => rule.label(),
+    };
+    match design.high_pass {
+        None => format!("{rule} without a high-pass"),
+        Some(h) => format!(
+            "{rule} with a high-pass of order {} at {} Hz{}",
+            h.order,
+            scientific(h.corner, 3),
+            match h.zero_phase {
+                true => ", forward and backward",
+                false => "",
+            }
+        ),
+    }
 }
 
 type D = IntegratorDesign;
@@ -118,12 +121,12 @@ fn ranked(outcome: &VelocityIntegrator) -> Table {
 fn all(outcome: &VelocityIntegrator) -> Table {
     let mut fields = vec![
         filed("rule", |d: &D| d.rule.name()),
-        filed("runs", |d: &D| match d.zero_phase {
+        filed("runs", |d: &D| match d.off_line() {
             true => "off line",
             false => "on line",
         }),
-        filed("order", |d: &D| d.order as f64),
-        filed("corner_Hz", |d: &D| d.corner),
+        filed("order", |d: &D| d.high_pass.map(|h| h.order as f64)),
+        filed("corner_Hz", |d: &D| d.high_pass.map(|h| h.corner)),
     ];
     fields.extend(errors());
     fields.push(filed("method", VelocityIntegrator::method));
