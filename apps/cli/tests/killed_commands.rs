@@ -442,7 +442,7 @@ fn law_a_full_disk_loses_nothing() {
             assert_eq!(output.status.success(), fits, "{blocks}, {what}: {said}");
             assert_eq!(output.status.code(), Some(1), "{said}");
             assert!(
-                said.contains("error:") && !said.contains("panicked"),
+                said.contains("error[") && !said.contains("panicked"),
                 "{said}"
             );
             let mut after = BTreeMap::new();

@@ -343,7 +343,7 @@ fn refuses_recordings_without_steps() {
     });
     let said = refuse(&asked);
     assert!(
-        said.contains("error:") && said.contains("periods"),
+        said.contains("error[") && said.contains("periods"),
         "{said}"
     );
     // Swapped: the input in volts and the output an acceleration.
