@@ -198,7 +198,7 @@ fn coverage_one_axis_is_decided_by_the_planned_angles() {
     let noise = limit("term = \"N\"; most = 300; typical = 200; unit = \"µg/√Hz\"");
     let text = format!(
         "{}{}{noise}",
-        limit("characteristic = \"bias\"; most = 5; typical = 4.7; unit = \"mg\""),
+        limit("characteristic = \"bias\"; most = 5; typical = 4; unit = \"mg\""),
         limit(
             "characteristic = \"scale\"; nominal = 1; \"tolerance_%\" = 0.6; typical = 1.005; unit = \"1\""
         )
@@ -215,7 +215,7 @@ fn coverage_one_axis_is_decided_by_the_planned_angles() {
         plan.reached && plan.what.starts_with("12 angles, 30° apart"),
         "{plan:?}"
     );
-    let (rate, bias) = (25.0, 4.7e-3 * G);
+    let (rate, bias) = (25.0, 4e-3 * G);
     let mut rig = TurnedAxis::default();
     rig.angles = (0..angles)
         .map(|k| (360.0 * k as f64 / angles as f64).to_radians())
