@@ -388,6 +388,8 @@ const HEADINGS: &[(&str, &[Group])] = &[
                 "gravity-uncertainty",
                 "reference-uncertainty",
                 "temperature-range",
+                "axes",
+                "fixture-angle",
                 "acceleration",
                 "wander",
             ],
@@ -451,6 +453,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
         ],
     ),
     ("test temperature", &["tilt"]),
+    ("device plan", &["fixture-angle"]),
     (
         "velocity estimate",
         &[
