@@ -319,9 +319,12 @@ mod tests {
     };
 
     fn run(design: &IntegratorDesign, a: &[f64]) -> Vec<f64> {
-        let readings = vec![None; a.len()];
+        // The readings only say where it begins.
+        let mut readings = vec![None; a.len()];
+        readings[..2].fill(Some(0.0));
         let source = ReadingSource::Position;
-        let record = MotionRecord::new(1.0 / TASK.rate, source, readings, a.to_vec()).unwrap();
+        let mut record = MotionRecord::new(1.0 / TASK.rate, source, readings, a.to_vec()).unwrap();
+        record.initial_velocity = Some(0.0);
         design.method().run(&record).unwrap().velocity
     }
 
