@@ -584,6 +584,8 @@ def device_plan(
     gravity_uncertainty: float | None = None,
     reference_uncertainty: float | None = None,
     temperature_range: float | str | Sequence[float] | None = None,
+    axes: int = 3,
+    fixture_angle: float | None = None,
     acceleration: str | int | None = None,
     wander: float = 0,
     ratio: float = 4,
@@ -609,6 +611,9 @@ def device_plan(
         gravity_uncertainty: Standard uncertainty of local gravity, m/s².
         reference_uncertainty: Standard uncertainty of the reference accelerations, of a shaker or of levels, %.
         temperature_range: Lowest and highest temperature of the device, °C, where a limit does not say it.
+        axes: Axes of the device: 3, or 1 that is turned through known angles.
+        fixture_angle: Standard uncertainty of the angles of a fixture for one axis (lean of its axis of turning,
+            sensitive axis off the plane), °.
         acceleration: Largest acceleration of the levels for a non-linearity, m/s².
         wander: Standard deviation of what varies from attitude to attitude beside the noise, m/s².
         ratio: Tolerance-to-uncertainty ratio where a limit has no typical value.
@@ -1144,12 +1149,13 @@ def explain(
     *,
     watch: Watch | None = None,
 ) -> Any:
-    """Explain a finding by its code, or a word of the field.
+    """Explain a finding or an error by its code, or a word of the field.
 
     Without a word, the codes of all findings are listed.
 
     Args:
-        code: Code of a finding, as results show it (`gaps-in-record`), or a word (`bias-instability`, VRW, SRS).
+        code: Code of a finding, as results show it (`gaps-in-record`), or of an error (`column`), or a word
+            (`bias-instability`, VRW, SRS).
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

@@ -238,7 +238,7 @@ fn coverage_one_axis_is_decided_by_the_planned_angles() {
             table += &format!("{:.2},{a:.6}\n", k as f64 / rate);
         }
         std::fs::write(folder.path().join("turn.csv"), table).unwrap();
-        let campaign = Campaign::open(&folder.path().join("campaign.toml")).unwrap();
+        let campaign = Campaign::open(folder.path().join("campaign.toml")).unwrap();
         let Ok(result) = campaign.evaluate(None, &Unwatched) else {
             continue;
         };
