@@ -18,24 +18,12 @@ pub(crate) struct Explain {
 
 impl Explain {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        if let Some(word) = self
-            .code
-            .as_deref()
-            .filter(|w| findings::explain(w).is_err())
-        {
-            let errors: Vec<ErrorCode> = error_codes()
-                .iter()
-                .filter(|e| e.code == word)
-                .copied()
-                .collect();
-            let words = glossary::explain(word);
-            if errors.len() + words.len() > 0 {
-                return self.show(&errors, &words);
-            }
-        }
-        let found = match &self.code {
-            Some(code) => vec![findings::explain(code).map_err(|_| unknown(code))?],
+        let found = match self.code.as_deref() {
             None => findings::explanations(),
+            Some(word) => match findings::explain(word) {
+                Ok(one) => vec![one],
+                Err(_) => return self.show(word),
+            },
         };
         if self.json {
             match (&self.code, found.first()) {
@@ -55,10 +43,15 @@ impl Explain {
         Ok(Outcome::Done)
     }
 
-    /// The error of that code, and rows of the glossary.
-    fn show(&self, errors: &[ErrorCode], entries: &[glossary::Entry]) -> Result<Outcome, Failure> {
+    /// What is no finding: the error of that code, and rows of the glossary.
+    fn show(&self, word: &str) -> Result<Outcome, Failure> {
+        let errors: Vec<&ErrorCode> = error_codes().iter().filter(|e| e.code == word).collect();
+        let entries = glossary::explain(word);
+        if errors.is_empty() && entries.is_empty() {
+            return Err(unknown(word));
+        }
         if self.json {
-            match errors {
+            match &errors[..] {
                 [] => print_json(&entries)?,
                 errors => print_json(&serde_json::json!({"errors": errors, "words": entries}))?,
             }

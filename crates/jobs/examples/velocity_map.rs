@@ -46,8 +46,10 @@ pub struct Cell {
     latency: f64,
     /// Amplitude of the error once per turn, rad.
     disc: f64,
-    /// Corner of first order below which the accelerometer shows less, Hz; zero where it measures down to zero.
+    /// Corner below which the accelerometer shows less, Hz; zero where it measures down to zero.
     corner: f64,
+    /// Stages of the corner. That of one is not stated, that of two is.
+    stages: u8,
     /// Rows in which each value of the accelerometer stands.
     held: usize,
     /// Standard deviation of a stamp over the sample time.
@@ -90,6 +92,7 @@ impl Cell {
             latency,
             disc: 0.0,
             corner: 0.0,
+            stages: 1,
             held: 1,
             jitter: 0.0,
             uneven: false,
@@ -135,8 +138,10 @@ impl Cell {
         let increment = self.increment();
         let motion = self.motion(seed);
         let n = (self.duration / DT) as usize;
-        let mut shown = 0.0;
-        let mut slow = Slow::new(self.corner, motion(-self.latency)[2]);
+        let (mut shown, mut clock) = (0.0, 0.0);
+        let late = |t: f64| motion(t - self.latency)[2];
+        let mut first = HighPass::new(self.corner, late(0.0));
+        let mut second = HighPass::new(self.corner, late(0.0));
         let mut file = String::from("time_s,count,acceleration_m/s2\n");
         let (mut reading, mut right, mut truth) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..n {
@@ -148,11 +153,21 @@ impl Cell {
             let [x, ..] = motion(at);
             let angle = x / self.radius;
             let seen = x + self.radius * self.disc * ((angle + turn).sin() - turn.sin());
-            let late = motion(at - self.latency)[2];
             let count = (seen / increment + phase).floor();
-            slow.run(|t| motion(t - self.latency)[2], at);
+            let mut passed = late(at);
+            if self.corner > 0.0 {
+                while clock + 0.5 * STEP < at {
+                    clock += STEP;
+                    let one = first.pass(late(clock));
+                    passed = if self.stages > 1 {
+                        second.pass(one)
+                    } else {
+                        one
+                    };
+                }
+            }
             if k % self.held == 0 {
-                shown = self.gain * (late - slow.taken) + OFFSET + noise;
+                shown = self.gain * passed + OFFSET + noise;
             }
             let a = shown;
             file += &format!("{stamp:.7},{count},{a:.6}\n");
@@ -176,41 +191,38 @@ impl Cell {
         if !alone {
             sensors.acceleration = vec!["acceleration".into()];
         }
+        if self.stages > 1 && !alone {
+            sensors.low_corner = Some(self.corner);
+            sensors.low_corner_order = Some(self.stages);
+        }
         sensors
     }
 }
 
-/// What a high-pass of first order takes of an acceleration: its slow part.
-struct Slow {
-    rate: f64,
-    at: f64,
+/// Steps of the stages of a corner, s.
+const STEP: f64 = 1e-4;
+
+/// A high-pass of first order.
+struct HighPass {
+    decay: f64,
     last: f64,
     taken: f64,
 }
 
-impl Slow {
+impl HighPass {
     fn new(corner: f64, last: f64) -> Self {
         Self {
-            rate: TAU * corner,
-            at: 0.0,
+            decay: (-TAU * corner * STEP).exp(),
             last,
             taken: 0.0,
         }
     }
 
-    /// On to a time, by tenths of a millisecond.
-    fn run(&mut self, acceleration: impl Fn(f64) -> f64, to: f64) {
-        const STEP: f64 = 1e-4;
-        if self.rate == 0.0 {
-            return;
-        }
-        let decay = (-self.rate * STEP).exp();
-        while self.at + 0.5 * STEP < to {
-            self.at += STEP;
-            let a = acceleration(self.at);
-            self.taken = self.taken * decay + 0.5 * (a + self.last) * (1.0 - decay);
-            self.last = a;
-        }
+    /// A step on.
+    fn pass(&mut self, a: f64) -> f64 {
+        self.taken = self.taken * self.decay + 0.5 * (a + self.last) * (1.0 - self.decay);
+        self.last = a;
+        a - self.taken
     }
 }
 
@@ -286,6 +298,17 @@ pub fn cells() -> Vec<Cell> {
             list.push(Cell {
                 name: format!("{motion}, corner {corner} Hz"),
                 corner,
+                ..Cell::new(motion, 1.0, 0.0)
+            });
+        }
+    }
+    for motion in ["stop and go", "hand", "S-curve", "hard stops", "sine, 1 Hz"] {
+        for corner in [0.05, 0.5, 2.0] {
+            list.push(Cell {
+                name: format!("{motion}, two stages at {corner} Hz"),
+                corner,
+                stages: 2,
+                duration: 20.0,
                 ..Cell::new(motion, 1.0, 0.0)
             });
         }

@@ -6,7 +6,7 @@ use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use crate::velocity::{StoredMap, TunedGains, VelocityMap, VelocityTuning};
 use proofmass_core::Error;
-use proofmass_core::velocity::{Kalman, ProcessNoise};
+use proofmass_core::velocity::Kalman;
 use proofmass_io::{FirmwareBlock, ResultDocument};
 use proofmass_motion::{EncoderMap, KalmanModel, LowCorner, Method, ReadingSource, steady_gain};
 
@@ -113,45 +113,30 @@ pub(crate) fn of_method(
     })
 }
 
-/// How fast the offset behind a corner may walk, over the walk of an acceleration that is given back: little enough to cost nothing, and
-/// enough that the gain does not fall to zero.
-const OFFSET_WALK: f64 = 0.1;
-
 /// The Kalman filter of an accelerometer with a low corner, which is one state of it for each stage.
-///
-/// The noise of the accelerometer enters velocity and shown velocity alike, so that the offset of what is given back walks by (2πf)² q of
-/// itself, for one stage; the offset behind the corner walks by a hundredth of that.
 pub(crate) fn with_low_corner(
     model: &KalmanModel,
     source: ReadingSource,
     corner: &LowCorner,
     sample_time: f64,
 ) -> Result<FirmwareBlock> {
-    let noise = model.noise();
-    let density = match model.noise_form {
-        ProcessNoise::SampleConstant => model.acceleration_noise * sample_time,
-        ProcessNoise::Continuous => model.acceleration_noise,
-    };
-    let (frequency, hold) = (corner.frequency, model.interpolation);
-    let rate = OFFSET_WALK * f64::from(corner.order) * std::f64::consts::TAU * frequency;
-    let walk = rate * rate * density;
     let unsettled = |e: Error| {
         Trouble::from(e).with_hint(
             "the gain does not settle with the corner as a state: choose --method observer, and give back the slow accelerations before",
         )
     };
     Ok(if corner.order == 1 {
-        let kalman = Kalman::with_low_corner(&noise, walk, frequency, hold, sample_time)?;
+        let kalman = model.behind_one_stage(corner, sample_time)?;
         FirmwareBlock::VelocityCorner {
             filter: steady_gain(&kalman, source).map_err(unsettled)?,
-            corner: frequency,
+            corner: corner.frequency,
             sample_time,
         }
     } else {
-        let kalman = Kalman::with_second_order_corner(&noise, walk, frequency, hold, sample_time)?;
+        let kalman = model.behind_two_stages(corner, sample_time)?;
         FirmwareBlock::VelocitySecondOrderCorner {
             filter: steady_gain(&kalman, source).map_err(unsettled)?,
-            corner: frequency,
+            corner: corner.frequency,
             sample_time,
         }
     })

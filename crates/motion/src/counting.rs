@@ -87,34 +87,25 @@ pub(crate) fn is_slow(counts: &[Option<i32>]) -> bool {
 }
 
 impl CountingModel {
-    fn kalman(
-        &self,
-        increment: f64,
-        dt: f64,
-        tick: Option<f64>,
-    ) -> Result<CountingKalman<f64>, Error> {
-        CountingKalman::new(
-            increment,
-            dt,
-            &CountingNoise {
-                acceleration: self.acceleration_noise,
-                walk: self.walk,
-                edge: self.edge,
-                tick,
-            },
-        )
+    fn noise(&self, tick: Option<f64>) -> CountingNoise {
+        CountingNoise {
+            acceleration: self.acceleration_noise,
+            walk: self.walk,
+            edge: self.edge,
+            tick,
+        }
     }
 }
 
 /// A reading as the smoother goes back over it: its gain and its innovation.
-type Read = (Gain<f64, 3>, f64);
+type Read<const N: usize> = (Gain<f64, N>, f64);
 
 /// The filter at one sample.
-struct Step<'a> {
-    predicted: CountingState<f64>,
-    filtered: CountingState<f64>,
+struct Step<'a, const N: usize> {
+    predicted: CountingState<f64, N>,
+    filtered: CountingState<f64, N>,
     /// What was read of it.
-    read: &'a [Read],
+    read: &'a [Read<N>],
     /// Whether there was a count.
     seen: bool,
 }
@@ -185,16 +176,35 @@ impl<'a> Counted<'a> {
         if sum == change { list } else { &[] }
     }
 
-    /// One pass; `keep` is shown every sample, and ln L of the edges and new cells comes back.
-    fn pass(
+    /// Its filter, where the offset has no slope.
+    fn filter(&self, model: &CountingModel) -> Result<CountingKalman<f64>, Error> {
+        let tick = self.record.edges.as_ref().map(|e| e.tick);
+        CountingKalman::new(self.increment, self.record.sample_time, &model.noise(tick))
+    }
+
+    /// Its filter behind two stages of a corner, where it has one; the density of its walk over that of the offset is ω²/4.
+    fn filter_with_slope(
         &self,
         model: &CountingModel,
-        mut keep: impl FnMut(&Step<'_>),
+    ) -> Result<Option<CountingKalman<f64, 4>>, Error> {
+        let Some(corner) = self.record.behind_two_stages() else {
+            return Ok(None);
+        };
+        let tick = self.record.edges.as_ref().map(|e| e.tick);
+        let (noise, dt) = (model.noise(tick), self.record.sample_time);
+        let slope = corner.slope_of_walk(model.walk);
+        CountingKalman::with_slope(self.increment, dt, &noise, slope).map(Some)
+    }
+
+    /// One pass; `keep` is shown every sample, and ln L of the edges and new cells comes back.
+    fn pass<const N: usize>(
+        &self,
+        filter: &CountingKalman<f64, N>,
+        model: &CountingModel,
+        mut keep: impl FnMut(&Step<'_, N>),
         mut innovation: impl FnMut(usize, f64),
     ) -> Result<f64, Error> {
         let dt = self.record.sample_time;
-        let tick = self.record.edges.as_ref().map(|e| e.tick);
-        let filter = model.kalman(self.increment, dt, tick)?;
         let mut last = self.counts.iter().flatten().next().copied().unwrap_or(0);
         let mut fastest = 1.0f64;
         let mut before: Option<(usize, i32)> = None;
@@ -212,7 +222,7 @@ impl<'a> Counted<'a> {
         };
         let mut state = filter.start(last, velocity, (0.0, model.offset), 0.0);
         let (mut log_likelihood, mut age) = (0.0, 0usize);
-        let mut read: Vec<Read> = Vec::new();
+        let mut read: Vec<Read<N>> = Vec::new();
         for (k, count) in self.counts.iter().enumerate() {
             if k > 0 {
                 filter.predict_by(&mut state, self.steps[k].0);
@@ -281,7 +291,10 @@ impl<'a> Counted<'a> {
     /// # Errors
     /// Of the model.
     pub fn log_likelihood(&self, model: &CountingModel) -> Result<f64, Error> {
-        self.pass(model, |_| {}, |_, _| {})
+        match self.filter_with_slope(model)? {
+            Some(filter) => self.pass(&filter, model, |_| {}, |_, _| {}),
+            None => self.pass(&self.filter(model)?, model, |_| {}, |_, _| {}),
+        }
     }
 
     /// Filter and smoother of one model.
@@ -289,12 +302,24 @@ impl<'a> Counted<'a> {
     /// # Errors
     /// Of the model; [`Error::NotFinite`] when the arithmetic overflowed.
     pub fn run(&self, model: &CountingModel) -> Result<CountingRun, Error> {
+        match self.filter_with_slope(model)? {
+            Some(filter) => self.run_of(&filter, model),
+            None => self.run_of(&self.filter(model)?, model),
+        }
+    }
+
+    fn run_of<const N: usize>(
+        &self,
+        filter: &CountingKalman<f64, N>,
+        model: &CountingModel,
+    ) -> Result<CountingRun, Error> {
         let n = self.counts.len();
         let unit = self.increment / self.record.sample_time;
         let mut predicted = Vec::with_capacity(n);
         let (mut read, mut innovations) = (Vec::new(), Vec::new());
         let (mut v, mut u) = (Vec::with_capacity(n), Vec::with_capacity(n));
         self.pass(
+            filter,
             model,
             |step| {
                 let (value, spread) = shown(&step.filtered, step.seen);

@@ -76,8 +76,8 @@ impl Noise {
     }
 }
 
-/// Number of columns: the data, and six constants.
-const COLUMNS: usize = 7;
+/// Number of columns: the data, and seven constants.
+const COLUMNS: usize = 8;
 const DATA: usize = 0;
 const START_VELOCITY: usize = 1;
 const START_POSITION: usize = 2;
@@ -86,6 +86,8 @@ const GAIN: usize = 4;
 const LATENCY: usize = 5;
 /// Slope of the offset over time, where the acceleration was integrated.
 const RAMP: usize = 6;
+/// Bend of the offset over time, where it was integrated twice.
+const PARABOLA: usize = 7;
 
 /// A record made ready for many passes.
 pub(crate) struct Prepared<'a> {
@@ -133,13 +135,13 @@ impl<'a> Prepared<'a> {
 
     /// Sums over the record; `motion` asks for the columns of gain and latency as well.
     pub fn sums(&self, noise: &Noise, motion: bool) -> Sums {
-        let active = match (self.record.noise_walk > 0.0, motion) {
-            (true, _) => COLUMNS,
-            (false, true) => RAMP,
-            (false, false) => GAIN,
+        let active = match (self.record.given_back, motion) {
+            (Some(corner), _) if corner.order > 1 => COLUMNS,
+            (Some(_), _) => PARABOLA,
+            (None, true) => RAMP,
+            (None, false) => GAIN,
         };
-        with_states!(noise, self.record.source, self.record.sample_time, |s| self
-            .sums_of(&s, active))
+        with_states!(noise, self.record, |s| self.sums_of(&s, active))
     }
 
     fn sums_of<const N: usize>(&self, system: &System<N>, active: usize) -> Sums {
@@ -171,7 +173,7 @@ impl<'a> Prepared<'a> {
 
     /// Innovations over their standard deviations for constants that were found.
     pub fn innovations(&self, noise: &Noise, solution: &Solution) -> Vec<f64> {
-        with_states!(noise, self.record.source, self.record.sample_time, |s| {
+        with_states!(noise, self.record, |s| {
             let mut state = s.start(self.record);
             let mut list = Vec::with_capacity(self.record.reading.len());
             for (k, reading) in self.record.reading.iter().enumerate() {
@@ -190,7 +192,7 @@ impl<'a> Prepared<'a> {
     /// Every estimate uses the readings up to its own time; `None` before they determine the constants.
     #[cfg(test)]
     pub fn filter(&self, noise: &Noise, unknowns: Unknowns) -> Vec<Option<(f64, f64)>> {
-        with_states!(noise, self.record.source, self.record.sample_time, |s| {
+        with_states!(noise, self.record, |s| {
             let mut state = s.start(self.record);
             let mut g = [[0.0; COLUMNS]; COLUMNS];
             let mut list = Vec::with_capacity(self.record.reading.len());

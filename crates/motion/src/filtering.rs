@@ -123,8 +123,10 @@ pub(crate) fn start<const N: usize>(
     state[1] = v;
     variances[0] = x_variance;
     variances[1] = v_variance;
+    // What the stages of a corner have shown of the velocity is no better known than the velocity.
     if N > 2 {
-        variances[2] = bias_variance;
+        variances[2..].fill(unknown);
+        variances[N - 1] = bias_variance;
     }
     let mut state = KalmanState::new(state, variances, record.acceleration[0]);
     // Before the first sample nothing is known: the first step takes a straight line.
@@ -205,6 +207,9 @@ impl KalmanModel {
     /// arithmetic overflowed.
     pub fn filter(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
         record.check()?;
+        if let Some((_, pass)) = self.pass_behind_two_stages(record)? {
+            return KalmanRun::of(&pass.posterior, &pass.innovations);
+        }
         match self.bias {
             None => {
                 let kalman = self.two(record.sample_time)?;
@@ -217,6 +222,25 @@ impl KalmanModel {
                 KalmanRun::of(&pass.posterior, &pass.innovations)
             }
         }
+    }
+}
+
+impl KalmanModel {
+    /// The filter whose states the stages of a corner are, and its pass, of a record behind two of them.
+    ///
+    /// The parabola that an offset becomes, and the noise integrated twice, are no offset that walks.
+    pub(crate) fn pass_behind_two_stages(
+        &self,
+        record: &MotionRecord,
+    ) -> Result<Option<(Kalman<f64, 5>, Pass<5>)>, Error> {
+        let Some(corner) = record.behind_two_stages() else {
+            return Ok(None);
+        };
+        let kalman = self.behind_two_stages(&corner, record.sample_time)?;
+        let initial = self.bias.map_or(0.0, |bias| bias.initial());
+        let shown = record.taken_again(&corner);
+        let pass = pass(&kalman, &shown, initial * initial, None);
+        Ok(Some((kalman, pass)))
     }
 }
 

@@ -59,6 +59,7 @@ mod rollover;
 mod samples;
 mod search;
 mod slip;
+mod small_matrix;
 mod smoother;
 mod start_velocity;
 mod steady_gain;

@@ -1,8 +1,9 @@
 //! Low-frequency corner of an accelerometer: what a charge amplifier, an AC coupling or a piezoelectric element loses of slow
 //! accelerations, and how it is given back.
 
-use crate::MotionRecord;
+use crate::{KalmanModel, MotionRecord};
 use proofmass_core::Error;
+use proofmass_core::velocity::{Kalman, ProcessNoise};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -56,6 +57,68 @@ impl LowCorner {
     pub(crate) fn rate(&self) -> f64 {
         TAU * self.frequency
     }
+
+    /// The same of all stages together.
+    pub(crate) fn total_rate(&self) -> f64 {
+        f64::from(self.order) * self.rate()
+    }
+
+    /// Density of the walk of the slope behind two stages, of that of the offset: noise w makes 2 ω w of the one and ω² w of the other.
+    pub(crate) fn slope_of_walk(&self, walk: f64) -> f64 {
+        0.25 * self.rate() * self.rate() * walk
+    }
+}
+
+/// How fast the offset behind a corner may walk, over the walk of an acceleration that is given back: little enough to cost nothing, and
+/// enough that the gain does not fall to zero.
+const OFFSET_WALK: f64 = 0.1;
+
+/// Filters of an accelerometer with a low corner, of which every stage is a state.
+///
+/// The noise of the accelerometer enters velocity and shown velocity alike, so that the offset of what is given back walks by (2πf)² q of
+/// itself, for one stage; the offset behind the corner walks by a hundredth of that.
+impl KalmanModel {
+    fn offset_walk(&self, corner: &LowCorner, sample_time: f64) -> f64 {
+        let density = match self.noise_form {
+            ProcessNoise::SampleConstant => self.acceleration_noise * sample_time,
+            ProcessNoise::Continuous => self.acceleration_noise,
+        };
+        (OFFSET_WALK * corner.total_rate()).powi(2) * density
+    }
+
+    /// Of one stage: position, velocity, shown velocity and offset.
+    ///
+    /// # Errors
+    /// As [`Kalman::with_low_corner`].
+    pub fn behind_one_stage(
+        &self,
+        corner: &LowCorner,
+        sample_time: f64,
+    ) -> Result<Kalman<f64, 4>, Error> {
+        let walk = self.offset_walk(corner, sample_time);
+        let (noise, hold) = (self.noise(), self.interpolation);
+        Kalman::<f64, 4>::with_low_corner(&noise, walk, corner.frequency, hold, sample_time)
+    }
+
+    /// Of two stages: position, velocity, what each has shown of it, and offset.
+    ///
+    /// # Errors
+    /// As [`Kalman::with_second_order_corner`].
+    pub fn behind_two_stages(
+        &self,
+        corner: &LowCorner,
+        sample_time: f64,
+    ) -> Result<Kalman<f64, 5>, Error> {
+        let walk = self.offset_walk(corner, sample_time);
+        let (noise, hold) = (self.noise(), self.interpolation);
+        Kalman::<f64, 5>::with_second_order_corner(
+            &noise,
+            walk,
+            corner.frequency,
+            hold,
+            sample_time,
+        )
+    }
 }
 
 impl MotionRecord {
@@ -76,14 +139,44 @@ impl MotionRecord {
                 last = Some(y);
             }
         }
-        let rate = f64::from(corner.order) * corner.rate();
         Self {
             acceleration,
             reading: self.reading.clone(),
             edges: self.edges.clone(),
             blows: self.blows.clone(),
             low_corner: None,
-            noise_walk: rate * rate,
+            given_back: Some(*corner),
+            ..*self
+        }
+    }
+
+    /// The corner of two stages whose slow accelerations were given back: the noise was integrated twice.
+    pub(crate) fn behind_two_stages(&self) -> Option<LowCorner> {
+        self.given_back.filter(|corner| corner.order > 1)
+    }
+
+    /// The accelerations as they were before those that this corner took were given back.
+    pub(crate) fn taken_again(&self, corner: &LowCorner) -> Self {
+        let half = 0.5 * self.sample_time * corner.rate();
+        let mut acceleration = self.acceleration.clone();
+        for _ in 0..corner.order {
+            let (mut sum, mut last) = (0.0, None::<f64>);
+            for y in &mut acceleration {
+                let a = *y;
+                *y = match last {
+                    None => a,
+                    Some(before) => (a - sum - half * before) / (1.0 + half),
+                };
+                sum += last.map_or(0.0, |before| half * (before + *y));
+                last = Some(*y);
+            }
+        }
+        Self {
+            acceleration,
+            reading: self.reading.clone(),
+            edges: self.edges.clone(),
+            blows: self.blows.clone(),
+            given_back: None,
             ..*self
         }
     }
@@ -124,6 +217,10 @@ mod tests {
                 assert!((a - 2.0).abs() < most, "order {order}, sample {k}: {a}");
             }
             assert!(back.low_corner.is_none());
+            let again = back.taken_again(&corner);
+            for (ours, y) in again.acceleration.iter().zip(&record.acceleration) {
+                assert!((ours - y).abs() < 1e-9, "order {order}: {ours} {y}");
+            }
         }
     }
 

@@ -57,8 +57,8 @@ pub struct MotionRecord {
     pub blows: Vec<Blow>,
     /// Frequencies below which the accelerometer shows less and less.
     pub low_corner: Option<LowCorner>,
-    /// Density of the walk of the offset over that of the accelerometer's noise, where that was integrated, 1/s².
-    pub(crate) noise_walk: f64,
+    /// Corner whose slow accelerations were given back: the noise of the accelerometer was integrated with them.
+    pub(crate) given_back: Option<LowCorner>,
 }
 
 /// Samples in which the velocity changed faster than an accelerometer follows: filters and smoothers take what it says of them
@@ -154,7 +154,7 @@ impl MotionRecord {
             gain_uncertainty: None,
             blows: Vec::new(),
             low_corner: None,
-            noise_walk: 0.0,
+            given_back: None,
         };
         record.check()?;
         Ok(record)

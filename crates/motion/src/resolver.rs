@@ -1,7 +1,7 @@
 //! A resolver over a whole recording: demodulation of its carrier, and its angle.
 
 use crate::findings;
-use crate::steady_gain::inverse;
+use crate::small_matrix::inverse;
 use proofmass_core::Error;
 use proofmass_core::encoder::resolver_angle;
 use proofmass_uncertainty::Finding;

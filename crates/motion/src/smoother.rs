@@ -16,6 +16,10 @@ impl KalmanModel {
     /// As [`KalmanModel::filter`].
     pub fn smooth(&self, record: &MotionRecord) -> Result<KalmanRun, Error> {
         record.check()?;
+        if let Some((kalman, pass)) = self.pass_behind_two_stages(record)? {
+            let smoothed = backward(&kalman, &pass, record.source);
+            return KalmanRun::of(&smoothed, &pass.innovations);
+        }
         let curve = curve(record, self);
         match self.bias {
             None => {

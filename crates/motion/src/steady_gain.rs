@@ -1,6 +1,7 @@
 //! The gain that a Kalman filter settles to, also where it settles too slowly to be iterated.
 
 use crate::ReadingSource;
+use crate::small_matrix::{Square, inverse, matrix, product, sum};
 use proofmass_core::Error;
 use proofmass_core::velocity::{Kalman, SteadyKalman};
 use std::array::from_fn;
@@ -23,20 +24,6 @@ pub fn steady_gain<const N: usize>(
         Err(Error::NotConverged { .. }) if component == 0 => doubled(kalman),
         iterated => iterated,
     }
-}
-
-type Square<const N: usize> = [[f64; N]; N];
-
-fn matrix<const N: usize>(of: impl Fn(usize, usize) -> f64) -> Square<N> {
-    from_fn(|i| from_fn(|j| of(i, j)))
-}
-
-fn product<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
-    matrix(|i, j| (0..N).map(|k| a[i][k] * b[k][j]).sum())
-}
-
-fn sum<const N: usize>(a: &Square<N>, b: &Square<N>) -> Square<N> {
-    matrix(|i, j| a[i][j] + b[i][j])
 }
 
 /// Steady gain for readings of the position, by the structure-preserving doubling algorithm of the Riccati equation: after k
@@ -86,34 +73,6 @@ fn doubled<const N: usize>(kalman: &Kalman<f64, N>) -> Result<SteadyKalman<f64, 
         iterations: STEPS,
         step: change,
     })
-}
-
-/// Inverse of a small matrix by Gauss and Jordan with pivots.
-pub(crate) fn inverse<const N: usize>(mut a: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
-    let largest = a.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()));
-    let mut b: [[f64; N]; N] =
-        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    for i in 0..N {
-        let at = (i..N).max_by(|&p, &q| a[p][i].abs().total_cmp(&a[q][i].abs()))?;
-        a.swap(i, at);
-        b.swap(i, at);
-        let pivot = a[i][i];
-        if !(pivot.abs() > 1e-12 * largest) {
-            return None;
-        }
-        for j in 0..N {
-            a[i][j] /= pivot;
-            b[i][j] /= pivot;
-        }
-        for k in (0..N).filter(|k| *k != i) {
-            let factor = a[k][i];
-            for j in 0..N {
-                a[k][j] -= factor * a[i][j];
-                b[k][j] -= factor * b[i][j];
-            }
-        }
-    }
-    Some(b)
 }
 
 #[cfg(test)]

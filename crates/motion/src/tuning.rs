@@ -96,6 +96,8 @@ pub struct Tuned {
     pub offset: Option<TunedValue>,
     /// Slope of the offset over time, where the acceleration was integrated.
     pub(crate) ramp: Option<TunedValue>,
+    /// Bend of the offset over time, where it was integrated twice.
+    pub(crate) bend: Option<TunedValue>,
     /// Gain of the accelerometer over that of the readings, when it is not one: it reads this times the acceleration.
     pub gain: Option<TunedValue>,
     /// Time by which the accelerometer is later than the readings, s, when it is.

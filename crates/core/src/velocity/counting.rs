@@ -43,12 +43,13 @@ use crate::{Error, Float};
 /// # Ok::<(), proofmass_core::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CountingKalman<T> {
+pub struct CountingKalman<T, const N: usize = 3> {
     /// Counts per sample² of one m/s², and m/s of a count per sample.
     to_counts: T,
     to_velocity: T,
     q: T,
     walk: T,
+    slope: T,
     edge: T,
     /// θ²
     tick: T,
@@ -86,11 +87,11 @@ pub struct PassedEdge<T> {
 
 /// State of a [`CountingKalman`]: counts and samples, from the edge below the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CountingState<T> {
-    /// Position above the lower edge of the cell, velocity, offset.
-    pub x: [T; 3],
+pub struct CountingState<T, const N: usize = 3> {
+    /// Position above the lower edge of the cell, velocity, offset, and of four states its slope.
+    pub x: [T; N],
     /// Their covariance.
-    pub p: [[T; 3]; 3],
+    pub p: [[T; N]; N],
     /// Acceleration of the last sample.
     pub acceleration: T,
     /// The count, which may roll over.
@@ -111,13 +112,13 @@ pub enum CountUse {
 /// What a count said.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct CountUpdate<T> {
+pub struct CountUpdate<T, const N: usize = 3> {
     /// What the count was used as.
     pub kind: CountUse,
     /// Reading minus prediction, counts.
     pub innovation: T,
     /// What was read with which gain; its variance is that of the innovation.
-    pub gain: Gain<T, 3>,
+    pub gain: Gain<T, N>,
 }
 
 impl<T: Float> CountingKalman<T> {
@@ -126,6 +127,33 @@ impl<T: Float> CountingKalman<T> {
     /// # Errors
     /// [`Error::OutOfRange`] for an increment, a sample time or a tick that is not positive, or negative noise.
     pub fn new(increment: f64, sample_time: f64, noise: &CountingNoise) -> Result<Self, Error> {
+        Self::of(increment, sample_time, noise, 0.0)
+    }
+}
+
+impl<T: Float> CountingKalman<T, 4> {
+    /// The offset has a slope that walks with this density, (m/s⁴)²/Hz: as where an acceleration was integrated twice.
+    ///
+    /// # Errors
+    /// As [`CountingKalman::new`].
+    pub fn with_slope(
+        increment: f64,
+        sample_time: f64,
+        noise: &CountingNoise,
+        slope: f64,
+    ) -> Result<Self, Error> {
+        let slope = not_negative("density of the slope", slope)?;
+        Self::of(increment, sample_time, noise, slope)
+    }
+}
+
+impl<T: Float, const N: usize> CountingKalman<T, N> {
+    fn of(
+        increment: f64,
+        sample_time: f64,
+        noise: &CountingNoise,
+        slope: f64,
+    ) -> Result<Self, Error> {
         let delta = positive("increment", increment)?;
         let t = positive("sample time", sample_time)?;
         let q = not_negative("acceleration noise", noise.acceleration)?;
@@ -143,6 +171,7 @@ impl<T: Float> CountingKalman<T> {
             to_velocity: T::from_f64(delta / t),
             q: T::from_f64(q * scale * scale),
             walk: T::from_f64(walk * t * scale * scale),
+            slope: T::from_f64(slope * t * t * t * scale * scale),
             edge: T::from_f64(edge),
             tick: T::from_f64(tick * tick),
             timed: noise.tick.is_some(),
@@ -151,22 +180,27 @@ impl<T: Float> CountingKalman<T> {
         })
     }
 
-    /// State at a count with velocity and offset, each with its standard deviation, and the acceleration, all SI.
+    /// State at a count with velocity and offset, each with its standard deviation, and the acceleration, all SI; of a slope nothing is known.
     pub fn start(
         &self,
         count: i32,
         velocity: (T, T),
         offset: (T, T),
         acceleration: T,
-    ) -> CountingState<T> {
+    ) -> CountingState<T, N> {
         let (v, b) = (T::ONE / self.to_velocity, self.to_counts);
         let square = |x: T| x * x;
-        let mut p = [[T::ZERO; 3]; 3];
+        let mut p = [[T::ZERO; N]; N];
         p[0][0] = T::from_f64(1.0 / 12.0);
         p[1][1] = square(velocity.1 * v);
         p[2][2] = square(offset.1 * b);
+        if N > 3 {
+            p[3][3] = p[2][2];
+        }
+        let mut x = [T::ZERO; N];
+        (x[0], x[1], x[2]) = (T::from_f64(0.5), velocity.0 * v, offset.0 * b);
         CountingState {
-            x: [T::from_f64(0.5), velocity.0 * v, offset.0 * b],
+            x,
             p,
             acceleration: acceleration * b,
             count,
@@ -174,7 +208,7 @@ impl<T: Float> CountingKalman<T> {
     }
 
     /// Time update to a sample with this acceleration.
-    pub fn predict(&self, state: &mut CountingState<T>, acceleration: T) {
+    pub fn predict(&self, state: &mut CountingState<T, N>, acceleration: T) {
         let now = acceleration * self.to_counts;
         let third = T::from_f64(1.0 / 3.0);
         let half = T::from_f64(0.5);
@@ -187,34 +221,48 @@ impl<T: Float> CountingKalman<T> {
     }
 
     /// F: the offset moves the axis the other way.
-    pub fn transition() -> [[T; 3]; 3] {
-        let (o, half) = (T::ZERO, T::from_f64(0.5));
-        [
-            [T::ONE, T::ONE, -half],
-            [o, T::ONE, -T::ONE],
-            [o, o, T::ONE],
-        ]
+    pub fn transition() -> [[T; N]; N] {
+        let unit = |j: usize| core::array::from_fn(|i| if i == j { T::ONE } else { T::ZERO });
+        let columns: [[T; N]; N] = core::array::from_fn(|j| Self::moved(&unit(j)));
+        core::array::from_fn(|i| core::array::from_fn(|j| columns[j][i]))
+    }
+
+    /// F times a vector, written out.
+    fn moved(x: &[T; N]) -> [T; N] {
+        let half = T::from_f64(0.5);
+        let mut next = *x;
+        next[0] = x[0] + x[1] - half * x[2];
+        next[1] = x[1] - x[2];
+        if N > 3 {
+            next[0] -= T::from_f64(1.0 / 6.0) * x[3];
+            next[1] -= half * x[3];
+            next[2] += x[3];
+        }
+        next
     }
 
     /// Time update with what the acceleration does to position and velocity over the step, in counts and samples.
-    pub fn predict_by(&self, state: &mut CountingState<T>, input: [T; 2]) {
+    pub fn predict_by(&self, state: &mut CountingState<T, N>, input: [T; 2]) {
         let half = T::from_f64(0.5);
-        let [x, v, b] = state.x;
-        state.x = [x + v - half * b + input[0], v + input[1] - b, b];
-        let p = &state.p;
-        // F P Fᵀ, written out: F = [[1, 1, −½], [0, 1, −1], [0, 0, 1]].
-        let row = |i: usize| match i {
-            0 => core::array::from_fn(|j| p[0][j] + p[1][j] - half * p[2][j]),
-            1 => core::array::from_fn(|j| p[1][j] - p[2][j]),
-            _ => p[2],
-        };
-        let rows: [[T; 3]; 3] = core::array::from_fn(row);
-        let mut next = rows.map(|r| [r[0] + r[1] - half * r[2], r[1] - r[2], r[2]]);
+        state.x = Self::moved(&state.x);
+        state.x[0] += input[0];
+        state.x[1] += input[1];
+        // F P Fᵀ, of a symmetric P.
+        let rows = state.p.map(|row| Self::moved(&row));
+        let columns: [[T; N]; N] = core::array::from_fn(|j| {
+            let column = core::array::from_fn(|i| rows[i][j]);
+            Self::moved(&column)
+        });
+        let mut next: [[T; N]; N] =
+            core::array::from_fn(|i| core::array::from_fn(|j| columns[j][i]));
         next[0][0] += self.q * T::from_f64(1.0 / 3.0);
         next[0][1] += self.q * half;
         next[1][1] += self.q;
         next[2][2] += self.walk;
-        for i in 0..3 {
+        if N > 3 {
+            next[3][3] += self.slope;
+        }
+        for i in 0..N {
             for j in 0..i {
                 next[i][j] = next[j][i];
             }
@@ -226,11 +274,11 @@ impl<T: Float> CountingKalman<T> {
     #[inline]
     pub fn step(
         &self,
-        state: &mut CountingState<T>,
+        state: &mut CountingState<T, N>,
         count: i32,
         edge: Option<PassedEdge<T>>,
         acceleration: T,
-    ) -> Option<CountUpdate<T>> {
+    ) -> Option<CountUpdate<T, N>> {
         let before = state.acceleration;
         self.predict(state, acceleration);
         let mean = T::from_f64(0.5) * (before + state.acceleration);
@@ -242,18 +290,23 @@ impl<T: Float> CountingKalman<T> {
     #[inline]
     pub fn update(
         &self,
-        state: &mut CountingState<T>,
+        state: &mut CountingState<T, N>,
         count: i32,
         edge: Option<PassedEdge<T>>,
         mean: T,
-    ) -> Option<CountUpdate<T>> {
+    ) -> Option<CountUpdate<T, N>> {
         let change = count.wrapping_sub(state.count);
         state.count = count;
         state.x[0] -= T::from_f64(f64::from(change));
         let edge = edge.filter(|_| self.timed);
         let (half, twelfth) = (T::from_f64(0.5), T::from_f64(1.0 / 12.0));
         let turning = (mean - state.x[2]).abs() > T::from_f64(TURNING);
-        let middle = [T::ONE, T::ZERO, T::ZERO];
+        let place = |velocity: T, offset: T| {
+            let mut h = [T::ZERO; N];
+            (h[0], h[1], h[2]) = (T::ONE, velocity, offset);
+            h
+        };
+        let middle = place(T::ZERO, T::ZERO);
         let (kind, h, innovation, variance) = if edge.is_some()
             || ((change == 1 || change == -1) && !turning)
         {
@@ -263,15 +316,19 @@ impl<T: Float> CountingKalman<T> {
             };
             let upwards = edge.map_or(change > 0, |e| e.upwards);
             let reading = if upwards { T::ZERO } else { T::ONE };
-            let [x, v, b] = state.x;
+            let (x, v, b) = (state.x[0], state.x[1], state.x[2]);
             let bend = half * tau * tau;
             let predicted = x - v * tau + (mean - b) * bend;
             let spread = (v * v + state.p[1][1]) * tick;
             let crossing = if spread < T::ONE { spread } else { T::ONE };
             let variance =
                 crossing * twelfth + self.edge + self.q * tau * tau * tau * T::from_f64(1.0 / 3.0);
-            let h = [T::ONE, -tau, -bend];
-            (CountUse::Edge, h, reading - predicted, variance)
+            (
+                CountUse::Edge,
+                place(-tau, -bend),
+                reading - predicted,
+                variance,
+            )
         } else if change != 0 {
             let off = half - state.x[0];
             (CountUse::Cell, middle, off, twelfth + self.edge)
@@ -292,7 +349,7 @@ impl<T: Float> CountingKalman<T> {
     }
 
     /// Velocity and its standard uncertainty, SI.
-    pub fn velocity(&self, state: &CountingState<T>) -> (T, T) {
+    pub fn velocity(&self, state: &CountingState<T, N>) -> (T, T) {
         (
             state.x[1] * self.to_velocity,
             state.p[1][1].sqrt() * self.to_velocity,
@@ -300,7 +357,7 @@ impl<T: Float> CountingKalman<T> {
     }
 
     /// Offset of the accelerometer and its standard uncertainty, SI.
-    pub fn offset(&self, state: &CountingState<T>) -> (T, T) {
+    pub fn offset(&self, state: &CountingState<T, N>) -> (T, T) {
         let scale = T::ONE / self.to_counts;
         (state.x[2] * scale, state.p[2][2].sqrt() * scale)
     }
@@ -610,6 +667,35 @@ mod tests {
         }
         assert!(turned > 5, "{turned}");
         assert!(f64::from(inside) > 0.99 * f64::from(n), "{inside} of {n}");
+    }
+
+    /// An axis at 3.3 counts per sample beside an accelerometer whose offset grows by 10⁻⁴ counts per sample² in each sample: the slope is
+    /// found, and the offset behind it does not drag the velocity along.
+    #[test]
+    fn law_a_slope_of_the_offset_is_found() {
+        let noise = CountingNoise {
+            acceleration: 1e-6,
+            walk: 1e-12,
+            edge: 1e-6,
+            tick: None,
+        };
+        let filter = CountingKalman::<f64, 4>::with_slope(1.0, 1.0, &noise, 1e-16).unwrap();
+        let mut state = filter.start(0, (3.0, 1.0), (0.0, 0.1), 0.0);
+        for n in 1..=4000 {
+            let (t, slope) = (f64::from(n), 1e-4);
+            let mean = slope * (t - 0.5);
+            // What a ramp does over a step: its mean to the velocity, its moment about the end to the position.
+            filter.predict_by(&mut state, [0.5 * mean - slope / 12.0, mean]);
+            filter.update(&mut state, (3.3 * t + 0.3).floor() as i32, None, mean);
+        }
+        let near = |i: usize, truth: f64| {
+            let u = state.p[i][i].sqrt();
+            assert!((state.x[i] - truth).abs() < 4.0 * u, "{i}: {} {u}", state.x[i]);
+        };
+        near(1, 3.3);
+        near(2, 0.4);
+        near(3, 1e-4);
+        assert!(state.p[3][3].sqrt() < 1e-5, "{}", state.p[3][3].sqrt());
     }
 
     #[test]

@@ -56,6 +56,16 @@ pub struct MotionNoise {
     pub position: f64,
 }
 
+impl MotionNoise {
+    /// Refuses noise that no filter of this sample time has.
+    pub(super) fn check(&self, sample_time: f64) -> Result<(), Error> {
+        positive("sample time", sample_time)?;
+        not_negative("acceleration noise", self.acceleration)?;
+        positive("position noise", self.position)?;
+        Ok(())
+    }
+}
+
 /// How the accelerometer's offset moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
@@ -173,13 +183,12 @@ impl<T: Float, const N: usize> KalmanState<T, N> {
 }
 
 /// G₀, G₁, G₂ and Q of [x, v].
-pub(super) type Motion = ([[f64; 2]; 3], [[f64; 2]; 2]);
+type Motion = ([[f64; 2]; 3], [[f64; 2]; 2]);
 
 /// G₀, G₁, G₂, and Q, of [x, v] in double precision.
-pub(super) fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<Motion, Error> {
-    positive("sample time", t)?;
-    let q = not_negative("acceleration noise", noise.acceleration)?;
-    positive("position noise", noise.position)?;
+fn motion(noise: &MotionNoise, hold: Hold, t: f64) -> Result<Motion, Error> {
+    noise.check(t)?;
+    let q = noise.acceleration;
     let g = match hold {
         Hold::Zero => [[0.5 * t * t, t], [0.0; 2], [0.0; 2]],
         Hold::First => [[t * t / 3.0, 0.5 * t], [t * t / 6.0, 0.5 * t], [0.0; 2]],

@@ -1,6 +1,5 @@
 //! The low-frequency corner of the accelerometer as states of the Kalman filter of velocity.
 
-use super::kalman::motion;
 use super::{Hold, Kalman, MotionNoise, ProcessNoise, not_negative, positive};
 use crate::{Error, Float};
 
@@ -33,14 +32,15 @@ impl<T: Float> Kalman<T, 4> {
         hold: Hold,
         sample_time: f64,
     ) -> Result<Self, Error> {
-        let w = core::f64::consts::TAU * positive("low corner", corner)?;
-        let rates = [
-            [0.0, 1.0, 0.0, 0.0],
-            [0.0, 0.0, w, -1.0],
-            [0.0, 0.0, 0.0, -1.0],
-            [0.0; 4],
-        ];
-        Ok(discrete(&rates, noise, walk, hold, sample_time)?.cast())
+        let rates = |w| {
+            [
+                [0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, w, -1.0],
+                [0.0, 0.0, 0.0, -1.0],
+                [0.0; 4],
+            ]
+        };
+        Ok(discrete(corner, rates, noise, walk, hold, sample_time)?.cast())
     }
 }
 
@@ -72,32 +72,35 @@ impl<T: Float> Kalman<T, 5> {
         hold: Hold,
         sample_time: f64,
     ) -> Result<Self, Error> {
-        let w = core::f64::consts::TAU * positive("low corner", corner)?;
-        let rates = [
-            [0.0, 1.0, 0.0, 0.0, 0.0],
-            [0.0, 0.0, w, w, -1.0],
-            [0.0, 0.0, 0.0, 0.0, -1.0],
-            [0.0, 0.0, w, 0.0, -1.0],
-            [0.0; 5],
-        ];
-        Ok(discrete(&rates, noise, walk, hold, sample_time)?.cast())
+        let rates = |w| {
+            [
+                [0.0, 1.0, 0.0, 0.0, 0.0],
+                [0.0, 0.0, w, w, -1.0],
+                [0.0, 0.0, 0.0, 0.0, -1.0],
+                [0.0, 0.0, w, 0.0, -1.0],
+                [0.0; 5],
+            ]
+        };
+        Ok(discrete(corner, rates, noise, walk, hold, sample_time)?.cast())
     }
 }
 
 /// Most states of such a filter.
 const MOST_STATES: usize = 5;
 
-/// The filter of one step of time of x' = A x − (last column of A) y, whose last state is the offset of y.
+/// The filter of one step of time of x' = A x − (last column of A) y, whose last state is the offset of y; A for ω = 2π times the corner.
 ///
 /// Every state is an integral of others, so that Aᴺ = 0 and all of it is a polynomial of the time.
 fn discrete<const N: usize>(
-    rates: &[[f64; N]; N],
+    corner: f64,
+    rates: impl Fn(f64) -> [[f64; N]; N],
     noise: &MotionNoise,
     walk: f64,
     hold: Hold,
     t: f64,
 ) -> Result<Kalman<f64, N>, Error> {
-    motion(noise, hold, t)?;
+    let rates = rates(core::f64::consts::TAU * positive("low corner", corner)?);
+    noise.check(t)?;
     let walk = not_negative("bias density", walk)?;
     // tᵏ and 1/k!, as far as the square of the longest polynomial goes.
     let (mut power, mut share) = ([1.0; 2 * MOST_STATES], [1.0; 2 * MOST_STATES]);

@@ -46,7 +46,10 @@ pub(super) fn truncated(alpha: f64, beta: f64) -> (f64, f64) {
 
 /// The state is somewhere in its cell: moments of the normal distribution cut at both edges, which are those of a reading.
 /// Its gain and innovation; innovation and variance of the cell's middle.
-pub(super) fn cell(state: &mut CountingState<f64>, edge: f64) -> (Read, (f64, f64)) {
+pub(super) fn cell<const N: usize>(
+    state: &mut CountingState<f64, N>,
+    edge: f64,
+) -> (Read<N>, (f64, f64)) {
     let (x, p) = (state.x[0], state.p[0][0]);
     let middle = (0.5 - x, p + 1.0 / 12.0 + edge);
     let s = (p + edge).sqrt();
@@ -61,9 +64,9 @@ pub(super) fn cell(state: &mut CountingState<f64>, edge: f64) -> (Read, (f64, f6
 }
 
 /// Velocity and uncertainty of a state that is known to lie in its cell, counts per sample; nothing of it is fed back.
-pub(super) fn shown(state: &CountingState<f64>, seen: bool) -> (f64, f64) {
+pub(super) fn shown<const N: usize>(state: &CountingState<f64, N>, seen: bool) -> (f64, f64) {
     let (x, v) = (state.x[0], state.x[1]);
-    let [xx, xv, _] = state.p[0];
+    let (xx, xv) = (state.p[0][0], state.p[0][1]);
     let vv = state.p[1][1];
     let s = xx.sqrt();
     let (alpha, beta) = (-x / s, (1.0 - x) / s);

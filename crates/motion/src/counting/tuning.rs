@@ -1,9 +1,11 @@
 //! Noise of a counted axis by the likelihood of its edges.
 
 use super::{Counted, CountingModel, CountingTuned};
+use crate::ProcessNoise;
 use crate::floor::{noise_floor, variance};
 use crate::search::{line, simplex};
 use crate::tuning::PRIOR;
+use crate::velocity::tied;
 use proofmass_core::{Error, Watch};
 use std::f64::consts::LN_10;
 
@@ -38,18 +40,23 @@ impl Counted<'_> {
             let off = (q / floor).ln();
             -0.5 * (off / if off < 0.0 { PRIOR.0 } else { PRIOR.1 }).powi(2)
         };
+        // Where the noise was integrated, the offset walks by it.
+        let form = ProcessNoise::SampleConstant;
+        let model = |log: f64, edge: f64| {
+            let q = 10f64.powf(log);
+            CountingModel {
+                acceleration_noise: q,
+                edge,
+                offset,
+                walk: tied(self.record, q, form).unwrap_or(0.0),
+            }
+        };
         let mut passes = 0;
         let mut value = |log: f64, edge: f64| -> Result<f64, Error> {
             passes += 1;
             watch.step("likelihood of the edges", passes, 0)?;
-            let q = 10f64.powf(log);
-            let model = CountingModel {
-                acceleration_noise: q,
-                edge,
-                offset,
-                walk: 0.0,
-            };
-            Ok(self.pass(&model, |_| {}, |_, _| {})? + prior(q))
+            let model = model(log, edge);
+            Ok(self.log_likelihood(&model)? + prior(model.acceleration_noise))
         };
         let centre = floor.log10();
         let high = ceiling.log10().min(centre + 2.0).max(centre + 0.1);
@@ -66,16 +73,10 @@ impl Counted<'_> {
         let curvature = -(value(at + 0.1, edge)? - 2.0 * top + value(at - 0.1, edge)?) / 0.01;
         let sigma = (1.0 / curvature.max(4.0)).sqrt();
         let half = 1.96 * sigma * LN_10;
-        let model = |log: f64| CountingModel {
-            acceleration_noise: 10f64.powf(log),
-            edge,
-            offset,
-            walk: 0.0,
-        };
         Ok(CountingTuned {
-            model: model(at),
+            model: model(at, edge),
             log_q_interval: Some((half, half)),
-            nodes: vec![model(at - sigma), model(at + sigma)],
+            nodes: vec![model(at - sigma, edge), model(at + sigma, edge)],
         })
     }
 
@@ -98,7 +99,7 @@ impl Counted<'_> {
             if x.iter().any(|x| !(-24.0..3.0).contains(x)) {
                 return Ok(-1e300);
             }
-            self.pass(&model(x, edge), |_| {}, |_, _| {})
+            self.log_likelihood(&model(x, edge))
         };
         let exact = self.exact();
         let mut best = (f64::NEG_INFINITY, [-6.0, -9.0], exact);

@@ -3,7 +3,9 @@
 // Matrix algebra reads by its indices.
 #![allow(clippy::needless_range_loop)]
 
-use super::{COLUMNS, DATA, GAIN, LATENCY, OFFSET, RAMP, START_POSITION, START_VELOCITY, Unknowns};
+use super::{
+    COLUMNS, DATA, GAIN, LATENCY, OFFSET, PARABOLA, RAMP, START_POSITION, START_VELOCITY, Unknowns,
+};
 use crate::{MotionRecord, ReadingSource};
 use proofmass_uncertainty::adjustment::ScaledRoot;
 use std::f64::consts::TAU;
@@ -45,6 +47,11 @@ impl Solution {
     /// Slope of the offset over time and its standard uncertainty, where it may have one.
     pub fn ramp(&self) -> Option<(f64, f64)> {
         self.of(RAMP)
+    }
+
+    /// Bend of the offset over time and its standard uncertainty, where it may have one.
+    pub fn parabola(&self) -> Option<(f64, f64)> {
+        self.of(PARABOLA)
     }
 
     /// γ in a = (1 − γ) · reading, and its standard uncertainty.
@@ -172,7 +179,11 @@ pub(super) fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
         (OFFSET, unknowns.offset),
         (GAIN, unknowns.gain),
         (LATENCY, unknowns.latency),
-        (RAMP, unknowns.offset && record.noise_walk > 0.0),
+        (RAMP, unknowns.offset && record.given_back.is_some()),
+        (
+            PARABOLA,
+            unknowns.offset && record.behind_two_stages().is_some(),
+        ),
     ]
     .into_iter()
     .filter_map(|(column, wanted)| wanted.then_some(column))

@@ -1,7 +1,7 @@
 //! Further regressors of the readings: what repeats with the position, beside the unknown constants.
 
 use super::constants::{Solution, columns, solve};
-use super::system::{Seen, System, system};
+use super::system::{Seen, System};
 use super::{COLUMNS, GAIN, LATENCY, Noise, Prepared, Unknowns};
 use proofmass_core::state_space::predict;
 use std::array::from_fn;
@@ -48,14 +48,9 @@ impl Regression {
         unknowns: Unknowns,
         regressors: &[&[f64]],
     ) {
-        let source = stretch.record.source;
-        let time = stretch.record.sample_time;
-        let mut g =
-            match 2 + usize::from(noise.walk.is_some()) + usize::from(noise.colour.is_some()) {
-                2 => stretch.normal(&system::<2>(noise, source, time), unknowns, regressors),
-                3 => stretch.normal(&system::<3>(noise, source, time), unknowns, regressors),
-                _ => stretch.normal(&system::<4>(noise, source, time), unknowns, regressors),
-            };
+        let mut g = with_states!(noise, stretch.record, |s| {
+            stretch.normal(&s, unknowns, regressors)
+        });
         let own = Unknowns {
             gain: false,
             latency: false,

@@ -17,8 +17,9 @@ impl Prepared<'_> {
     ///
     /// **Source** `[DeJong91]`.
     pub fn smooth(&self, noise: &Noise, solution: &Solution) -> Result<Trajectory, Error> {
-        with_states!(noise, self.record.source, self.record.sample_time, |s| self
-            .smooth_of(&s, solution, noise.walk.is_some()))
+        with_states!(noise, self.record, |s| {
+            self.smooth_of(&s, solution, noise.walk.is_some())
+        })
     }
 
     fn smooth_of<const N: usize>(

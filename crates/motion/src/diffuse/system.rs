@@ -4,14 +4,16 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::{
-    COLUMNS, DATA, GAIN, LATENCY, Noise, OFFSET, Prepared, RAMP, START_POSITION, START_VELOCITY,
+    COLUMNS, DATA, GAIN, LATENCY, Noise, OFFSET, PARABOLA, Prepared, RAMP, START_POSITION,
+    START_VELOCITY,
 };
 use crate::filtering::component;
 use crate::step_input::shake;
-use crate::{MotionRecord, ProcessNoise, ReadingSource};
+use crate::{MotionRecord, ProcessNoise};
 use proofmass_core::state_space::{Gain, Reading, predict, predict_covariance};
 
-/// Transition, noise, start and reading of N states: position, velocity, then the walk, then the coloured part.
+/// Transition, noise, start and reading of N states: position, velocity, then the walk, its slope behind two stages of a corner, then the
+/// coloured part.
 pub(super) struct System<const N: usize> {
     pub(super) f: [[f64; N]; N],
     pub(super) q: [[f64; N]; N],
@@ -20,7 +22,24 @@ pub(super) struct System<const N: usize> {
     pub(super) r: f64,
 }
 
-pub(super) fn system<const N: usize>(noise: &Noise, source: ReadingSource, t: f64) -> System<N> {
+/// Density of the walk of the slope; nothing without a walk, and without two stages.
+fn slope(noise: &Noise, record: &MotionRecord) -> Option<f64> {
+    let corner = record.behind_two_stages()?;
+    noise.walk.map(|walk| corner.slope_of_walk(walk))
+}
+
+/// States of this noise beside this record.
+pub(super) fn states(noise: &Noise, record: &MotionRecord) -> usize {
+    let further = [
+        noise.walk.is_some(),
+        slope(noise, record).is_some(),
+        noise.colour.is_some(),
+    ];
+    2 + further.into_iter().filter(|state| *state).count()
+}
+
+pub(super) fn system<const N: usize>(noise: &Noise, record: &MotionRecord) -> System<N> {
+    let t = record.sample_time;
     let [xx, xv, vv] = match noise.form {
         ProcessNoise::SampleConstant => [t.powi(4) / 4.0, t.powi(3) / 2.0, t * t],
         ProcessNoise::Continuous => [t.powi(3) / 3.0, t * t / 2.0, t],
@@ -45,6 +64,17 @@ pub(super) fn system<const N: usize>(noise: &Noise, source: ReadingSource, t: f6
         (q[1][2], q[2][1]) = (s * rest[1], s * rest[1]);
         q[2][2] = s * rest[2];
     }
+    if let Some(s) = slope(noise, record) {
+        // What a slope of one has become of each state after τ: a coefficient times a power of τ.
+        let shares: [(f64, i32); 4] = [(-1.0 / 6.0, 3), (-0.5, 2), (1.0, 1), (1.0, 0)];
+        for (i, (a, power)) in shares.into_iter().enumerate() {
+            f[i][3] = a * t.powi(power);
+            for (j, (b, other)) in shares.into_iter().enumerate() {
+                let both = power + other + 1;
+                q[i][j] += s * a * b * t.powi(both) / f64::from(both);
+            }
+        }
+    }
     if let Some((variance, time)) = noise.colour {
         let phi = (-t / time).exp();
         f[N - 1][N - 1] = phi;
@@ -52,7 +82,7 @@ pub(super) fn system<const N: usize>(noise: &Noise, source: ReadingSource, t: f6
         p[N - 1][N - 1] = variance;
     }
     // The coloured part, the last state, adds to what is read.
-    let at = component(source);
+    let at = component(record.source);
     let reading = match noise.colour {
         None => Reading::State(at),
         Some(_) => Reading::Combination(std::array::from_fn(|i| {
@@ -112,6 +142,13 @@ impl<const N: usize> System<N> {
                 let from = t * (k - 1) as f64;
                 [-t * t * (0.5 * from + t / 6.0), -t * (from + 0.5 * t)]
             }
+            PARABOLA => {
+                let from = t * (k - 1) as f64;
+                [
+                    -t * t * (from * from / 4.0 + from * t / 6.0 + t * t / 24.0),
+                    -t * (0.5 * from * (from + t) + t * t / 6.0),
+                ]
+            }
             LATENCY => [u[1] - t * before, now - before],
             _ => [0.0; 2],
         };
@@ -138,18 +175,22 @@ impl<const N: usize> System<N> {
 
 /// Runs a body with the number of states the noise has.
 macro_rules! with_states {
-    ($noise:expr, $source:expr, $t:expr, |$system:ident| $body:expr) => {
-        match 2 + usize::from($noise.walk.is_some()) + usize::from($noise.colour.is_some()) {
+    ($noise:expr, $record:expr, |$system:ident| $body:expr) => {
+        match $crate::diffuse::system::states($noise, $record) {
             2 => {
-                let $system = $crate::diffuse::system::system::<2>($noise, $source, $t);
+                let $system = $crate::diffuse::system::system::<2>($noise, $record);
                 $body
             }
             3 => {
-                let $system = $crate::diffuse::system::system::<3>($noise, $source, $t);
+                let $system = $crate::diffuse::system::system::<3>($noise, $record);
+                $body
+            }
+            4 => {
+                let $system = $crate::diffuse::system::system::<4>($noise, $record);
                 $body
             }
             _ => {
-                let $system = $crate::diffuse::system::system::<4>($noise, $source, $t);
+                let $system = $crate::diffuse::system::system::<5>($noise, $record);
                 $body
             }
         }

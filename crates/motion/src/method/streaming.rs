@@ -1,10 +1,11 @@
 //! Streaming estimators over the samples of a record.
 
 use super::range;
-use crate::{KalmanModel, MotionRecord};
+use crate::filtering::start;
+use crate::{KalmanModel, MotionRecord, steady_gain};
 use proofmass_core::Error;
 use proofmass_core::velocity::{
-    Observer, ObserverState, PositionDifference, PositionDifferenceState, ResolverLoop,
+    Kalman, Observer, ObserverState, PositionDifference, PositionDifferenceState, ResolverLoop,
 };
 use std::f64::consts::TAU;
 
@@ -147,24 +148,28 @@ pub(super) fn observe(record: &MotionRecord, observer: &Observer<f64>) -> Vec<f6
 }
 
 pub(super) fn steady(record: &MotionRecord, model: &KalmanModel) -> Result<Vec<f64>, Error> {
-    use crate::filtering::{component, start};
     let dt = record.sample_time;
-    let at = component(record.source);
-    let mut velocity = Vec::with_capacity(record.reading.len());
-    macro_rules! run {
-        ($kalman:expr, $n:literal) => {{
-            let gain = $kalman.steady_for(at)?;
-            let mut state = start::<$n>(record, $kalman.r, 0.0);
-            state.x[1] = record.start_velocity().0;
-            velocity.push(state.x[1]);
-            for (p, a) in record.reading.iter().zip(&record.acceleration).skip(1) {
-                velocity.push(gain.step(&mut state, *p, *a));
-            }
-        }};
+    if let Some(corner) = record.behind_two_stages() {
+        let kalman = model.behind_two_stages(&corner, dt)?;
+        return settled(&kalman, &record.taken_again(&corner));
     }
     match model.bias {
-        None => run!(model.two(dt)?, 2),
-        Some(bias) => run!(model.three(bias, dt)?.0, 3),
+        None => settled(&model.two(dt)?, record),
+        Some(bias) => settled(&model.three(bias, dt)?.0, record),
+    }
+}
+
+/// With the gain that the filter settles to.
+fn settled<const N: usize>(
+    kalman: &Kalman<f64, N>,
+    record: &MotionRecord,
+) -> Result<Vec<f64>, Error> {
+    let gain = steady_gain(kalman, record.source)?;
+    let mut state = start::<N>(record, kalman.r, 0.0);
+    state.x[1] = record.start_velocity().0;
+    let mut velocity = vec![state.x[1]];
+    for (p, a) in record.reading.iter().zip(&record.acceleration).skip(1) {
+        velocity.push(gain.step(&mut state, *p, *a));
     }
     Ok(velocity)
 }

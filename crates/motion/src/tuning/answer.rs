@@ -65,6 +65,14 @@ impl Search<'_> {
             pair.map(|(value, uncertainty)| TunedValue { value, uncertainty })
         };
         let offset = found(point.solution.offset());
+        // An offset behind two stages is a bend of what was given back, and the state of the filter is the offset.
+        let start = match (self.record.behind_two_stages(), point.solution.parabola()) {
+            (Some(corner), Some((bend, u))) => {
+                let square = corner.rate() * corner.rate();
+                found(Some((bend / square, u / square)))
+            }
+            _ => offset,
+        };
         let gain = point.solution.gain().map(|(g, u)| {
             let gain = 1.0 / (1.0 - g);
             TunedValue {
@@ -91,7 +99,7 @@ impl Search<'_> {
             noise_form: point.noise.form,
             // On line the correlated part counts as white.
             reading_noise: point.noise.r + point.noise.colour.map_or(0.0, |(v, _)| v),
-            bias: offset.map(|b| BiasModel::RandomWalk {
+            bias: start.map(|b| BiasModel::RandomWalk {
                 density: point.noise.walk.unwrap_or(0.0),
                 initial: 3.0 * b.value.abs() + 3.0 * b.uncertainty,
             }),
@@ -101,6 +109,7 @@ impl Search<'_> {
             model,
             offset,
             ramp: found(point.solution.ramp()),
+            bend: found(point.solution.parabola()),
             gain,
             latency: found(point.solution.latency()),
             coloured: NoiseNode::of(&point.noise).coloured,

@@ -134,6 +134,8 @@ impl<'a> Search<'a> {
 
     pub(super) fn subsets(&self, allowed: Unknowns) -> Vec<Unknowns> {
         let offsets: &[bool] = match self.tuning.bias {
+            // The states of two stages before the first sample are a slope, which nothing else takes.
+            _ if self.record.behind_two_stages().is_some() => &[true],
             BiasChoice::None => &[false],
             BiasChoice::Automatic => &[false, true],
             BiasChoice::Constant | BiasChoice::RandomWalk => &[true],
@@ -207,7 +209,7 @@ impl<'a> Search<'a> {
         let pairing = [gain && self.held().is_none(), latency];
         let extra = [
             offset,
-            point.noise.walk.is_some() && self.record.noise_walk == 0.0,
+            point.noise.walk.is_some() && self.record.given_back.is_none(),
             point.noise.colour.is_some(),
             point.noise.colour.is_some(),
         ];

@@ -33,7 +33,7 @@ pub(super) fn seen(
     watch: &dyn Watch,
 ) -> Result<Option<LowCorner>, Error> {
     // One that was given back already is looked for no more.
-    if !of_positions(record) || record.low_corner.is_some() || record.noise_walk > 0.0 {
+    if !of_positions(record) || record.low_corner.is_some() || record.given_back.is_some() {
         return Ok(None);
     }
     let slips = ground.slip.as_ref().is_some_and(|s| !s.slip.is_empty());
@@ -232,7 +232,8 @@ pub(crate) fn tied(record: &MotionRecord, q: f64, form: crate::ProcessNoise) -> 
         crate::ProcessNoise::SampleConstant => record.sample_time,
         crate::ProcessNoise::Continuous => 1.0,
     };
-    (record.noise_walk > 0.0).then_some(record.noise_walk * q * sample)
+    let walk = |corner: LowCorner| corner.total_rate().powi(2) * q * sample;
+    record.given_back.map(walk)
 }
 
 /// Tuning of a part beside its own pairing; nothing where it is not to be tuned.
@@ -299,10 +300,15 @@ fn offset_behind(record: &MotionRecord, corner: LowCorner) -> f64 {
     upper_median(&mut slopes).unwrap_or(0.0)
 }
 
-/// Offset behind the corner, where the readings tell one: it is a ramp of what was given back, which no filter on line knows.
+/// Offset behind the corner, where the readings tell one: it is a ramp of what was given back, behind two stages a parabola, which no filter
+/// on line knows.
 fn behind(tuned: &Tuned, corner: LowCorner) -> Option<f64> {
-    let ramp = tuned.ramp.filter(|r| r.value.abs() > 2.0 * r.uncertainty)?;
-    Some(ramp.value / corner.rate())
+    let (shown, rate) = match corner.order {
+        1 => (tuned.ramp, corner.rate()),
+        _ => (tuned.bend, corner.rate() * corner.rate()),
+    };
+    let shown = shown.filter(|r| r.value.abs() > 2.0 * r.uncertainty)?;
+    Some(shown.value / rate)
 }
 
 fn told(corner: &LowCorner) -> Finding {
@@ -340,20 +346,18 @@ pub(super) fn beside(
                 *u = u.hypot(a - b);
             }
         };
-        let smoother = match &result.tuned {
-            Some(tuned) => tuned
+        let corrected = result.tuned.as_ref().map(|t| t.corrected(&moved));
+        let corrected = corrected.as_ref().unwrap_or(&moved);
+        let smoother = match (&result.smoother.method, &result.tuned) {
+            (Method::Smoother { .. }, Some(tuned)) => tuned
                 .smooth(&moved, Constants::Fitted)
                 .map(|run| run.velocity),
-            None => result.model.smooth(&moved).map(|run| run.velocity),
+            (method, _) => method.run(corrected).map(|run| run.velocity),
         };
         if let (Ok(other), Some(u)) = (smoother, &mut result.smoother.standard_uncertainty) {
             by(&result.smoother.velocity, &other, u);
         }
-        let corrected = result.tuned.as_ref().map(|t| t.corrected(&moved));
-        let other = result
-            .trace
-            .method
-            .run(corrected.as_ref().unwrap_or(&moved));
+        let other = result.trace.method.run(corrected);
         if let (Ok(other), Some(u)) = (other, &mut result.trace.standard_uncertainty) {
             by(&result.trace.velocity, &other.velocity, u);
         }

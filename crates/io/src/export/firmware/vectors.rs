@@ -268,6 +268,10 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
             "K": filter.k.to_vec(), "read": filter.component, "velocity_variance": filter.velocity_variance,
         })
     }
+    let behind = |mut filter: serde_json::Value, corner: f64| {
+        filter["corner_Hz"] = json!(corner);
+        filter
+    };
     Ok(match block {
         FirmwareBlock::LowPass { corner, rate } => {
             let design = Butterworth::<f64>::new(*corner, *rate)?;
@@ -299,20 +303,15 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
             filter: f,
             corner,
             sample_time,
-        } => {
-            let mut value = filter("velocity-corner", f, *sample_time);
-            value["corner_Hz"] = json!(corner);
-            value
-        }
+        } => behind(filter("velocity-corner", f, *sample_time), *corner),
         FirmwareBlock::VelocitySecondOrderCorner {
             filter: f,
             corner,
             sample_time,
-        } => {
-            let mut value = filter("velocity-second-order-corner", f, *sample_time);
-            value["corner_Hz"] = json!(corner);
-            value
-        }
+        } => behind(
+            filter("velocity-second-order-corner", f, *sample_time),
+            *corner,
+        ),
         FirmwareBlock::MovingAverage { samples, rate } => {
             json!({"kind": "moving-average", "samples": samples, "rate_Hz": rate})
         }
