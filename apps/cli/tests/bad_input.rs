@@ -1,8 +1,6 @@
 //! Bad input: one clear message that names place and remedy, exit code 1, nothing half written.
 
-mod support;
-
-use support::*;
+use crate::support::*;
 
 const CAMPAIGN: &str = "kind = \"multi-position\"\n[recording]\nfile = \"r.csv\"\n\
     columns = { x = \"acc_x\", y = \"acc_y\", z = \"acc_z\" }\ntime = \"time\"\n\

@@ -1,10 +1,8 @@
 //! `proofmass bias` on simulated recordings: with a noise result, stated noise, tables of rests, and what it refuses.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
 use std::path::Path;
-use support::*;
 
 /// Noise that needs no library: a sum of twelve uniform numbers.
 struct Noise(u64);

@@ -1,10 +1,8 @@
 //! Calibration certificates: read, taken as standards, drafted and released.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::*;
 
 /// A certificate of a reference accelerometer: sensitivity and phase at five frequencies, U with k = 2.
 fn dcc(

@@ -1,10 +1,8 @@
 //! `proofmass apply` with the steps behind a calibration, and `proofmass export` with the same: what is told, kept and refused.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use support::*;
 
 const G: f64 = 9.80665;
 

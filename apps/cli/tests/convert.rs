@@ -1,12 +1,10 @@
 //! `proofmass convert` through its own door: files, provenance, refusals that leave nothing.
 
-mod support;
-
+use crate::support::*;
 use proofmass::io::{Input, Provenance};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use support::*;
 
 fn recording(folder: &Path) -> PathBuf {
     let mut rows = "time_s,a_g,b_count\n".to_owned();

@@ -1,9 +1,7 @@
 //! `proofmass device check`: simulated devices from their recordings to the verdict, and what is refused.
 
-mod support;
-
+use crate::support::*;
 use std::path::{Path, PathBuf};
-use support::*;
 
 /// A device by its calibration and its noise: it states its serial number in the former alone.
 fn device(folder: &Path, seed: &str, white: &str) -> PathBuf {

@@ -1,10 +1,8 @@
 //! `velocity drift` from a noise result and a calibration in place of typed numbers.
 
-mod support;
-
+use crate::support::axis::column;
+use crate::support::*;
 use std::path::{Path, PathBuf};
-use support::axis::column;
-use support::*;
 
 /// A rest of white noise and a random walk, and what `noise` finds of it.
 fn noise(folder: &Path, axes: &str) -> PathBuf {

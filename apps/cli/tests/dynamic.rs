@@ -1,11 +1,9 @@
 //! `proofmass test shock|random|impact|sweep` from files, and on recordings of others.
 
-mod support;
-
+use crate::support::*;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::*;
 
 fn write_shock(path: &Path, header: &str, sensitivity: f64, end: usize) {
     let mut noise = Chance(7);

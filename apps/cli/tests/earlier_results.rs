@@ -1,12 +1,10 @@
 //! What a model says that reads an earlier result in which something was altered, or which is another one. The table stands in
 //! docs/uncertainty.md.
 
-mod support;
-
+use crate::support::*;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
-use support::*;
 
 /// What is said of an earlier result.
 #[derive(Clone, Copy, Debug)]

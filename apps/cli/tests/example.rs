@@ -1,9 +1,7 @@
 //! The example that ships with the project, from its recording to a compensated one.
 
-mod support;
-
+use crate::support::*;
 use std::path::Path;
-use support::*;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 

@@ -1,8 +1,6 @@
 //! `proofmass explain`.
 
-mod support;
-
-use support::{refuse, succeed};
+use crate::support::{refuse, succeed};
 
 fn stdout(arguments: &[&str]) -> String {
     String::from_utf8(succeed(arguments).stdout).expect("text in UTF-8")

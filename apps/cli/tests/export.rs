@@ -1,8 +1,6 @@
 //! `proofmass export`: the calibration of the example in every form.
 
-mod support;
-
-use support::*;
+use crate::support::*;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 

@@ -1,9 +1,7 @@
 //! What a person meets first: help in groups, words of the field, arguments in a file.
 
-mod support;
-
+use crate::support::{json, proofmass, refuse, stderr, succeed, text};
 use std::path::Path;
-use support::{json, proofmass, refuse, stderr, succeed, text};
 
 fn stdout(arguments: &[&str]) -> String {
     String::from_utf8(succeed(arguments).stdout).expect("text in UTF-8")

@@ -1,11 +1,9 @@
 //! Nothing is lost: results and recordings of others survive whatever is asked of a place.
 
-mod support;
-
+use crate::support::*;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use support::*;
 
 /// 2000 samples of a sensor at rest, about a second of work for `noise`.
 fn recording(at: &Path) {

@@ -1,10 +1,8 @@
 //! Tables of laboratories, held against each other on the command line.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use support::*;
 
 /// A table in the unit of the device, the sensitivities times a factor.
 fn table(folder: &Path, name: &str, unit: &str, factor: f64) -> PathBuf {

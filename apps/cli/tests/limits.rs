@@ -1,15 +1,11 @@
 //! What is too large is refused with the bound, what is hostile is shown as it is, and one bad number takes nothing with it.
 
-#[path = "support/bench.rs"]
-mod bench;
-mod support;
-
-use bench::{phasors, rows};
+use crate::bench::{phasors, rows};
+use crate::support::*;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::time::Instant;
-use support::*;
 
 fn published(folder: &Path) {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/published-triaxial");

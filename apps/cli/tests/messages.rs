@@ -1,9 +1,7 @@
 //! Wrong calls as people type them: each message says what is wrong in words of the call, and what to type instead.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
-use support::*;
 
 /// A sensor at rest, 100 Hz, in m/s², with the headings of a phone.
 fn at_rest(rows: usize, stamp: impl Fn(usize) -> String) -> String {

@@ -1,10 +1,8 @@
 //! `proofmass modes` from its file to its results, and campaigns that use them.
 
-mod support;
-
+use crate::support::{codes, json, quantity, refuse, succeed, text};
 use std::fmt::Write;
 use std::path::Path;
-use support::{codes, json, quantity, refuse, succeed, text};
 
 const WEDGE: &str = "
 [wedge]

@@ -1,10 +1,8 @@
 //! `proofmass noise` on recordings with known coefficients and on bad ones.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::*;
 
 /// Gaussian numbers from SplitMix64 by Box and Muller: independent of the generators of the project.
 struct Gaussian(u64);

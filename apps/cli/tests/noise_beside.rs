@@ -1,10 +1,8 @@
 //! `proofmass noise` beside a temperature, with slow sinusoids, and without outliers.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use support::*;
 
 const RATE: f64 = 20.0;
 

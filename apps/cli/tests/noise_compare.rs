@@ -1,9 +1,7 @@
 //! `proofmass noise compare`: units beside each other and against the limits of a data sheet.
 
-mod support;
-
+use crate::support::*;
 use std::path::{Path, PathBuf};
-use support::*;
 
 /// The noise result of a simulated accelerometer.
 fn unit(folder: &Path, name: &str, white: &str, seed: &str) -> PathBuf {

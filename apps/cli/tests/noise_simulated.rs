@@ -1,8 +1,6 @@
 //! `proofmass simulate noise`: what is put in comes out of `proofmass noise`.
 
-mod support;
-
-use support::*;
+use crate::support::*;
 
 /// Three axes with all that a recording may suffer from: every interval holds the truth, and nothing is thrown away.
 #[test]

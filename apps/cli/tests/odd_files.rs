@@ -1,10 +1,8 @@
 //! What a recording does not say is asked for with the option to type, and what was read is told; an example of a kind runs. The
 //! table of odd files and readers is `crates/jobs/tests/odd_recordings`.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
-use support::*;
 
 #[test]
 fn known_unit_and_clock_are_asked_for_and_told() {

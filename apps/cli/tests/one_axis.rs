@@ -3,12 +3,10 @@
 //! Every sensor is written out by its own equation here, o = b + β (T − 25 °C) + k (a + k₂ a² + k₃ a³), so that what comes back is
 //! compared with a truth that the program does not know.
 
-mod support;
-
+use crate::support::axis::{axis, column, rms};
+use crate::support::*;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use support::axis::{axis, column, rms};
-use support::*;
 
 /// A servo accelerometer with an output in volts.
 #[derive(Clone, Copy)]

@@ -1,10 +1,8 @@
 //! `proofmass calibrate` on hand-held recordings at several temperatures: one calibration K(T), b(T), applied and exported.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
 use std::path::Path;
-use support::*;
 
 const G: f64 = 9.80665;
 

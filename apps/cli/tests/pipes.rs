@@ -1,13 +1,11 @@
 //! Every source is read once: files, pipes and packed files give the same numbers, and time is what the stamps say.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use support::*;
 
 /// Runs with bytes at standard input, fed slowly enough that every read comes back short.
 fn fed(bytes: &[u8], arguments: &[&str]) -> Output {

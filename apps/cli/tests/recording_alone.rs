@@ -1,10 +1,8 @@
 //! A recording without a campaign: `calibrate RECORDING`, what its rows are, and the campaign that `init` writes.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
 use std::path::Path;
-use support::*;
 
 const PLACE: [&str; 2] = ["--latitude", "45.07"];
 /// Gravity there at 300 m, m/s².

@@ -1,11 +1,9 @@
 //! `proofmass records` from the first standard to the recall.
 #![cfg(feature = "records")]
 
-mod support;
-
+use crate::support::*;
 use proofmass::jobs::findings::filing::check_failed;
 use std::path::Path;
-use support::*;
 
 /// Arguments with the place of the records in front.
 fn records<'a>(place: &'a str, rest: &[&'a str]) -> Vec<&'a str> {

@@ -1,9 +1,7 @@
 //! Recordings that others made, through the command line, against published and independent values.
 
-mod support;
-
+use crate::support::*;
 use std::path::Path;
-use support::*;
 
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]

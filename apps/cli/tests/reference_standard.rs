@@ -1,11 +1,10 @@
 //! A calibration over frequency as the reference standard of what comes after: of a campaign, of `test steps|random|shock`.
 
-mod support;
-
+use crate::support;
+use crate::support::*;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use support::*;
 
 const RATE: f64 = 8000.0;
 /// Sensitivity of the transducer that becomes the standard, V/(m/s²), and of the device calibrated with it.

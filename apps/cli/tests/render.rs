@@ -1,8 +1,6 @@
 //! A result rendered again from result.json alone.
 
-mod support;
-
-use support::{refuse, succeed, text};
+use crate::support::{refuse, succeed, text};
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/hand-held");
 

@@ -1,10 +1,8 @@
 //! `test motion --required`: a recorded acceleration against a required spectrum.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
 use std::path::Path;
-use support::*;
 
 const G: f64 = 9.80665;
 

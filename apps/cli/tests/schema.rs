@@ -1,9 +1,7 @@
 //! JSON schemas: those that the program prints are those of the types that it reads.
 
-mod support;
-
+use crate::support::{proofmass, stderr, succeed};
 use proofmass_jobs::schema::{keys_page, requests_page, schemas};
-use support::{proofmass, stderr, succeed};
 
 /// A key of a file or a request that is new, gone or of another type changes its schema. The files are written anew by
 /// `cargo run -p proofmass-jobs --features schema --example schemas`.

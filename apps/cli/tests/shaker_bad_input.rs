@@ -1,12 +1,9 @@
 //! What goes wrong in a shaker laboratory, through the binary: named by run, file and line, and nothing left behind.
 
-#[path = "support/bench.rs"]
-mod bench;
-mod support;
-
-use bench::{Row, rows};
+use crate::bench::{self, Row, rows};
+use crate::support;
+use crate::support::{holds_only, json, refuse, succeed, text};
 use std::path::Path;
-use support::{holds_only, json, refuse, succeed, text};
 
 /// Findings of a campaign that ends, as (severity, code, all that is said).
 fn findings(folder: &Path) -> Vec<(String, String, String)> {

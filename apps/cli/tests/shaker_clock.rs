@@ -1,11 +1,9 @@
 //! Digital sensors with files of their own, delays of a front end, and several frequencies in one recording.
 
-mod support;
-
+use crate::support::*;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::*;
 
 const FREQUENCIES: [f64; 5] = [20.0, 40.0, 80.0, 160.0, 315.0];
 /// Sampling rate of the bench, Hz.

@@ -1,10 +1,8 @@
 //! One campaign on the shaker whose recordings are raw floats, TDMS, WAV or MAT: the outcome is the same to the bit.
 
-mod support;
-
+use crate::support::*;
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::*;
 
 /// Channels of every recording: reference, x, y, z.
 const CHANNELS: usize = 4;

@@ -1,10 +1,8 @@
 //! A simulated campaign from its recordings to its results, held against its truth.
 
-mod support;
-
+use crate::support::{json, refuse, succeed, text};
 use std::collections::HashMap;
 use std::path::Path;
-use support::{json, refuse, succeed, text};
 
 /// Rows of a CSV file by heading.
 fn rows(path: &Path) -> Vec<HashMap<String, String>> {

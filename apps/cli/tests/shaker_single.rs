@@ -1,11 +1,9 @@
 //! Single-axis devices on a shaker: transverse sensitivity, outputs that are no volts, several at once.
 
-mod support;
-
+use crate::support::*;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::*;
 
 const HEAD: &str = "kind = \"transverse-sensitivity\"\n[runs]\nfile = \"runs.csv\"\n";
 

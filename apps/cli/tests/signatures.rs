@@ -1,10 +1,8 @@
 //! Who vouches for what: keys, signatures, and the chain from the raw recording to the compensated one.
 
-mod support;
-
+use crate::support::*;
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::*;
 
 struct Chain {
     _folder: tempfile::TempDir,

@@ -1,8 +1,6 @@
 //! `proofmass test tilt | sensitivity | zero-g | orthogonality | linearity | centrifuge | stability` on tables.
 
-mod support;
-
-use support::*;
+use crate::support::*;
 
 /// A small reproducible disturbance.
 fn noise(i: usize) -> f64 {

@@ -1,11 +1,9 @@
 //! What `verify`, `render` and `apply` say of a campaign in which something was moved, altered, removed, replaced or added. The table
 //! stands in docs/outputs.md.
 
-mod support;
-
+use crate::support::*;
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::*;
 
 /// How a command ends.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,8 @@
 //! `proofmass test temperature` on simulated recordings.
 
-mod support;
-
+use crate::support::*;
 use std::fmt::Write;
 use std::path::Path;
-use support::*;
 
 /// Up and down between −10 and 60 °C: z follows with 1.2 mg/K, heating lies `gap` mg above cooling; turned half-way if asked.
 fn write_recording(path: &Path, gap: f64, turned: bool) {

@@ -1,9 +1,7 @@
 //! `proofmass uncertainty`: published results out, bad model files refused with their line.
 
-mod support;
-
+use crate::support::*;
 use std::path::PathBuf;
-use support::*;
 
 fn example(name: &str) -> PathBuf {
     PathBuf::from(concat!(

@@ -1,10 +1,8 @@
 //! `proofmass velocity` and `proofmass simulate axis`: estimates, comparisons, gains and maps of simulated axes; bad files.
 
-mod support;
-
+use crate::support::axis::*;
+use crate::support::*;
 use std::fmt::Write as _;
-use support::axis::*;
-use support::*;
 
 #[test]
 fn an_estimate_holds_the_truth_in_its_intervals() {

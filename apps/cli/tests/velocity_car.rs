@@ -1,12 +1,10 @@
 //! `proofmass velocity` on simulated logs of cars: wheel speeds and accelerometer at their own rates, a reference.
 
-mod support;
-
+use crate::support::*;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::*;
 
 /// Step of the simulated drive, s.
 const STEP: f64 = 0.005;

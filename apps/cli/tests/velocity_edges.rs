@@ -1,10 +1,8 @@
 //! `proofmass velocity`: edges, counters that roll over, and slower encoders.
 
-mod support;
-
+use crate::support::axis::*;
+use crate::support::*;
 use std::fmt::Write as _;
-use support::axis::*;
-use support::*;
 
 #[test]
 fn counters_of_16_and_32_bits_roll_over_unseen() {

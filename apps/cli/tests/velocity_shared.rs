@@ -1,12 +1,10 @@
 //! `proofmass velocity`: where methods start, and what `estimate`, `compare` and `tune` say of one record.
 
-mod support;
-
+use crate::support::axis::*;
+use crate::support::*;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use support::axis::*;
-use support::*;
 
 /// A speed sensor on an axis that moves at 1.2 m/s at its first sample, noise of 10 mm/s, an offset of 0.05 m/s².
 fn moving(folder: &Path) -> PathBuf {

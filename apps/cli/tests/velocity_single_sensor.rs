@@ -1,11 +1,9 @@
 //! `proofmass velocity`: one sensor alone, and sensors other than an incremental encoder.
 
-mod support;
-
+use crate::support::axis::*;
+use crate::support::*;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::axis::*;
-use support::*;
 
 /// The encoder of a motor without its accelerometer, in m/s and in rad/s: the same numbers but for the radius.
 #[test]

@@ -1,11 +1,9 @@
 //! `proofmass velocity`: wheels of vehicles and robots, and what they tell of one another.
 
-mod support;
-
+use crate::support::axis::*;
+use crate::support::*;
 use std::fmt::Write as _;
 use std::path::Path;
-use support::axis::*;
-use support::*;
 
 /// A drive: wheel speed in km/h at 20 Hz, held in a log at 100 Hz, accelerometer with an offset, reference in m/s.
 fn drive(path: &Path) {

@@ -1,13 +1,11 @@
 //! The table of docs/what-takes-what.md: every cell is typed.
 
-mod support;
-
+use crate::support::axis::column;
+use crate::support::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use support::axis::column;
-use support::*;
 
 const PAGE: &str = include_str!("data/what-takes-what.md");
 

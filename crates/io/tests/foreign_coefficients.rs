@@ -105,11 +105,7 @@ fn known_units_are_those_of_the_compensation() {
 fn law_exported_intrinsics_come_back() {
     let mut file = import("0 0 0 1.02 0.98 1.01", CoefficientForm::SixParameters).unwrap();
     file.k = K.map(|row| row.to_vec()).to_vec();
-    let text = crate::export(
-        &file,
-        crate::ExportForm::ImuYaml,
-        &crate::ExportOptions::default(),
-    );
+    let text = export(&file, ExportForm::ImuYaml, &ExportOptions::default());
     let gyroscopes = "  gyroscopes:\n    M:\n    - [9.0, 9.0, 9.0]\n    - [9.0, 9.0, 9.0]\n    - [9.0, 9.0, 9.0]\n";
     let both = text.unwrap() + gyroscopes;
     assert_eq!(import(&both, CoefficientForm::Kalibr).unwrap().k, file.k);

@@ -1,8 +1,7 @@
 //! From the bench to compensated acceleration, in memory: a calibration on a simulated shaker, its calibration.json,
 //! a recording of the same device, and the true acceleration held against the stated error.
 
-mod support;
-
+use crate::support::{Stop, law_outcome_comes_back};
 use num_complex::Complex64;
 use proofmass_dynamic::frequency_response::{Beyond, FilterDesign};
 use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
@@ -24,7 +23,6 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::sync::OnceLock;
-use support::{Stop, law_outcome_comes_back};
 
 fn bench() -> Bench {
     Bench {

@@ -2,9 +2,9 @@
 
 #[path = "../examples/deconvolution_map.rs"]
 #[allow(dead_code, reason = "its printed table")]
-mod deconvolution_map;
+mod program;
 
-use deconvolution_map::{Answer, Group, place};
+use program::{Answer, Group, place};
 
 #[test]
 fn coverage_of_peaks_durations_and_velocity_changes_over_the_map() {

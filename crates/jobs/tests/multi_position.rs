@@ -1,7 +1,6 @@
 //! The multi-position job from memory alone.
 
-mod support;
-
+use crate::support;
 use proofmass_core::Gravity;
 use proofmass_io::{CalibrationFile, Input, ThermalBlock, Unit};
 use proofmass_jobs::campaign::Campaign;

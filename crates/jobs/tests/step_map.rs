@@ -3,12 +3,12 @@
 
 #[path = "../examples/step_map.rs"]
 #[allow(dead_code, reason = "its printed table")]
-mod step_map;
+mod program;
 
+use program::{Place, Rise};
 use proofmass_jobs::step::{StepData, StepJob};
 use proofmass_jobs::{Channel, Job, Outcome, Unwatched};
 use proofmass_rig::{Transducer, TransducerBench, TransducerMotion};
-use step_map::{Place, Rise};
 
 fn place(damping: f64, samples: f64, noise: f64) -> Place {
     Place {

@@ -1,7 +1,6 @@
 //! The uncertainty job from memory alone.
 
-mod support;
-
+use crate::support;
 use proofmass_jobs::uncertainty::UncertaintyJob;
 use proofmass_jobs::{Job, StoredResult, TroubleKind, Unwatched};
 use proofmass_uncertainty::{Evaluate, StatementMethod, Trials};

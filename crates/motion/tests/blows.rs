@@ -1,9 +1,7 @@
 //! Motions that an accelerometer does not see whole: blows between its samples, and hard stops that are none; axes that turn within a
 //! sample.
 
-mod motions;
-
-use motions::hard_stops;
+use crate::motions::hard_stops;
 use proofmass_core::Unwatched;
 use proofmass_motion::{
     CountingModel, EstimateResult, Method, MotionRecord, ReadingSource, estimate,

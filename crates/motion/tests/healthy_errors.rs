@@ -2,9 +2,8 @@
 //! that scatter, an even speed. The intervals hold, and slip is found where there is some. The map over all of them is the program
 //! `velocity_map` of `proofmass-jobs`.
 
-mod motions;
-
-use motions::{Motion, even, s_curve, sine, stop_and_go};
+use crate::motions;
+use crate::motions::{Motion, even, s_curve, sine, stop_and_go};
 use proofmass_core::Unwatched;
 use proofmass_motion::{
     EstimateResult, Method, MotionRecord, ReadingSource, Stamped, estimate, estimate_turning,

@@ -2,9 +2,7 @@
 //! as beside one that measures down to zero. A healthy one has no corner. The map over corners and motions is the program `velocity_map`
 //! of `proofmass-jobs`.
 
-mod motions;
-
-use motions::{Motion, hand, of_seeds, s_curve, stop_and_go};
+use crate::motions::{Motion, hand, of_seeds, s_curve, stop_and_go};
 use proofmass_core::Unwatched;
 use proofmass_motion::{LowCorner, MotionRecord, ReadingSource, Tuning, estimate, tune};
 use rand::{RngExt, SeedableRng};

@@ -1,9 +1,7 @@
 //! Slow axes, standstill and reversals, where rounding is no noise: errors and intervals after tuning, and findings that
 //! keep silent on healthy axes.
 
-mod motions;
-
-use motions::{Motion, creeping, sine};
+use crate::motions::{Motion, creeping, sine};
 use proofmass_core::Unwatched;
 use proofmass_motion::{EstimateResult, MotionRecord, ReadingSource, estimate};
 use rand::SeedableRng;

@@ -2,10 +2,10 @@
 
 #[path = "../examples/drift_delay_map.rs"]
 #[allow(dead_code, reason = "its printed table")]
-mod drift_delay_map;
+mod program;
 
-use drift_delay_map::shaker_coverage::Gluings;
-use drift_delay_map::{Device, Order, drifting, scanned, told};
+use program::shaker_coverage::Gluings;
+use program::{Device, Order, drifting, scanned, told};
 
 fn insist(code: &str, fit: &proofmass_shaker::Fit) {
     assert!(told(fit, code), "{code}: {:?}", fit.findings);

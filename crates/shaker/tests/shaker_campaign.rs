@@ -1,7 +1,6 @@
 //! From samples to matrices, as a laboratory would run it.
 
-mod budgets;
-
+use crate::budgets;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_rig::bench::{Bench, BenchWedge, published_plan, waveform::Acquisition};
 use proofmass_shaker::recording::{PhasorReading, RunInput};

@@ -1,8 +1,6 @@
 //! Bad input: each fault is named with its run, and good campaigns raise no alarm.
 
-mod budgets;
-
-use budgets::published_bench_with_noise as budget;
+use crate::budgets::published_bench_with_noise as budget;
 use num_complex::Complex64;
 use proofmass_rig::bench::{Bench, published_plan};
 use proofmass_shaker::{

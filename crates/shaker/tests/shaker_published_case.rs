@@ -1,7 +1,6 @@
 //! The published case recomputed: figures quoted in `docs/published-triaxial-case.md`.
 
-mod budgets;
-
+use crate::budgets;
 use num_complex::Complex64;
 use proofmass_shaker::derived::{expanded, inconsistency, intrinsic};
 use proofmass_shaker::geometry::published_plan;

@@ -1,8 +1,6 @@
 //! One gross fault in a plan of few runs: it stops nothing, and the run is named.
 
-mod budgets;
-
-use budgets::published_bench_with_noise as budget;
+use crate::budgets::published_bench_with_noise as budget;
 use proofmass_rig::bench::Bench;
 use proofmass_shaker::recording::{Quality, RunInput};
 use proofmass_shaker::{Configuration, ShakerCampaign, ShakerMethod, calibrate};

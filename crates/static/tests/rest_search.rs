@@ -2,10 +2,10 @@
 
 #[allow(dead_code)]
 #[path = "../examples/rest_search.rs"]
-mod rest_search;
+mod program;
 
+use program::{PLACES, Place};
 use proofmass_static::Standstill;
-use rest_search::{PLACES, Place};
 
 const RECORDINGS: usize = 40;
 

@@ -2,9 +2,9 @@
 
 #[allow(dead_code)]
 #[path = "../examples/worn_sensors.rs"]
-mod worn_sensors;
+mod program;
 
-use worn_sensors::PLACES;
+use program::PLACES;
 
 /// With hours as blocks, wherever they fell, 95 % intervals of a day's wear held 79 to 88 %, of long postures 78 to 83 %. Three quantities of
 /// one sensor are nearly independent: of 120 at 95 %, fewer than 104 hold once in 2000 times.

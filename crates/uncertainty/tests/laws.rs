@@ -1,6 +1,5 @@
 //! Laws: what must hold for every model, and the coverage that the intervals promise.
-mod common;
-use common::*;
+use crate::common::*;
 use proofmass_uncertainty::*;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;

@@ -1,7 +1,6 @@
 //! The worked examples of the GUM, its supplements and the complex Welch–Satterthwaite paper, a row per case;
 //! tolerances are half a unit of the last printed digit, or say why not.
-mod common;
-use common::*;
+use crate::common::*;
 use proofmass_uncertainty::*;
 
 struct Row {

@@ -1,6 +1,6 @@
 //! Every reader of recordings, as the commands call them.
 
-use crate::files::Odd;
+use super::files::Odd;
 use proofmass_core::Unwatched;
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ColumnRef, Input, Source, TimeUnit, Unit, Waveform,
