@@ -1,9 +1,8 @@
 //! Campaigns on the shaker through the binary.
 
-#[path = "support/bench.rs"]
-mod bench;
-mod support;
-
+use crate::bench;
+use crate::support;
+use crate::support::*;
 use proofmass::io::write_f32;
 use proofmass::rig::bench::{BenchVibrometer, BenchWedge};
 use proofmass::shaker::Complex64;
@@ -12,7 +11,6 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use support::*;
 
 fn example() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/published-triaxial")
@@ -206,7 +204,7 @@ fn law_a_measured_spurious_motion_corrects_the_calibration() {
     let toml = std::fs::read_to_string(device.join("campaign.toml")).expect("campaign");
     std::fs::write(
         device.join("campaign.toml"),
-        format!("{toml}[[correction]]\nlabel = \"measured\"\nfile = \"spurious.csv\"\n[[correction]]\nlabel = \"none\"\n"),
+        format!("{toml}[[correction]]\nlabel = \"measured\"\nfile = \"spurious.csv\"\nsame_reference = false\n[[correction]]\nlabel = \"none\"\n"),
     )
     .expect("campaign");
     succeed(&["calibrate", text(&device)]);
@@ -242,6 +240,83 @@ fn law_a_measured_spurious_motion_corrects_the_calibration() {
     // seed has it. Uncorrected, the bending of the wedges at 1 kHz is many U.
     assert!(total == 18 && inside >= 14, "{inside} of {total}");
     assert!(worst > 3.0, "uncorrected within {worst} U");
+}
+
+/// From the certificate of the vibrometer through its campaign to U: one that reads half a per cent high makes the main terms as much too small,
+/// which U allows where the certificate says so. A reference that reads high in both campaigns goes out where it is said to be the same.
+#[test]
+fn law_the_certificate_of_the_vibrometer_is_in_the_calibration() {
+    let frequencies = [80.0];
+    let folder = tempfile::tempdir().expect("folder");
+    let (bench_folder, device) = (folder.path().join("bench"), folder.path().join("device"));
+    let (rows_of_device, _) = bench::rocking(&frequencies);
+    let quiet = BenchVibrometer {
+        reading: 1e-4,
+        ..BenchVibrometer::default()
+    };
+    // Main term zz and its U; what was read of the vibrometer and of the reference over what they gave.
+    let measured = |[vibrometer, reference]: [f64; 2], u: f64, same: bool| {
+        support::campaign(
+            &bench_folder,
+            &format!("{SPURIOUS}relative_standard_uncertainty = {u}\n"),
+        );
+        bench::certificate(&bench_folder, 2000.0);
+        let mut table = String::new();
+        for (i, line) in vibrometer_runs(&frequencies, &[("only", quiet.clone())])
+            .lines()
+            .enumerate()
+        {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if i > 0 {
+                for (k, factor) in [(5, reference), (7, vibrometer)] {
+                    fields[k] = (fields[k].parse::<f64>().expect("a number") * factor).to_string();
+                }
+            }
+            let _ = writeln!(table, "{}", fields.join(","));
+        }
+        std::fs::write(bench_folder.join("runs.csv"), table).expect("runs");
+        succeed(&["calibrate", text(&bench_folder), "--force"]);
+        let mut rows_of_device = rows_of_device.clone();
+        rows_of_device
+            .iter_mut()
+            .for_each(|r| r.channels[0] *= reference);
+        bench::phasors(&device, &rows_of_device);
+        let spurious = bench_folder.join("result/spurious.csv");
+        std::fs::copy(spurious, device.join("spurious.csv")).expect("correction");
+        let toml = std::fs::read_to_string(device.join("campaign.toml")).expect("campaign");
+        let correction = "[[correction]]\nlabel = \"measured\"\nfile = \"spurious.csv\"\n";
+        let unsaid = format!("{toml}{correction}");
+        std::fs::write(device.join("campaign.toml"), &unsaid).expect("campaign");
+        let said = support::refuse(&["calibrate", text(&device), "--force"]);
+        assert!(said.contains("same_reference = true"), "{said}");
+        let toml = format!("{unsaid}same_reference = {same}\n");
+        std::fs::write(device.join("campaign.toml"), toml).expect("campaign");
+        succeed(&["calibrate", text(&device), "--force"]);
+        let table = rows(&device.join("result/sensitivity.csv"));
+        let zz = table
+            .iter()
+            .find(|row| field(row, "method") == "joint" && field(row, "term") == "zz")
+            .expect("a row");
+        (
+            number(zz, "modulus_V/(m/s2)"),
+            number(zz, "U_modulus_V/(m/s2)"),
+        )
+    };
+    let (right, own) = measured([1.0, 1.0], 0.0, true);
+    let (shifted, with) = measured([1.005, 1.0], 0.0025, true);
+    assert!(
+        (shifted / right - 1.0 / 1.005).abs() < 1e-5,
+        "{shifted} {right}"
+    );
+    // 0.5 % with k = 2 beside what everything else leaves open.
+    let expected = own.hypot(1.96 * 0.0025 * right);
+    assert!((with / expected - 1.0).abs() < 0.02, "{with} {expected}");
+    // The same error of the reference in both is in no result, and its certificate in no U.
+    let (same, with_same) = measured([1.0, 1.01], 0.0, true);
+    assert!((same / right - 1.0).abs() < 1e-6, "{same} {right}");
+    assert!((with_same / own - 1.0).abs() < 1e-3);
+    let (_, other) = measured([1.0, 1.0], 0.0, false);
+    assert!(other > 1.2 * own, "{other} {own}");
 }
 
 #[test]

@@ -21,7 +21,7 @@ use proofmass_shaker::spurious::{
     Comparison, RatioRepeats, RatioSummary, compare, disagreeing, gather, ratio_from_velocity,
     summaries, table,
 };
-use proofmass_shaker::{Correction, SpuriousTable};
+use proofmass_shaker::{CommonCauses, Correction, SpuriousTable};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
@@ -292,6 +292,7 @@ impl SpuriousMotionJob {
             }
             let (mut table, doubts) = table(&measurement.repeats)?;
             table.delayed(self.front_end);
+            table.common.at = self.common(&table)?;
             measurement.table = table;
             measurement.summaries = summaries(&measurement.repeats)?;
             findings.extend(doubts.into_iter().map(|f| {
@@ -313,6 +314,35 @@ impl SpuriousMotionJob {
                     });
                 f.with_evidence(|text| format!("{}: {text}{runs}", measurement.label))
             }));
+        }
+        Ok(list)
+    }
+}
+
+impl SpuriousMotionJob {
+    /// What the calibrations of vibrometer and reference leave open of all ratios, at every frequency; nothing where nothing is.
+    fn common(&self, table: &SpuriousTable) -> Result<Vec<CommonCauses>> {
+        let mut list: Vec<CommonCauses> = Vec::new();
+        for frequency in table.entries.iter().map(|e| e.frequency) {
+            if list.iter().any(|c| c.frequency == frequency) {
+                continue;
+            }
+            let vibrometer = self.vibrometer;
+            let reference = self
+                .reference
+                .as_ref()
+                .map(|r| r.at(frequency))
+                .transpose()?;
+            list.push(CommonCauses {
+                frequency,
+                vibrometer: vibrometer.map_or([0.0; 2], |v| v.standard_uncertainty(frequency)),
+                reference: reference
+                    .map_or([0.0; 2], |p| [p.modulus_uncertainty, p.phase_uncertainty]),
+            });
+        }
+        let open = |c: &CommonCauses| c.vibrometer.iter().chain(&c.reference).any(|u| *u > 0.0);
+        if !list.iter().any(open) {
+            list.clear();
         }
         Ok(list)
     }
@@ -376,8 +406,11 @@ impl SpuriousMotionCampaign {
             job.reference = Some(certificate.table);
         }
         job.vibrometer = self.vibrometer.map(|v| Vibrometer {
-            sensitivity: v.sensitivity,
+            // A velocity is the volts of a decoder of one.
+            sensitivity: v.sensitivity.unwrap_or(1.0),
             delay: v.delay_s,
+            sensitivity_uncertainty: v.relative_standard_uncertainty,
+            delay_uncertainty: v.delay_standard_uncertainty_s,
         });
         job.front_end = self.recording.as_ref().map_or(0.0, |r| {
             r.delay_uncertainty("reference")

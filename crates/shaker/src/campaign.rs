@@ -21,7 +21,7 @@ use super::fit::{
 use super::geometry::Configuration;
 use super::observation::{Correction, PhasorRow, SpuriousTable, UnmeasuredAt, ascending};
 use super::published::{self, MagnitudeRow, PublishedFit, SpuriousMagnitude};
-use super::screening::{Observations, observations};
+use super::screening::{Observations, observations, with_motion};
 use super::spurious::pooled;
 use crate::findings;
 use proofmass_core::Error;
@@ -299,6 +299,7 @@ fn methods(
         .map(|(method, correction)| {
             let Completed { measured, whole } = correction;
             let table = &whole.table;
+            let budget = &with_motion(budget, table, rows)?;
             match method {
                 ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, measured),
                 ShakerMethod::Complex => {

@@ -3,7 +3,7 @@
 use super::campaign::{ShakerCalibration, ShakerCampaign, ShakerMethod};
 use super::monte_carlo::{CheckOptions, FrequencyCheck, validate};
 use super::observation::SpuriousTable;
-use super::screening::{Observations, observations};
+use super::screening::{Observations, observations, with_motion};
 use proofmass_uncertainty::{Progress, Refusal, Verdict};
 use std::ops::ControlFlow;
 
@@ -40,6 +40,7 @@ pub fn check(
         .iter()
         .map(|r| (r.configuration.inclination, r.frequency));
     let table = table.completed(places, campaign.unmeasured_motion);
+    let budget = with_motion(&budget, &table, &rows)?;
     validate(method, &rows, &table, &budget, options, progress)
 }
 

@@ -62,7 +62,8 @@ pub use fit::{
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};
 pub use observation::{
-    Basis, Correction, PhasorRow, Spurious, SpuriousTable, UnmeasuredAt, UnmeasuredMotion,
+    Basis, CommonCauses, CommonMotion, Correction, PhasorRow, Spurious, SpuriousTable,
+    UnmeasuredAt, UnmeasuredMotion,
 };
 pub use output_unit::OutputUnit;
 pub use screening::{Observations, observations, with_certificate};

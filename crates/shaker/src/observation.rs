@@ -223,6 +223,44 @@ pub struct SpuriousTable {
     /// what each has by itself stands in its entry.
     #[serde(skip)]
     pub(crate) shared: [[f64; 2]; Share::ALL.len()],
+    /// What all ratios that were measured have in common.
+    #[serde(default, skip_serializing_if = "CommonMotion::is_empty")]
+    pub common: CommonMotion,
+}
+
+/// What all measured ratios of a table have in common: the calibrations of the vibrometer and of the reference it was held against.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct CommonMotion {
+    /// At each frequency.
+    pub at: Vec<CommonCauses>,
+    /// Whether the reference was that of the campaign which is corrected, with the same calibration: its error is then in the ratio and in
+    /// the acceleration alike, and goes out.
+    pub same_reference: bool,
+}
+
+impl CommonMotion {
+    fn is_empty(&self) -> bool {
+        self.at.is_empty()
+    }
+
+    /// At a frequency in Hz.
+    pub fn at(&self, frequency: f64) -> Option<&CommonCauses> {
+        self.at.iter().find(|c| c.frequency == frequency)
+    }
+}
+
+/// Standard uncertainties that all ratios at a frequency have in common, and with those at the others: of a modulus (relative) and of a
+/// phase (rad).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct CommonCauses {
+    /// Hz.
+    pub frequency: f64,
+    /// Of the vibrometer.
+    pub vibrometer: [f64; 2],
+    /// Of the reference beside which it was read.
+    pub reference: [f64; 2],
 }
 
 /// What a part of a ratio of the bench that nobody measured is common to.
@@ -279,6 +317,7 @@ impl SpuriousTable {
         Self {
             entries,
             shared: Default::default(),
+            common: CommonMotion::default(),
         }
     }
 

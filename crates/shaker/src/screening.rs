@@ -4,7 +4,7 @@ use super::budget::{Acts, Budget, Key, ShakerInput};
 use super::campaign::ShakerCampaign;
 use super::geometry::Configuration;
 use super::hum::hidden;
-use super::observation::{PhasorRow, ascending};
+use super::observation::{Basis, CommonCauses, PhasorRow, SpuriousTable, ascending};
 use super::plan::conditioning;
 use super::recording::{Assessed, CHANNELS, RunInput, assess};
 use crate::findings;
@@ -234,13 +234,13 @@ pub fn with_certificate(
         (
             0,
             Acts::ReferenceModulus,
-            "reference.calibration",
+            CERTIFIED[0],
             "calibration of the reference standard",
         ),
         (
             1,
             Acts::ReferencePhase,
-            "reference.phase",
+            CERTIFIED[1],
             "phase of the reference standard",
         ),
     ] {
@@ -259,6 +259,79 @@ pub fn with_certificate(
         );
     }
     Ok(budget)
+}
+
+/// Names of what the certificate of the reference gives the budget, of modulus and phase.
+const CERTIFIED: [&str; 2] = ["reference.calibration", "reference.phase"];
+
+/// The budget of a correction: a motion that was read too large makes every sensitivity too small by as much, as an acceleration does that
+/// was read too large. So the calibrations behind its ratios count as that of the reference does.
+///
+/// Where the ratios were read beside the same reference, with the same calibration, and along the excitation at every place of the runs,
+/// what is certified of it goes out: the vibrometer alone then says how large the motion was.
+pub(crate) fn with_motion(
+    budget: &Budget,
+    table: &SpuriousTable,
+    rows: &[PhasorRow],
+) -> Result<Budget, Error> {
+    let common = &table.common;
+    if common.at.is_empty() {
+        return Ok(budget.clone());
+    }
+    let along = |row: &PhasorRow| {
+        let entry = table.get(row.configuration.inclination, row.frequency);
+        entry.is_some_and(|e| e.basis[2] == Basis::Measured)
+    };
+    let cancels = common.same_reference && rows.iter().all(along);
+    let mut budget = budget.clone();
+    if cancels {
+        let certified = |key: &str| {
+            CERTIFIED.iter().any(|name| {
+                key.strip_prefix(name)
+                    .is_some_and(|rest| matches!(rest, "" | ".own"))
+            })
+        };
+        budget.inputs.retain(|input| !certified(&input.key));
+    }
+    let mut of =
+        |part: usize, acts: Acts, key: &str, text: &str, u: &dyn Fn(&CommonCauses) -> [f64; 2]| {
+            let stated = common
+                .at
+                .iter()
+                .map(|c| (c.frequency, u(c)[part]))
+                .collect();
+            let input = over_frequency(key, acts, stated, &[]);
+            budget.inputs.extend(input.map(|i| i.described(text)));
+        };
+    let vibrometer = |c: &CommonCauses| c.vibrometer;
+    of(
+        0,
+        Acts::ReferenceModulus,
+        "motion.vibrometer",
+        "calibration of the vibrometer",
+        &vibrometer,
+    );
+    of(
+        1,
+        Acts::ReferencePhase,
+        "motion.delay",
+        "delay of the vibrometer",
+        &vibrometer,
+    );
+    if !common.same_reference {
+        let reference = |c: &CommonCauses| c.reference;
+        let text = "calibration of the reference beside the vibrometer";
+        of(
+            0,
+            Acts::ReferenceModulus,
+            "motion.reference",
+            text,
+            &reference,
+        );
+        let text = "phase of the reference beside the vibrometer";
+        of(1, Acts::ReferencePhase, "motion.phase", text, &reference);
+    }
+    Budget::new(budget.inputs).map(|whole| whole.of_outputs(budget.output))
 }
 
 /// An input with another uncertainty at every frequency; `None` where it is zero at all.

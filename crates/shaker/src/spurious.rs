@@ -28,12 +28,24 @@ pub struct Vibrometer {
     pub sensitivity: f64,
     /// Delay behind the motion, s.
     pub delay: f64,
+    /// Relative standard uncertainty of the sensitivity.
+    #[serde(default)]
+    pub sensitivity_uncertainty: f64,
+    /// Standard uncertainty of the delay, s.
+    #[serde(default)]
+    pub delay_uncertainty: f64,
 }
 
 impl Vibrometer {
     /// Velocity behind a voltage; the decoder speaks late by its delay.
     pub fn velocity(&self, voltage: Complex64, frequency: f64) -> Complex64 {
         voltage / self.sensitivity * Complex64::from_polar(1.0, TAU * frequency * self.delay)
+    }
+
+    /// Standard uncertainties of modulus (relative) and phase (rad) of every velocity at a frequency.
+    pub fn standard_uncertainty(&self, frequency: f64) -> [f64; 2] {
+        let phase = TAU * frequency * self.delay_uncertainty;
+        [self.sensitivity_uncertainty, phase]
     }
 }
 

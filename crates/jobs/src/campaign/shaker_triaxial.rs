@@ -79,6 +79,9 @@ pub struct CorrectionTable {
     pub(crate) label: String,
     /// Table of spurious motion, relative to the campaign; none is no correction.
     pub(crate) file: Option<String>,
+    /// Whether the motion was read beside the reference of this campaign, with the same calibration: its error is then in both and goes out.
+    /// Asked for where the table states an uncertainty of the reference.
+    pub(crate) same_reference: Option<bool>,
 }
 
 /// `[datasheet]`.
@@ -382,7 +385,28 @@ impl ShakerTriaxialCampaign {
         self.corrections
             .iter()
             .map(|c| match &c.file {
-                Some(file) => SpuriousFile::read(self.source.source(file)?, &c.label),
+                Some(file) => {
+                    let mut file = SpuriousFile::read(self.source.source(file)?, &c.label)?;
+                    let common = &mut file.correction.table.common;
+                    let asked = common.at.iter().flat_map(|c| c.reference).any(|u| u > 0.0);
+                    if asked && c.same_reference.is_none() {
+                        return Err(self
+                            .source
+                            .refuse(
+                                "correction",
+                                "label",
+                                format!(
+                                    "{} states an uncertainty of the reference beside the vibrometer, and whether that is the reference of this campaign is not said",
+                                    c.label
+                                ),
+                            )
+                            .with_hint(
+                                "add same_reference = true where it is the same one with the same calibration (its error goes out), else false",
+                            ));
+                    }
+                    common.same_reference = c.same_reference.unwrap_or(false);
+                    Ok(file)
+                }
                 None => Ok(SpuriousFile {
                     input: None,
                     correction: Correction {

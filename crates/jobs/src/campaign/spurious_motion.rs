@@ -9,17 +9,23 @@ use super::shaker_triaxial::waveform_options;
 use proofmass_io::{Result, WaveformOptions};
 use serde::Deserialize;
 
-/// `[vibrometer]`: its decoder, where the runs carry its volts.
+/// `[vibrometer]`: its decoder, where the runs carry its volts, and what is uncertain of it.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct VibrometerTable {
-    /// Sensitivity in V/(m/s).
+    /// Sensitivity in V/(m/s); none where the runs carry velocities.
     #[serde(rename = "sensitivity_V_per_m_s")]
-    pub(crate) sensitivity: f64,
+    pub(crate) sensitivity: Option<f64>,
     /// Delay of the decoder behind the motion, s.
     #[serde(default)]
     pub(crate) delay_s: f64,
+    /// Relative standard uncertainty of the sensitivity, by its certificate.
+    #[serde(default)]
+    pub(crate) relative_standard_uncertainty: f64,
+    /// Standard uncertainty of the delay, s.
+    #[serde(default)]
+    pub(crate) delay_standard_uncertainty_s: f64,
 }
 
 /// `[[model]]`: spurious.csv of `proofmass modes`.
@@ -42,7 +48,7 @@ super::head::campaign! {
         pub(crate) recording: Option<ShakerRecording>,
         /// Certificate of the reference; `None` when the runs carry accelerations.
         pub(crate) reference: Option<CertificateTable>,
-        /// The vibrometer; `None` when the runs carry velocities.
+        /// The vibrometer; `None` when the runs carry velocities of which nothing is uncertain.
         pub(crate) vibrometer: Option<VibrometerTable>,
         /// Calculated motions to set beside the measured one.
         #[serde(default, rename = "model")]
@@ -58,14 +64,36 @@ impl SpuriousMotionCampaign {
     pub(super) fn check(&self) -> Result<()> {
         let source = &self.source;
         if let Some(v) = &self.vibrometer {
-            if !(v.sensitivity.is_finite() && v.sensitivity != 0.0) {
+            if let Some(sensitivity) = v.sensitivity
+                && !(sensitivity.is_finite() && sensitivity != 0.0)
+            {
                 return Err(source
                     .refuse(
                         "vibrometer",
                         "sensitivity_V_per_m_s",
-                        format!("{} is impossible", v.sensitivity),
+                        format!("{sensitivity} is impossible"),
                     )
                     .with_hint("a range of 10 mm/s per volt is 100 V/(m/s)"));
+            }
+            let u = v.relative_standard_uncertainty;
+            if !(0.0..0.1).contains(&u) {
+                return Err(source
+                    .refuse(
+                        "vibrometer",
+                        "relative_standard_uncertainty",
+                        format!("{u} is out of place"),
+                    )
+                    .with_hint("of 1 % with k = 2 it is 0.005"));
+            }
+            let u = v.delay_standard_uncertainty_s;
+            if !(0.0..0.01).contains(&u) {
+                return Err(source
+                    .refuse(
+                        "vibrometer",
+                        "delay_standard_uncertainty_s",
+                        format!("{u} s is out of place"),
+                    )
+                    .with_hint("of a delay that is known to a tenth of a microsecond it is 1e-7"));
             }
             if !(0.0..1.0).contains(&v.delay_s) {
                 return Err(source
@@ -94,7 +122,8 @@ impl SpuriousMotionCampaign {
         reference_fits(&self.source, &table, self.reference.is_some())?;
         let velocity = table.quantities.get(1);
         let volts = velocity.is_none_or(|q| *q == PhasorQuantity::Voltage);
-        if volts != self.vibrometer.is_some() {
+        let stated = self.vibrometer.and_then(|v| v.sensitivity);
+        if volts != stated.is_some() {
             return Err(self
                 .source
                 .refuse(
@@ -106,7 +135,7 @@ impl SpuriousMotionCampaign {
                         "the runs carry velocities already, and the sensitivity would be applied twice"
                     },
                 )
-                .with_hint("velocity_V goes with [vibrometer], velocity_mm/s without"));
+                .with_hint("velocity_V goes with sensitivity_V_per_m_s in [vibrometer], velocity_mm/s without"));
         }
         Ok(table)
     }

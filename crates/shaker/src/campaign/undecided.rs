@@ -9,6 +9,7 @@ use crate::geometry::Configuration;
 use crate::matrix::{AXES, Matrix, from_real};
 use crate::observation::{Correction, PhasorRow, ascending};
 use crate::plan::conditioning;
+use crate::screening::with_motion;
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
 use serde::Serialize;
@@ -66,6 +67,7 @@ pub(super) fn contested(
     budget: &Budget,
     campaign: &ShakerCampaign,
 ) -> Result<Vec<Contested>, Error> {
+    let budget = &with_motion(budget, &correction.table, rows)?;
     let doubted = |r: &&PhasorRow| set_aside.contains(&r.run);
     let frequencies = ascending(rows.iter().filter(doubted).map(|r| r.frequency));
     let mut list = vec![];

@@ -8,7 +8,7 @@ use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
 use proofmass_io::{Input, Result};
 use proofmass_report::Rounding::{Decimals, Plain, TwoDigits};
 use proofmass_report::Table;
-use proofmass_shaker::{Correction, Spurious, SpuriousTable};
+use proofmass_shaker::{CommonCauses, Correction, Spurious, SpuriousTable};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 /// One measurement of the spurious motion.
@@ -69,6 +69,14 @@ impl SpuriousFile {
             })
             .collect::<Result<Vec<_>>>()?;
         let dof = sheet.text("nu");
+        let mut cause = |name: &str| -> Result<[Option<Place>; 2]> {
+            let phase = format!("u_{name}_phase");
+            Ok([
+                sheet.quantity(&format!("u_{name}"), RATIO)?,
+                sheet.quantity(&phase, ANGLE)?,
+            ])
+        };
+        let causes = [cause("vibrometer")?, cause("reference")?];
         sheet.finish()?;
         let tilt = sheet.required(tilt, "inclination_deg")?;
         let frequency = sheet.required(frequency, "frequency_Hz")?;
@@ -80,6 +88,7 @@ impl SpuriousFile {
         if columns.iter().all(|c| matches!(c, AxisColumns::Absent)) {
             sheet.required(None, "x_ratio")?;
         }
+        let mut common: Vec<CommonCauses> = Vec::new();
         let mut rows: Vec<(u64, Spurious)> = Vec::new();
         for row in sheet.rows() {
             let mut entry = Spurious {
@@ -112,13 +121,39 @@ impl SpuriousFile {
                     ))
                     .with_hint("write another measurement into a file of its own, as another [[correction]]"));
             }
+            let [vibrometer, reference] = causes.map(|places| places.map(|p| row.uncertainty(p)));
+            let both = |[modulus, phase]: [Result<f64>; 2]| Ok([modulus?, phase?]);
+            let found = CommonCauses {
+                frequency: entry.frequency,
+                vibrometer: both(vibrometer)?,
+                reference: both(reference)?,
+            };
+            match common.iter().find(|c| c.frequency == found.frequency) {
+                None => common.push(found),
+                Some(other) if *other == found => {}
+                Some(_) => {
+                    return Err(row
+                        .refuse_row(format!(
+                            "u of vibrometer or reference at {} Hz is not that of the rows before",
+                            found.frequency
+                        ))
+                        .with_hint(
+                            "they are common to all wedges: write the same into every row of a frequency",
+                        ));
+                }
+            }
             rows.push((row.line, entry));
+        }
+        let open = |c: &CommonCauses| c.vibrometer.iter().chain(&c.reference).any(|u| *u > 0.0);
+        let mut table = SpuriousTable::new(rows.into_iter().map(|(_, r)| r).collect());
+        if common.iter().any(open) {
+            table.common.at = common;
         }
         Ok(Self {
             input: Some(sheet.input.clone()),
             correction: Correction {
                 label: label.to_owned(),
-                table: SpuriousTable::new(rows.into_iter().map(|(_, r)| r).collect()),
+                table,
             },
         })
     }
@@ -168,6 +203,34 @@ impl SpuriousFile {
         fields.push(filed("nu", |e: &Spurious| {
             (!e.dof.is_infinite()).then(|| e.dof.get())
         }));
+        let (mut vibrometer, mut reference) = ([false; 2], [false; 2]);
+        for c in &table.common.at {
+            for part in 0..2 {
+                vibrometer[part] |= c.vibrometer[part] > 0.0;
+                reference[part] |= c.reference[part] > 0.0;
+            }
+        }
+        let causes = |e: &Spurious| table.common.at(e.frequency).copied().unwrap_or_default();
+        for (part, heading) in ["u_vibrometer", "u_vibrometer_phase_rad"]
+            .into_iter()
+            .enumerate()
+        {
+            if vibrometer[part] {
+                fields.push(filed(heading, move |e: &Spurious| {
+                    causes(e).vibrometer[part]
+                }));
+            }
+        }
+        for (part, heading) in ["u_reference", "u_reference_phase_rad"]
+            .into_iter()
+            .enumerate()
+        {
+            if reference[part] {
+                fields.push(filed(heading, move |e: &Spurious| {
+                    causes(e).reference[part]
+                }));
+            }
+        }
         Table::of(
             "Correction of each axis: ratio to the reference acceleration, along z′ the deviation from one",
             fields,
