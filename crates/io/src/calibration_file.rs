@@ -1,5 +1,6 @@
 //! `calibration.json`: what compensation needs, with its uncertainty, its units and where it is valid.
 
+mod accelerations;
 mod any_compensation;
 mod blocks;
 mod environment;
@@ -17,7 +18,7 @@ use crate::{Error, ErrorKind, Input, Result, Source, Unit};
 use proofmass_core::{
     AxisCompensation, Compensation, Curvature, Matrix3, SensorModel, ThermalTerms,
 };
-use proofmass_uncertainty::{Component, Estimate, Quantity};
+use proofmass_uncertainty::{Estimate, Quantity};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -272,71 +273,6 @@ impl CalibrationFile {
             ));
         };
         SensorModel::new(Matrix3(k), b).map_err(unusable)
-    }
-
-    /// An acceleration that this calibration of one axis gives, with what the calibration leaves open of it; `None` of three axes,
-    /// and where the calibration states no uncertainty.
-    ///
-    /// With o = b(T, E) + k(T, E)(a + k₂ a² + k₃ a³) it is ∂a/∂p = −(∂o/∂p)/(∂o/∂a) for every parameter p, with the joint covariance.
-    ///
-    /// **Units** acceleration in m/s², temperature in °C; other quantities of the surroundings in their units, in the order of
-    /// [`CalibrationFile::environment`], at their references where none are given.
-    pub fn acceleration(
-        &self,
-        a: f64,
-        temperature: Option<f64>,
-        environment: &[f64],
-    ) -> Option<Quantity> {
-        if self.axes() != 1 || self.estimate.influences().is_empty() {
-            return None;
-        }
-        let (k, curvature) = (self.k[0][0], self.curvature::<1>().ok()?);
-        let (k2, k3) = curvature.map_or((0.0, 0.0), |c| (c.quadratic[0], c.cubic[0]));
-        let shape = a * (1.0 + a * (k2 + a * k3));
-        let block = self.temperature.as_ref();
-        let d = match (block, temperature) {
-            (Some(block), Some(t)) => block.deviation(t),
-            _ => 0.0,
-        };
-        let powers = [d, d * d, d * d * d];
-        let around: Vec<(&EnvironmentBlock, f64)> = self
-            .environment
-            .iter()
-            .zip(environment)
-            .map(|(block, value)| (block, block.deviation(*value)))
-            .collect();
-        let along: f64 = around.iter().map(|(block, e)| block.scale[0] * e).sum();
-        let warm = 1.0 + along + block.map_or(0.0, |block| block.changes(0, d)[1]);
-        let slope = k * warm * (1.0 + a * (2.0 * k2 + 3.0 * k3 * a));
-        let of_environment = |name: &str| {
-            around.iter().find_map(|(block, e)| {
-                let [bias, scale] = block.names(0);
-                match name {
-                    _ if name == bias => Some(*e),
-                    _ if name == scale => Some(k * shape * e),
-                    _ => None,
-                }
-            })
-        };
-        let effect = |name: &str| match name {
-            "bias" => 1.0,
-            "scale" => warm * shape,
-            "curvature.2" => k * warm * a * a,
-            "curvature.3" => k * warm * a * a * a,
-            _ => match name
-                .split_once(".T")
-                .map(|(kind, power)| (kind, power.parse::<usize>()))
-            {
-                Some(("bias", Ok(power @ 1..=3))) => powers[power - 1],
-                Some(("scale", Ok(power @ 1..=3))) => k * shape * powers[power - 1],
-                _ => of_environment(name).unwrap_or(0.0),
-            },
-        };
-        let parameters = self.estimate.components().iter();
-        let jacobian: Vec<f64> = parameters.map(|c| -effect(&c.name) / slope).collect();
-        let component = Component::new("acceleration", "m/s²", a);
-        let estimate = self.estimate.propagate(vec![component], &jacobian).ok()?;
-        estimate.get("acceleration")
     }
 
     fn thermal<const N: usize>(&self) -> Result<Option<ThermalTerms<f64, N>>> {

@@ -315,8 +315,10 @@ mod tests {
             let gain = 0.013 * (1.0 + 1e-4 * 19.0 + 2e-4 * 14.0 - 0.1 * 0.15);
             let bias = 0.01 + 2e-4 * 19.0 + 3e-5 * 14.0 + 0.02 * 0.15;
             assert!((a - (outputs[0][k] - bias) / gain).abs() < 1e-11 * a.abs());
-            let there = file.acceleration(*a, Some(44.0), &[64.0, 3.45]).unwrap();
-            let here = fixed.acceleration(*a, Some(44.0), &[]).unwrap();
+            let there = &file
+                .accelerations(&[*a], Some(44.0), &[64.0, 3.45])
+                .unwrap()[0];
+            let here = &fixed.accelerations(&[*a], Some(44.0), &[]).unwrap()[0];
             let ratio = there.standard_uncertainty / here.standard_uncertainty;
             assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
         }

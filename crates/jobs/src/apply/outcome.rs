@@ -29,8 +29,8 @@ pub(super) struct Figures {
     pub(super) temperatures: Course,
     /// Each other quantity of the surroundings that it follows.
     pub(super) environment: Vec<Course>,
-    /// Smallest and largest of all accelerations, where there is one axis.
-    pub(super) accelerations: Option<[f64; 2]>,
+    /// Smallest and largest acceleration of each axis.
+    pub(super) accelerations: Vec<Option<[f64; 2]>>,
 }
 
 /// How a quantity that the calibration follows went.
@@ -108,8 +108,9 @@ impl Figures {
         values: &[&[f64]],
     ) -> Option<usize> {
         self.compensated += values.first().map_or(0, |v| v.len() as u64);
-        if let [one] = values {
-            self.accelerations = widened(self.accelerations, one.iter().copied());
+        self.accelerations.resize(values.len(), None);
+        for (range, column) in self.accelerations.iter_mut().zip(values) {
+            *range = widened(*range, column.iter().copied());
         }
         let [low, high] = range(calibration)?;
         let margin = 0.1 * (high - low);
@@ -119,37 +120,60 @@ impl Figures {
     }
 }
 
-/// The acceleration of the recording that the calibration knows least, of one axis: at an end of its range, or at zero.
-fn least_known(figures: &Figures, calibration: &AnyCalibration) -> Option<Quantity> {
-    let (AnyCalibration::Constant(file), Some([low, high])) = (calibration, figures.accelerations)
-    else {
-        return None;
+/// Of each axis the acceleration that the calibration knows least, among those that the recording reaches: at the ends of its ranges, or at zero.
+fn least_known(figures: &Figures, calibration: &AnyCalibration) -> Vec<Quantity> {
+    let AnyCalibration::Constant(file) = calibration else {
+        return Vec::new();
+    };
+    let places = |range: &Option<[f64; 2]>| {
+        range.map(|[low, high]| vec![low, high, 0.0f64.clamp(low, high)])
+    };
+    let Some(places) = figures.accelerations.iter().map(places).collect() else {
+        return Vec::new();
     };
     let temperatures = match figures.temperatures.range {
         None => vec![None],
         Some([low, high]) => vec![Some(low), Some(high)],
     };
-    // The corners of what was recorded: the variance is largest at one of them.
     let ranges = figures.environment.iter().filter_map(|c| c.range);
-    let around = ranges.fold(vec![Vec::new()], |corners, range| {
-        let wider = |end: f64| {
-            corners.iter().map(move |corner: &Vec<f64>| {
-                let mut corner = corner.clone();
-                corner.push(end);
-                corner
-            })
-        };
-        wider(range[0]).chain(wider(range[1])).collect()
-    });
+    // The corners of what was recorded: the variance is largest at one of them.
+    let around = corners(ranges.map(|range| range.to_vec()).collect());
     let u = |q: &Quantity| q.standard_uncertainty;
-    let mut least: Option<Quantity> = None;
-    for a in [low, high, 0.0f64.clamp(low, high)] {
+    let mut least: Vec<Quantity> = Vec::new();
+    for a in corners(places) {
         for t in &temperatures {
-            let known = around.iter().filter_map(|e| file.acceleration(a, *t, e));
-            least = known.chain(least).max_by(|a, b| u(a).total_cmp(&u(b)));
+            for e in &around {
+                let known = file.accelerations(&a, *t, e);
+                // Where one corner is not known, none is the least.
+                let Some(known) = known.filter(|k| k.iter().all(|q| u(q).is_finite())) else {
+                    return Vec::new();
+                };
+                if least.is_empty() {
+                    least = known;
+                    continue;
+                }
+                for (least, known) in least.iter_mut().zip(known) {
+                    if u(&known) > u(least) {
+                        *least = known;
+                    }
+                }
+            }
         }
     }
     least
+}
+
+/// Every choice of one place of each.
+fn corners(places: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    places.iter().fold(vec![Vec::new()], |corners, places| {
+        let wider = |corner: &Vec<f64>| {
+            let corner = corner.clone();
+            places
+                .iter()
+                .map(move |place| [corner.as_slice(), &[*place]].concat())
+        };
+        corners.iter().flat_map(wider).collect()
+    })
 }
 
 fn range(calibration: &AnyCalibration) -> Option<[f64; 2]> {
@@ -268,8 +292,10 @@ pub struct ApplyOutcome {
     band: Option<BandMatrix>,
     filter: Option<FilterFigures>,
     error: Option<CompensationError>,
-    /// The least known acceleration of one axis, by the covariance of the calibration.
-    least_known: Option<Quantity>,
+    /// The least known acceleration of each axis, by the covariance of the calibration.
+    least_known: Vec<Quantity>,
+    /// Whether the acceleration is turned to another frame behind the calibration.
+    turned: bool,
     /// Whether the calibration follows the temperature in its bias alone.
     scale_at_one_temperature: bool,
     /// What followed the calibration.
@@ -307,6 +333,7 @@ impl ApplyOutcome {
                 }),
             error: compensation.and_then(CompensationStream::error),
             least_known: least_known(&figures, calibration),
+            turned: job.chain.rotation.is_some(),
             scale_at_one_temperature: match calibration {
                 AnyCalibration::Constant(file) => {
                     let zero = |b: &ThermalBlock| b.scale.iter().flatten().all(|s| *s == 0.0);
@@ -364,19 +391,27 @@ impl ApplyOutcome {
         self.error.as_ref()
     }
 
-    /// The stated error in one line: of a compensation over frequency, or of one axis by the covariance of its calibration.
+    /// The stated error in one line: of a compensation over frequency, or of each axis by the covariance of its calibration.
     pub fn statement(&self) -> Option<String> {
-        if let Some(q) = &self.least_known {
+        if !self.least_known.is_empty() {
             let told = match self.scale_at_one_temperature {
                 true => {
                     "; how the scale follows the temperature was not measured, and is not in it"
                 }
                 false => "",
             };
+            let most = match self.least_known.as_slice() {
+                [one] => format!("at {:.3} m/s²", one.value),
+                _ if self.turned => {
+                    "of x, y and z of the sensor, before they are turned".to_owned()
+                }
+                _ => "of x, y and z over the accelerations of the recording".to_owned(),
+            };
+            let of = |q: &Quantity| format!("{:.3e}", q.expanded(0.95));
+            let expanded: Vec<String> = self.least_known.iter().map(of).collect();
             return Some(format!(
-                "uncertainty by the calibration: at most {:.3e} m/s² with 95 % probability, at {:.3} m/s²{told}",
-                q.expanded(0.95),
-                q.value
+                "uncertainty by the calibration: at most {} m/s² with 95 % probability, {most}{told}",
+                expanded.join(", ")
             ));
         }
         let error = self.error.as_ref()?;
@@ -425,9 +460,10 @@ impl Outcome for ApplyOutcome {
         };
         let by_frequency = self.error.as_ref();
         let by_frequency = by_frequency.map(|e| statement("relative_error", "1", 0.0, e.stated));
-        let by_covariance = self.least_known.as_ref();
-        let by_covariance =
-            by_covariance.map(|q| statement("calibration_error", "m/s²", 0.0, q.expanded(0.95)));
+        let by_covariance = self.least_known.iter().map(|q| {
+            let name = q.name.replacen("acceleration", "calibration_error", 1);
+            statement(&name, "m/s²", 0.0, q.expanded(0.95))
+        });
         let mut stated: Vec<StatedQuantity> =
             by_frequency.into_iter().chain(by_covariance).collect();
         if let Some(chain) = &self.chain {
