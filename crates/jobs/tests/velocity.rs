@@ -1,12 +1,12 @@
 //! The three questions to an axis, from memory alone.
 
-mod support;
-
+use crate::support;
 use proofmass_jobs::velocity::{
-    AxisData, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityTuneJob,
+    AxisData, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityMapJob,
+    VelocityTuneJob,
 };
 use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
-use proofmass_motion::{Method, MotionRecord, ReadingSource};
+use proofmass_motion::{LowCorner, Method, MotionRecord, ReadingSource};
 use proofmass_rig::{AxisMotion, AxisRecording, DrivenAxis};
 
 fn recording() -> AxisRecording {
@@ -261,4 +261,56 @@ fn known_accelerometer_that_holds_its_values() {
         .filter(|&k| (smoother.velocity[k] - truth(start + step * k as f64)).abs() < 1.96 * u[k]);
     let share = inside.count() as f64 / all.len() as f64;
     assert!(share > 0.9, "{share}");
+}
+
+/// An accelerometer that never changes has lost nothing that could be given back, whatever it reads, and no result has an infinity.
+#[test]
+fn law_a_dead_accelerometer_is_told_beside_a_corner() {
+    let (record, _) = record();
+    for dead in [0.0, 9.80665] {
+        for order in [0, 1, 2] {
+            let mut record = record.clone();
+            record.acceleration.fill(dead);
+            record.low_corner =
+                (order > 0).then(|| LowCorner::new(0.5, 0.0, order).expect("a corner"));
+            let data = AxisData::new(&record);
+            let outcome = VelocityEstimateJob::default()
+                .evaluate(&data, &Unwatched)
+                .unwrap();
+            let told = |code: &str| outcome.findings().iter().any(|f| f.code() == code);
+            assert!(told("constant-channel"), "{dead}, order {order}");
+            support::law_outcome_comes_back(&outcome);
+        }
+    }
+}
+
+#[test]
+fn refuses_corners_that_do_not_show_and_rates_that_are_none() {
+    let mut text = String::from("time_s,position (m),acceleration_m/s2\n");
+    for k in 0..400 {
+        let t = 0.01 * f64::from(k);
+        text += &format!("{t},{},{}\n", t.sin(), -t.sin());
+    }
+    let store = Memory::new().file("axis.csv", text);
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["position".into()]);
+    sensors.acceleration = vec!["acceleration".into()];
+    sensors.low_corner = Some(1e-9);
+    let trouble = sensors.load(&store, None, &Unwatched).unwrap_err();
+    assert!(
+        trouble
+            .to_string()
+            .contains("--low-corner 1e-9 Hz takes nothing in 4.000 s"),
+        "{trouble}"
+    );
+    let (record, _) = record();
+    for rate in [0.0, -1.0, 2.0, f64::NAN] {
+        let mut job = VelocityMapJob::new(0.3);
+        job.search.false_alarm_rate = rate;
+        let trouble = job
+            .evaluate(&AxisData::new(&record), &Unwatched)
+            .unwrap_err();
+        assert!(trouble.to_string().contains("no probability"), "{trouble}");
+    }
 }

@@ -24,7 +24,7 @@ pub fn conditions(record: &MotionRecord) -> Vec<Finding> {
 }
 
 /// An accelerometer that never changes is disconnected or saturated: noise would move it.
-fn dead(record: &MotionRecord) -> Option<Finding> {
+pub(crate) fn dead(record: &MotionRecord) -> Option<Finding> {
     let first = *record
         .acceleration
         .first()

@@ -145,7 +145,7 @@ findings! {
         "low-corner-found", [Warning],
         what "the accelerometer shows less and less of slow accelerations, as a piezoelectric one or an AC coupling does; its corner of {frequency:.4} Hz was found beside the readings and is used",
         evidence "corner of first order at {frequency:.4} Hz (u = {uncertainty:.4} Hz), a time constant of {time:.3} s",
-        advice "state the corner of the data sheet or of a calibration (--low-corner HZ), or take an accelerometer that measures down to zero",
+        advice "state the corner of the data sheet or of a calibration (--low-corner HZ), or take an accelerometer that measures down to zero; of two stages, as a charge amplifier before an AC coupling, the corner has to be stated: --low-corner HZ --low-corner-order 2",
         false_alarms "at most 1 of 1000 recordings by its test";
 
     /// The accelerometer adds nothing but its noise.
@@ -256,7 +256,7 @@ findings! {
         "filter-and-smoother-disagree", [Warning],
         what "filter and smoother differ by more than their uncertainties allow",
         evidence "{fraction:.1} % of the samples away from slip agree within two standard uncertainties; 95 % are expected",
-        advice "tune on this record, or look for slip, latency and gain errors";
+        advice "tune on this record, or look for slip, latency and gain errors; of an accelerometer with a low corner also for another frequency or another order (--low-corner, --low-corner-order)";
 
     /// Sine and cosine of a resolver do not lie on a circle.
     resolver_amplitude(least: f64, most: f64) =

@@ -275,7 +275,8 @@ fn paired(source: ReadingSource, read: &[f64], felt: &[f64], w: usize, dt: f64) 
     let rho = correlation(&centre, &values)?;
     // Windows overlap: every second one is new.
     let independent = ((m * step) as f64 / (2.0 * w as f64)).max(1.0);
-    let (gain, gain_uncertainty) = huber(&centre, &values, independent)?;
+    let (gain, gain_uncertainty) = huber(&centre, &values, independent)
+        .filter(|(gain, u)| gain.is_finite() && u.is_finite())?;
     let noise = (1.0 - rho * rho).max(1e-12);
     let per_step = if curvature < 0.0 {
         (noise / (independent * rho * rho * -curvature)).sqrt()

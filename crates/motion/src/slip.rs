@@ -9,6 +9,7 @@ use crate::episode::{Episode, episodes, held, largest, others, quiet, shortest, 
 use crate::findings;
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
+use proofmass_core::numeric::upper_median;
 use proofmass_uncertainty::Finding;
 
 /// Settings of the search.
@@ -129,7 +130,11 @@ impl SlipSearch {
                 got: n,
             });
         }
-        let difference = changes(&residual(record), w, dt);
+        let mut difference = changes(&residual(record), w, dt);
+        // What was integrated twice drifts by more than an offset.
+        if record.behind_two_stages().is_some() {
+            take_slow(&mut difference, SLOW * w);
+        }
         let judged = judged(record, w, difference.len());
         let known: Vec<f64> = (0..difference.len())
             .filter(|&k| judged[k])
@@ -194,6 +199,34 @@ impl SlipSearch {
             slip_share: share,
             findings,
         })
+    }
+}
+
+/// Windows in a block whose median is what a drift makes there: slip of more than half of it would pass for one.
+const SLOW: usize = 20;
+
+/// Takes the line through the medians of neighbouring blocks of a length, each half over the next; the last ends with the values.
+fn take_slow(values: &mut [f64], length: usize) {
+    let Some(last) = values.len().checked_sub(length + 1) else {
+        return;
+    };
+    let starts = (0..last).step_by((length / 2).max(1)).chain([last]);
+    let middle = 0.5 * (length - 1) as f64;
+    let medians: Vec<(f64, f64)> = starts
+        .filter_map(|from| {
+            let mut block = values[from..from + length].to_vec();
+            Some((from as f64 + middle, upper_median(&mut block)?))
+        })
+        .collect();
+    let mut i = 0;
+    for (k, value) in values.iter_mut().enumerate() {
+        let place = k as f64;
+        while i + 2 < medians.len() && place > medians[i + 1].0 {
+            i += 1;
+        }
+        if let [(x, a), (y, b), ..] = medians[i..] {
+            *value -= a + (place - x) / (y - x) * (b - a);
+        }
     }
 }
 

@@ -15,6 +15,7 @@ pub use compare::{
 };
 pub use tune::{TuneResult, tune, tune_turning};
 
+use crate::condition::dead;
 use crate::diffuse::Trajectory;
 use crate::edges::on_edges;
 use crate::findings;
@@ -159,7 +160,8 @@ fn beside_corner(
     watch: &dyn Watch,
 ) -> Result<Settled, Error> {
     let asked = (method, circumference);
-    let mut settled = match record.low_corner {
+    // One that never changes has lost nothing that could be given back.
+    let mut settled = match record.low_corner.filter(|_| dead(record).is_none()) {
         None => once(record, method, circumference, tuning, watch)?,
         Some(corner) => low_corner::beside(record, corner, asked, tuning, watch)?,
     };

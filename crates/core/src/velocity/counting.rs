@@ -690,7 +690,11 @@ mod tests {
         }
         let near = |i: usize, truth: f64| {
             let u = state.p[i][i].sqrt();
-            assert!((state.x[i] - truth).abs() < 4.0 * u, "{i}: {} {u}", state.x[i]);
+            assert!(
+                (state.x[i] - truth).abs() < 4.0 * u,
+                "{i}: {} {u}",
+                state.x[i]
+            );
         };
         near(1, 3.3);
         near(2, 0.4);

@@ -68,6 +68,13 @@ impl Job for VelocityMapJob {
                 "give --counts-per-turn N or --counts-per-metre N, or leave out --quarters",
             ));
         }
+        let rate = self.search.false_alarm_rate;
+        if !(rate > 0.0 && rate < 1.0) {
+            return Err(Trouble::request(format!(
+                "a false-alarm rate of {rate} is no probability"
+            ))
+            .with_hint("it lies between 0 and 1"));
+        }
         let found = self.search.run(data.record, watch);
         let found = found.map_err(|e| explain(e, data.name))?;
         Ok(VelocityMap::new(data, self.search.clone(), found))

@@ -17,8 +17,25 @@ pub(super) use tune::tune;
 
 use super::outcome::Head;
 use crate::page::words::words;
-use proofmass_motion::{KalmanModel, Pairing, Tuned};
+use proofmass_motion::{KalmanModel, LowCorner, Pairing, Tuned};
 use proofmass_report::{Report, Table, scientific};
+
+/// The sentence, behind another, that a corner of the accelerometer was taken account of.
+fn given_back(corner: LowCorner) -> String {
+    let stages = if corner.order > 1 {
+        "two stages"
+    } else {
+        "one stage"
+    };
+    let u = match corner.uncertainty > 0.0 {
+        true => format!(" (u = {})", scientific(corner.uncertainty, 2)),
+        false => String::new(),
+    };
+    format!(
+        " What the accelerometer loses below a corner of {} Hz{u}, of {stages}, is given back.",
+        scientific(corner.frequency, 4)
+    )
+}
 
 /// A unit or heading of a length (m, mm/s, m/s², velocity_m/s) as it is of an angle, where it is one.
 pub(crate) fn unit_of(of_length: &str, angular: bool) -> String {

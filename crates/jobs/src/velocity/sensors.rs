@@ -101,7 +101,7 @@ pub struct AxisSensors {
         arg(long, value_name = "HZ", requires = "low_corner")
     )]
     pub low_corner_uncertainty: Option<f64>,
-    /// Stages of first order with that corner: 1 or 2
+    /// Stages of first order with that corner: 1, where nothing is said, or 2
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", requires = "low_corner"))]
     pub low_corner_order: Option<u8>,
     /// Time by which the accelerometer is later than the encoder, s; it is shifted back by it
@@ -509,7 +509,7 @@ impl AxisSensors {
         record.accelerometer = !alone;
         record.start = start;
         record.turn = told.resolver_turn();
-        record.low_corner = self.corner(record.sample_time, resting)?;
+        record.low_corner = self.corner(&record, resting)?;
         let stated = self.gain_uncertainty.map(|percent| 0.01 * percent);
         record.gain_uncertainty = stated.or(calibrated.as_ref().and_then(|c| c.gain));
         if let Some(calibrated) = &calibrated {
@@ -605,7 +605,7 @@ impl AxisSensors {
     }
 
     /// The corner that is stated.
-    fn corner(&self, sample_time: f64, resting: bool) -> Result<Option<LowCorner>, Trouble> {
+    fn corner(&self, record: &MotionRecord, resting: bool) -> Result<Option<LowCorner>, Trouble> {
         let Some(frequency) = self.low_corner else {
             return Ok(None);
         };
@@ -622,12 +622,21 @@ impl AxisSensors {
             Trouble::from(e).with_hint("--low-corner HZ is above zero, --low-corner-uncertainty less than half of it, --low-corner-order 1 or 2")
         })?;
         // What lies above is no slow acceleration, and a corner is not known by its samples there.
-        let highest = 0.05 / sample_time;
+        let highest = 0.05 / record.sample_time;
         if frequency > highest {
             return Err(Trouble::request(format!(
                 "--low-corner {frequency} Hz lies above {highest} Hz, a twentieth of the sampling rate"
             ))
             .with_hint("state the lower of the two corners of the accelerometer, in Hz"));
+        }
+        // Of a velocity that lasts T it takes 2πf T: less than a ten-thousandth does not show beside its noise.
+        let duration = record.sample_time * record.reading.len() as f64;
+        let lowest = 1e-5 / duration;
+        if frequency < lowest {
+            return Err(Trouble::request(format!(
+                "--low-corner {frequency:e} Hz takes nothing in {duration:.3} s: below {lowest:.1e} Hz it does not show"
+            ))
+            .with_hint("leave --low-corner out"));
         }
         Ok(Some(corner))
     }

@@ -1,6 +1,6 @@
 //! The report of an estimate: velocity with its uncertainty, and what speaks against it.
 
-use super::{facts, figures, noise, pairing};
+use super::{facts, figures, given_back, noise, pairing};
 use crate::page::answer::{plus_minus, stated, with_unit};
 use crate::page::columns::{filed, number};
 use crate::velocity::VelocityEstimate;
@@ -71,7 +71,8 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
     };
     let mut page = head.opened(page, n);
     if let Some(q) = largest {
-        page = page.verdict(format!("The speed reaches {}.", with_unit(q)));
+        let corner = result.low_corner.map_or(String::new(), given_back);
+        page = page.verdict(format!("The speed reaches {}.{corner}", with_unit(q)));
     }
     let page = page
         .answers(largest.map(figure))

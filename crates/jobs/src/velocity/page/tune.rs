@@ -1,6 +1,6 @@
 //! The report of a tuning: noise, gains, and what the innovations say.
 
-use super::{facts, figures, noise};
+use super::{facts, figures, given_back, noise};
 use crate::page::columns::filed;
 use crate::page::measures::lines;
 use crate::velocity::VelocityTuning;
@@ -45,13 +45,14 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
     }
     let p = scientific(w.p_white, 2);
     let page = head.opened(page, result.samples.end);
+    let corner = result.low_corner.map_or(String::new(), given_back);
     let page = match w.p_white < 0.05 {
         // Without a finding "nothing speaks against the result" would follow.
         true => page.question(format!(
-            "The innovations are correlated (p = {p}): the model does not describe both sensors, and the gains are the best of it."
+            "The innovations are correlated (p = {p}): the model does not describe both sensors, and the gains are the best of it.{corner}"
         )),
         false => page.verdict(format!(
-            "The model describes both sensors: the innovations are white (p = {p})."
+            "The model describes both sensors: the innovations are white (p = {p}).{corner}"
         )),
     };
     page.section(
