@@ -134,7 +134,7 @@ def estimate(
         low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
             coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
         low_corner_uncertainty: Its standard uncertainty, Hz.
-        low_corner_order: Stages of first order with that corner: 1 or 2.
+        low_corner_order: Stages of first order with that corner: 1, where nothing is said, or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
@@ -274,7 +274,7 @@ def compare(
         low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
             coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
         low_corner_uncertainty: Its standard uncertainty, Hz.
-        low_corner_order: Stages of first order with that corner: 1 or 2.
+        low_corner_order: Stages of first order with that corner: 1, where nothing is said, or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
@@ -413,7 +413,7 @@ def tune(
         low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
             coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
         low_corner_uncertainty: Its standard uncertainty, Hz.
-        low_corner_order: Stages of first order with that corner: 1 or 2.
+        low_corner_order: Stages of first order with that corner: 1, where nothing is said, or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
@@ -551,7 +551,7 @@ def map(
         low_corner: Frequency below which the accelerometer shows less (3 dB), as of a piezoelectric one or an AC
             coupling, Hz; slow accelerations are given back. Without it a corner is looked for beside positions.
         low_corner_uncertainty: Its standard uncertainty, Hz.
-        low_corner_order: Stages of first order with that corner: 1 or 2.
+        low_corner_order: Stages of first order with that corner: 1, where nothing is said, or 2.
         latency: Time by which the accelerometer is later than the encoder, s; it is shifted back by it.
         still: Interval at rest, in seconds: its mean acceleration is the offset that is removed.
         between: Use the rows from one time on and before another, in seconds.
