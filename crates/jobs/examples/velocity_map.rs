@@ -9,7 +9,10 @@
 #[path = "../../motion/tests/motions/mod.rs"]
 mod motions;
 
-use motions::{Motion, creeping, even, hand, hard_stops, nearly_even, s_curve, sine, stop_and_go};
+use motions::{
+    HighPass, Motion, STEP, creeping, even, hand, hard_stops, nearly_even, s_curve, sine,
+    stop_and_go,
+};
 use proofmass_core::Unwatched;
 use proofmass_jobs::velocity::{AxisSensors, VelocityEstimate, VelocityEstimateJob};
 use proofmass_jobs::{Job, Memory, Outcome};
@@ -196,33 +199,6 @@ impl Cell {
             sensors.low_corner_order = Some(self.stages);
         }
         sensors
-    }
-}
-
-/// Steps of the stages of a corner, s.
-const STEP: f64 = 1e-4;
-
-/// A high-pass of first order.
-struct HighPass {
-    decay: f64,
-    last: f64,
-    taken: f64,
-}
-
-impl HighPass {
-    fn new(corner: f64, last: f64) -> Self {
-        Self {
-            decay: (-TAU * corner * STEP).exp(),
-            last,
-            taken: 0.0,
-        }
-    }
-
-    /// A step on.
-    fn pass(&mut self, a: f64) -> f64 {
-        self.taken = self.taken * self.decay + 0.5 * (a + self.last) * (1.0 - self.decay);
-        self.last = a;
-        a - self.taken
     }
 }
 

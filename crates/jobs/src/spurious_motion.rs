@@ -21,7 +21,7 @@ use proofmass_shaker::spurious::{
     Comparison, RatioRepeats, RatioSummary, compare, disagreeing, gather, ratio_from_velocity,
     summaries, table,
 };
-use proofmass_shaker::{CommonCauses, Correction, SpuriousTable};
+use proofmass_shaker::{CommonCauses, CommonMotion, Correction, SpuriousTable};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
@@ -292,7 +292,7 @@ impl SpuriousMotionJob {
             }
             let (mut table, doubts) = table(&measurement.repeats)?;
             table.delayed(self.front_end);
-            table.common.at = self.common(&table)?;
+            table.common = self.common(&table)?;
             measurement.table = table;
             measurement.summaries = summaries(&measurement.repeats)?;
             findings.extend(doubts.into_iter().map(|f| {
@@ -320,8 +320,8 @@ impl SpuriousMotionJob {
 }
 
 impl SpuriousMotionJob {
-    /// What the calibrations of vibrometer and reference leave open of all ratios, at every frequency; nothing where nothing is.
-    fn common(&self, table: &SpuriousTable) -> Result<Vec<CommonCauses>> {
+    /// What the calibrations of vibrometer and reference leave open of all ratios, at every frequency.
+    fn common(&self, table: &SpuriousTable) -> Result<CommonMotion> {
         let mut list: Vec<CommonCauses> = Vec::new();
         for frequency in table.entries.iter().map(|e| e.frequency) {
             if list.iter().any(|c| c.frequency == frequency) {
@@ -340,11 +340,7 @@ impl SpuriousMotionJob {
                     .map_or([0.0; 2], |p| [p.modulus_uncertainty, p.phase_uncertainty]),
             });
         }
-        let open = |c: &CommonCauses| c.vibrometer.iter().chain(&c.reference).any(|u| *u > 0.0);
-        if !list.iter().any(open) {
-            list.clear();
-        }
-        Ok(list)
+        Ok(CommonMotion::new(list))
     }
 }
 

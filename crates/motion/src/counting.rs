@@ -86,17 +86,6 @@ pub(crate) fn is_slow(counts: &[Option<i32>]) -> bool {
     known.len() > 2 && (2 * same > known.len() - 1 || 10 * resting > known.len())
 }
 
-impl CountingModel {
-    fn noise(&self, tick: Option<f64>) -> CountingNoise {
-        CountingNoise {
-            acceleration: self.acceleration_noise,
-            walk: self.walk,
-            edge: self.edge,
-            tick,
-        }
-    }
-}
-
 /// A reading as the smoother goes back over it: its gain and its innovation.
 type Read<const N: usize> = (Gain<f64, N>, f64);
 
@@ -176,10 +165,19 @@ impl<'a> Counted<'a> {
         if sum == change { list } else { &[] }
     }
 
+    /// The noise of a model as the filter takes it.
+    fn noise(&self, model: &CountingModel) -> CountingNoise {
+        CountingNoise {
+            acceleration: model.acceleration_noise,
+            walk: model.walk,
+            edge: model.edge,
+            tick: self.record.edges.as_ref().map(|e| e.tick),
+        }
+    }
+
     /// Its filter, where the offset has no slope.
     fn filter(&self, model: &CountingModel) -> Result<CountingKalman<f64>, Error> {
-        let tick = self.record.edges.as_ref().map(|e| e.tick);
-        CountingKalman::new(self.increment, self.record.sample_time, &model.noise(tick))
+        CountingKalman::new(self.increment, self.record.sample_time, &self.noise(model))
     }
 
     /// Its filter behind two stages of a corner, where it has one; the density of its walk over that of the offset is ω²/4.
@@ -190,8 +188,7 @@ impl<'a> Counted<'a> {
         let Some(corner) = self.record.behind_two_stages() else {
             return Ok(None);
         };
-        let tick = self.record.edges.as_ref().map(|e| e.tick);
-        let (noise, dt) = (model.noise(tick), self.record.sample_time);
+        let (noise, dt) = (self.noise(model), self.record.sample_time);
         let slope = corner.slope_of_walk(model.walk);
         CountingKalman::with_slope(self.increment, dt, &noise, slope).map(Some)
     }

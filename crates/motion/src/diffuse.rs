@@ -18,7 +18,8 @@ pub(crate) use constants::{Solution, Sums};
 pub(crate) use regression::{REGRESSORS, Regression};
 
 #[cfg(test)]
-use constants::{columns, solve};
+use constants::solve;
+use constants::{active, columns};
 #[cfg(test)]
 use smoother::spread;
 use system::{Seen, System};
@@ -135,12 +136,12 @@ impl<'a> Prepared<'a> {
 
     /// Sums over the record; `motion` asks for the columns of gain and latency as well.
     pub fn sums(&self, noise: &Noise, motion: bool) -> Sums {
-        let active = match (self.record.given_back, motion) {
-            (Some(corner), _) if corner.order > 1 => COLUMNS,
-            (Some(_), _) => PARABOLA,
-            (None, true) => RAMP,
-            (None, false) => GAIN,
+        let all = Unknowns {
+            offset: true,
+            gain: motion,
+            latency: motion,
         };
+        let active = active(&columns(self.record, all));
         with_states!(noise, self.record, |s| self.sums_of(&s, active))
     }
 
@@ -173,15 +174,16 @@ impl<'a> Prepared<'a> {
 
     /// Innovations over their standard deviations for constants that were found.
     pub fn innovations(&self, noise: &Noise, solution: &Solution) -> Vec<f64> {
+        let active = active(&solution.columns);
         with_states!(noise, self.record, |s| {
             let mut state = s.start(self.record);
             let mut list = Vec::with_capacity(self.record.reading.len());
             for (k, reading) in self.record.reading.iter().enumerate() {
                 if k > 0 {
-                    s.predict(&mut state, self, k, COLUMNS);
+                    s.predict(&mut state, self, k, active);
                 }
                 if let Some(reading) = reading {
-                    let seen = s.update(&mut state, reading - self.first, COLUMNS);
+                    let seen = s.update(&mut state, reading - self.first, active);
                     list.push(total(&seen.e, solution) / seen.gain.variance.sqrt());
                 }
             }

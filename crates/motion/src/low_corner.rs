@@ -63,6 +63,12 @@ impl LowCorner {
         f64::from(self.order) * self.rate()
     }
 
+    /// What an offset of one behind the corner becomes of an acceleration that is given back, of its highest power of the time: ω t, or of
+    /// two stages ω² as the bend.
+    pub(crate) fn of_offset(&self) -> f64 {
+        self.rate().powi(i32::from(self.order))
+    }
+
     /// Density of the walk of the slope behind two stages, of that of the offset: noise w makes 2 ω w of the one and ω² w of the other.
     pub(crate) fn slope_of_walk(&self, walk: f64) -> f64 {
         0.25 * self.rate() * self.rate() * walk
@@ -140,13 +146,9 @@ impl MotionRecord {
             }
         }
         Self {
-            acceleration,
-            reading: self.reading.clone(),
-            edges: self.edges.clone(),
-            blows: self.blows.clone(),
             low_corner: None,
             given_back: Some(*corner),
-            ..*self
+            ..self.beside(acceleration)
         }
     }
 
@@ -172,12 +174,8 @@ impl MotionRecord {
             }
         }
         Self {
-            acceleration,
-            reading: self.reading.clone(),
-            edges: self.edges.clone(),
-            blows: self.blows.clone(),
             given_back: None,
-            ..*self
+            ..self.beside(acceleration)
         }
     }
 }

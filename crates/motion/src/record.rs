@@ -315,9 +315,14 @@ impl MotionRecord {
             };
             (0..6).map(|i| weight(i) * a[from + i]).sum()
         };
+        self.beside((0..n).map(|k| at(k) / gain).collect())
+    }
+
+    /// The same readings beside another acceleration.
+    pub(crate) fn beside(&self, acceleration: Vec<f64>) -> Self {
         Self {
+            acceleration,
             reading: self.reading.clone(),
-            acceleration: (0..n).map(|k| at(k) / gain).collect(),
             edges: self.edges.clone(),
             blows: self.blows.clone(),
             ..*self

@@ -2,7 +2,7 @@
 //! as beside one that measures down to zero. A healthy one has no corner. The map over corners and motions is the program `velocity_map`
 //! of `proofmass-jobs`.
 
-use crate::motions::{Motion, hand, of_seeds, s_curve, stop_and_go};
+use crate::motions::{HighPass, Motion, STEP, hand, of_seeds, s_curve, stop_and_go};
 use proofmass_core::Unwatched;
 use proofmass_motion::{LowCorner, MotionRecord, ReadingSource, Tuning, estimate, tune};
 use rand::{RngExt, SeedableRng};
@@ -15,24 +15,21 @@ const N: usize = 8000;
 
 /// Readings of 2000 counts a turn, and an accelerometer behind a high-pass of first order with an offset behind that; the true velocity.
 fn simulate(motion: &Motion, corner: Option<f64>, seed: u64) -> (MotionRecord, Vec<f64>) {
-    const FINE: usize = 10;
+    let fine = (DT / STEP).round() as usize;
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     let increment = TAU * 0.05 / 2000.0;
     let phase: f64 = rng.random();
-    let step = DT / FINE as f64;
-    let decay = (-TAU * corner.unwrap_or(0.0) * step).exp();
-    let (mut low, mut last) = (0.0, motion(0.0)[2]);
+    let mut stage = HighPass::new(corner.unwrap_or(0.0), motion(0.0)[2]);
     let (mut reading, mut acceleration, mut truth) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..N {
-        for i in 1..=FINE * usize::from(k > 0) {
-            let a = motion(DT * (k - 1) as f64 + step * i as f64)[2];
-            low = low * decay + 0.5 * (a + last) * (1.0 - decay);
-            last = a;
-        }
         let [x, v, a] = motion(DT * k as f64);
+        let mut passed = a;
+        for i in 1..=fine * usize::from(k > 0) {
+            passed = stage.pass(motion(DT * (k - 1) as f64 + STEP * i as f64)[2]);
+        }
         let noise: f64 = StandardNormal.sample(&mut rng);
         reading.push(Some(((x / increment + phase).floor() + 0.5) * increment));
-        acceleration.push(a - low + 0.05 + 0.02 * noise);
+        acceleration.push(passed + 0.05 + 0.02 * noise);
         truth.push(v);
     }
     let mut record = MotionRecord::new(DT, ReadingSource::Position, reading, acceleration).unwrap();

@@ -240,6 +240,18 @@ pub struct CommonMotion {
 }
 
 impl CommonMotion {
+    /// Of these frequencies; nothing where no cause leaves anything open. Whose the reference was is not said.
+    pub fn new(mut at: Vec<CommonCauses>) -> Self {
+        let closed = |c: &CommonCauses| c.vibrometer == [0.0; 2] && c.reference == [0.0; 2];
+        if at.iter().all(closed) {
+            at.clear();
+        }
+        Self {
+            at,
+            same_reference: false,
+        }
+    }
+
     fn is_empty(&self) -> bool {
         self.at.is_empty()
     }

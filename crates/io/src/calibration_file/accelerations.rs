@@ -1,9 +1,7 @@
 //! Accelerations of a calibration with what it leaves open of them.
 
 use super::{CalibrationFile, EnvironmentBlock, axis_names};
-use proofmass_uncertainty::{
-    Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Quantity,
-};
+use proofmass_uncertainty::{Component, Effect, Estimate, Influence, Quantity};
 
 impl CalibrationFile {
     /// Accelerations that this calibration gives, one of each axis, with what the calibration leaves open of them; `None` where it states
@@ -69,14 +67,12 @@ impl CalibrationFile {
         };
         let branches = hysteresis.iter().enumerate().map(|(j, u)| {
             let of = inverse.iter().map(|row| row[j] / rows[j].slope).collect();
-            Influence {
-                key: format!("hysteresis{}", axes[j]),
-                description: "heating and cooling".to_owned(),
-                evaluation: Evaluation::B,
-                distribution: "normal".to_owned(),
-                dof: DegreesOfFreedom::INFINITE,
-                effect: Effect::of_zero(self.input_unit.to_string(), *u, of),
-            }
+            let effect = Effect::of_zero(self.input_unit.to_string(), *u, of);
+            Influence::normal(
+                format!("hysteresis{}", axes[j]),
+                "heating and cooling",
+                effect,
+            )
         });
         let name = |i: usize| format!("acceleration{}", axes[i]);
         let components = (0..n)
@@ -225,14 +221,7 @@ mod tests {
         let shares = (0..15)
             .map(|i| f64::from(u8::from(i == uncertain)))
             .collect();
-        let influence = Influence {
-            key: "one".into(),
-            description: "one".into(),
-            evaluation: Evaluation::B,
-            distribution: "normal".into(),
-            dof: DegreesOfFreedom::INFINITE,
-            effect: Effect::of_zero("1", u, shares),
-        };
+        let influence = Influence::normal("one", "one", Effect::of_zero("1", u, shares));
         let estimate = Estimate::new(components.collect(), vec![influence]).unwrap();
         let mut file = CalibrationFile::new("full", Unit::Count, k, [v[0], v[1], v[2]], estimate);
         file.temperature = Some(ThermalBlock {

@@ -75,34 +75,34 @@ impl SpuriousMotionCampaign {
                     )
                     .with_hint("a range of 10 mm/s per volt is 100 V/(m/s)"));
             }
-            let u = v.relative_standard_uncertainty;
-            if !(0.0..0.1).contains(&u) {
-                return Err(source
-                    .refuse(
-                        "vibrometer",
-                        "relative_standard_uncertainty",
-                        format!("{u} is out of place"),
-                    )
-                    .with_hint("of 1 % with k = 2 it is 0.005"));
-            }
-            let u = v.delay_standard_uncertainty_s;
-            if !(0.0..0.01).contains(&u) {
-                return Err(source
-                    .refuse(
-                        "vibrometer",
-                        "delay_standard_uncertainty_s",
-                        format!("{u} s is out of place"),
-                    )
-                    .with_hint("of a delay that is known to a tenth of a microsecond it is 1e-7"));
-            }
-            if !(0.0..1.0).contains(&v.delay_s) {
-                return Err(source
-                    .refuse(
-                        "vibrometer",
-                        "delay_s",
-                        format!("{} s is out of place", v.delay_s),
-                    )
-                    .with_hint("decoders delay by microseconds: 5.9e-6"));
+            for (key, value, most, unit, hint) in [
+                (
+                    "relative_standard_uncertainty",
+                    v.relative_standard_uncertainty,
+                    0.1,
+                    "",
+                    "of 1 % with k = 2 it is 0.005",
+                ),
+                (
+                    "delay_standard_uncertainty_s",
+                    v.delay_standard_uncertainty_s,
+                    0.01,
+                    " s",
+                    "of a delay that is known to a tenth of a microsecond it is 1e-7",
+                ),
+                (
+                    "delay_s",
+                    v.delay_s,
+                    1.0,
+                    " s",
+                    "decoders delay by microseconds: 5.9e-6",
+                ),
+            ] {
+                if !(0.0..most).contains(&value) {
+                    return Err(source
+                        .refuse("vibrometer", key, format!("{value}{unit} is out of place"))
+                        .with_hint(hint));
+                }
             }
         }
         Ok(())

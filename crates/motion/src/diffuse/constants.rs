@@ -190,6 +190,11 @@ pub(super) fn columns(record: &MotionRecord, unknowns: Unknowns) -> Vec<usize> {
     .collect()
 }
 
+/// How many columns run where these are wanted: the data's, and all up to the last.
+pub(super) fn active(columns: &[usize]) -> usize {
+    columns.iter().copied().max().unwrap_or(DATA) + 1
+}
+
 /// β = −A⁻¹ G_c0 with A = G_cc by Cholesky, after its diagonal was scaled to one.
 pub(super) fn solve<const C: usize>(g: &[[f64; C]; C], columns: Vec<usize>) -> Option<Solution> {
     let m = columns.len();

@@ -1,6 +1,6 @@
 //! The smoother of the data and of every column.
 
-use super::constants::Solution;
+use super::constants::{Solution, active};
 use super::system::{Seen, State, System};
 use super::{COLUMNS, DATA, Noise, OFFSET, Prepared, Trajectory, total};
 use proofmass_core::Error;
@@ -29,8 +29,7 @@ impl Prepared<'_> {
         walk: bool,
     ) -> Result<Trajectory, Error> {
         let n = self.record.reading.len();
-        let last = solution.columns.iter().copied().max().unwrap_or(DATA);
-        let active = last + 1;
+        let active = active(&solution.columns);
         let mut state = system.start(self.record);
         let mut prior = Vec::with_capacity(n);
         let mut seen = Vec::with_capacity(n);

@@ -68,8 +68,8 @@ impl Search<'_> {
         // An offset behind two stages is a bend of what was given back, and the state of the filter is the offset.
         let start = match (self.record.behind_two_stages(), point.solution.parabola()) {
             (Some(corner), Some((bend, u))) => {
-                let square = corner.rate() * corner.rate();
-                found(Some((bend / square, u / square)))
+                let one = corner.of_offset();
+                found(Some((bend / one, u / one)))
             }
             _ => offset,
         };

@@ -303,12 +303,12 @@ fn offset_behind(record: &MotionRecord, corner: LowCorner) -> f64 {
 /// Offset behind the corner, where the readings tell one: it is a ramp of what was given back, behind two stages a parabola, which no filter
 /// on line knows.
 fn behind(tuned: &Tuned, corner: LowCorner) -> Option<f64> {
-    let (shown, rate) = match corner.order {
-        1 => (tuned.ramp, corner.rate()),
-        _ => (tuned.bend, corner.rate() * corner.rate()),
+    let shown = match corner.order {
+        1 => tuned.ramp,
+        _ => tuned.bend,
     };
     let shown = shown.filter(|r| r.value.abs() > 2.0 * r.uncertainty)?;
-    Some(shown.value / rate)
+    Some(shown.value / corner.of_offset())
 }
 
 fn told(corner: &LowCorner) -> Finding {

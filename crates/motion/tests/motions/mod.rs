@@ -12,6 +12,34 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Position, velocity and acceleration at a time.
 pub type Motion = Box<dyn Fn(f64) -> [f64; 3] + Sync>;
 
+/// Steps of a [`HighPass`], s.
+pub const STEP: f64 = 1e-4;
+
+/// A high-pass of first order, as of an accelerometer with a low corner.
+pub struct HighPass {
+    decay: f64,
+    last: f64,
+    taken: f64,
+}
+
+impl HighPass {
+    /// With a corner, Hz, at rest in this acceleration.
+    pub fn new(corner: f64, last: f64) -> Self {
+        Self {
+            decay: (-TAU * corner * STEP).exp(),
+            last,
+            taken: 0.0,
+        }
+    }
+
+    /// A step on.
+    pub fn pass(&mut self, a: f64) -> f64 {
+        self.taken = self.taken * self.decay + 0.5 * (a + self.last) * (1.0 - self.decay);
+        self.last = a;
+        a - self.taken
+    }
+}
+
 /// What is made of so many seeds, by two threads and in the order in which they come to an end.
 pub fn of_seeds<T: Send>(seeds: u64, run: impl Fn(u64) -> T + Sync) -> Vec<T> {
     const FIRST: u64 = 100;

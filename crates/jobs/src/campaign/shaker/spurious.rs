@@ -8,7 +8,7 @@ use proofmass_io::sheet::{ANGLE, FREQUENCY, Place, RATIO, Sheet, SheetRow};
 use proofmass_io::{Input, Result};
 use proofmass_report::Rounding::{Decimals, Plain, TwoDigits};
 use proofmass_report::Table;
-use proofmass_shaker::{CommonCauses, Correction, Spurious, SpuriousTable};
+use proofmass_shaker::{CommonCauses, CommonMotion, Correction, Spurious, SpuriousTable};
 use proofmass_uncertainty::DegreesOfFreedom;
 
 /// One measurement of the spurious motion.
@@ -19,6 +19,16 @@ pub struct SpuriousFile {
     /// Label and table.
     pub(crate) correction: Correction,
 }
+
+type Cause = fn(&CommonCauses) -> f64;
+
+/// Columns of what all ratios at a frequency have in common.
+const CAUSES: [(&str, Cause); 4] = [
+    ("u_vibrometer", |c| c.vibrometer[0]),
+    ("u_vibrometer_phase_rad", |c| c.vibrometer[1]),
+    ("u_reference", |c| c.reference[0]),
+    ("u_reference_phase_rad", |c| c.reference[1]),
+];
 
 enum AxisColumns {
     Absent,
@@ -144,11 +154,8 @@ impl SpuriousFile {
             }
             rows.push((row.line, entry));
         }
-        let open = |c: &CommonCauses| c.vibrometer.iter().chain(&c.reference).any(|u| *u > 0.0);
         let mut table = SpuriousTable::new(rows.into_iter().map(|(_, r)| r).collect());
-        if common.iter().any(open) {
-            table.common.at = common;
-        }
+        table.common = CommonMotion::new(common);
         Ok(Self {
             input: Some(sheet.input.clone()),
             correction: Correction {
@@ -203,31 +210,11 @@ impl SpuriousFile {
         fields.push(filed("nu", |e: &Spurious| {
             (!e.dof.is_infinite()).then(|| e.dof.get())
         }));
-        let (mut vibrometer, mut reference) = ([false; 2], [false; 2]);
-        for c in &table.common.at {
-            for part in 0..2 {
-                vibrometer[part] |= c.vibrometer[part] > 0.0;
-                reference[part] |= c.reference[part] > 0.0;
-            }
-        }
-        let causes = |e: &Spurious| table.common.at(e.frequency).copied().unwrap_or_default();
-        for (part, heading) in ["u_vibrometer", "u_vibrometer_phase_rad"]
-            .into_iter()
-            .enumerate()
-        {
-            if vibrometer[part] {
+        for (heading, of) in CAUSES {
+            let common = &table.common;
+            if common.at.iter().any(|c| of(c) > 0.0) {
                 fields.push(filed(heading, move |e: &Spurious| {
-                    causes(e).vibrometer[part]
-                }));
-            }
-        }
-        for (part, heading) in ["u_reference", "u_reference_phase_rad"]
-            .into_iter()
-            .enumerate()
-        {
-            if reference[part] {
-                fields.push(filed(heading, move |e: &Spurious| {
-                    causes(e).reference[part]
+                    common.at(e.frequency).map_or(0.0, of)
                 }));
             }
         }
