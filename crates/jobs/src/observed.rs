@@ -12,7 +12,7 @@ use doubts::{durations, named, uneven, unusable};
 use num_complex::Complex64;
 use proofmass_core::Watch;
 use proofmass_io::{Input, Waveform, WaveformOptions};
-use proofmass_shaker::recording::{Drive, Line, PhasorReading, Phasors, Quality};
+use proofmass_shaker::recording::{Drive, Line, PhasorReading, Phasors, Quality, multiplied};
 use proofmass_uncertainty::Finding;
 use rayon::prelude::*;
 use sensor_files::{elsewhere, together, tolerance};
@@ -425,6 +425,16 @@ fn lines<S>(
 }
 
 impl ObservedRun {
+    /// Divides the reading of a channel by the gain of its conditioner.
+    pub(crate) fn divide(&mut self, channel: usize, gain: Complex64) {
+        if let Some(phasor) = self.phasors.get_mut(channel) {
+            *phasor /= gain;
+        }
+        if let Some(covariance) = self.covariances.get_mut(channel) {
+            *covariance = multiplied(*covariance, gain.inv());
+        }
+    }
+
     /// What the samples say about the run; `transverse` is the transverse motion, where it was measured.
     pub(crate) fn quality(&self, transverse: Option<f64>) -> Quality {
         match &self.recorded {

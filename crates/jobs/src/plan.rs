@@ -271,6 +271,7 @@ impl ShakerTriaxialCampaign {
     pub fn plan_job(&self, frequency: f64) -> Result<(PlanJob, Vec<Input>)> {
         let mut inputs = vec![self.source.input.clone()];
         let budget = self.read_budget()?;
+        budget.reaches(&self.source, [frequency])?;
         let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let mut job = PlanJob::new(budget.budget(certificate.is_some()));
         let mut frequencies = vec![frequency];

@@ -10,7 +10,8 @@ pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{
-    Certificate, Mounting, RunTable, ShakerBudget, ShakerRecording, ShakerTriaxialCampaign,
+    Certificate, Conditioner, Mounting, RunTable, ShakerBudget, ShakerRecording,
+    ShakerTriaxialCampaign,
 };
 use crate::observed::{SensorFiles, observe};
 use crate::outcome::Job;
@@ -255,6 +256,12 @@ impl ShakerTriaxialCampaign {
         let corrections = self.read_corrections()?;
         let budget = self.read_budget()?;
         let plan = self.read_plan()?;
+        let frequencies = frequencies(&table);
+        budget.reaches(&self.source, frequencies.iter().copied())?;
+        let conditioner = Conditioner::read(&self.source, &self.conditioner, &Self::CHANNELS)?;
+        let gains = conditioner
+            .budget(&Self::CHANNELS[1..], &frequencies)
+            .map_err(|e| e.at(&self.source.path))?;
         let mut inputs = vec![self.source.input.clone()];
         inputs.extend(certificate.iter().map(|c| c.input.clone()));
         inputs.extend(corrections.iter().filter_map(|c| c.input.clone()));
@@ -262,19 +269,27 @@ impl ShakerTriaxialCampaign {
             inputs.push(input.clone());
         }
         inputs.extend(plan.iter().filter_map(|(_, input)| input.clone()));
+        inputs.extend(conditioner.inputs.iter().cloned());
         let sensor = SensorFiles::of(
             &self.source,
             self.output_recording.as_ref(),
             &Self::CHANNELS,
         )?;
         let output = self.output()?;
-        let observed = observe(
+        let mut observed = observe(
             &mut table,
             self.recording.as_ref(),
             || self.waveform_options(),
             sensor,
             watch,
         )?;
+        for (run, seen) in table.runs.iter().zip(&mut observed.runs) {
+            for (k, channel) in Self::CHANNELS.into_iter().enumerate() {
+                if let Some(gain) = conditioner.gain(channel, run.frequency_hz)? {
+                    seen.divide(k, gain);
+                }
+            }
+        }
         let runs = table
             .runs
             .iter()
@@ -293,8 +308,25 @@ impl ShakerTriaxialCampaign {
             .budget(certificate.is_some())
             .of_outputs(output.triaxial());
         if let Some(recording) = &self.recording {
-            budget.inputs.extend(front_end(recording, &table));
+            budget.inputs.extend(front_end(recording, &frequencies));
         }
+        for input in &gains {
+            if let Some(other) = budget.inputs.iter().find(|i| i.key == input.key) {
+                return Err(self
+                    .source
+                    .refuse(
+                        "budget",
+                        "name",
+                        format!(
+                            "\"{}\" stands in the budget, and [conditioner] states it too",
+                            other.key
+                        ),
+                    )
+                    .with_hint("take it out of one of the two")
+                    .into());
+            }
+        }
+        budget.inputs.extend(gains);
         let mut job = ShakerTriaxialJob::new(budget);
         job.sample_clock = self.output_recording.as_ref().map(|s| s.clock);
         job.methods = self.method.methods.clone();
@@ -343,12 +375,17 @@ impl ShakerTriaxialCampaign {
     }
 }
 
-/// What is left of the delays of the channels, as errors of phase that grow with the frequency: that of the reference is
-/// common to the outputs; for each output on its own the largest of the three stands.
-fn front_end(recording: &ShakerRecording, table: &RunTable<Mounting>) -> Vec<ShakerInput> {
+/// Frequencies of the runs, ascending.
+fn frequencies(table: &RunTable<Mounting>) -> Vec<f64> {
     let mut frequencies: Vec<f64> = table.runs.iter().map(|r| r.frequency_hz).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies.dedup();
+    frequencies
+}
+
+/// What is left of the delays of the channels, as errors of phase that grow with the frequency: that of the reference is
+/// common to the outputs; for each output on its own the largest of the three stands.
+fn front_end(recording: &ShakerRecording, frequencies: &[f64]) -> Vec<ShakerInput> {
     let of = |key: &str, text: &str, delay: f64, keys: &[Key]| {
         let highest = *frequencies.last()?;
         (delay > 0.0).then(|| {

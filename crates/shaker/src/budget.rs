@@ -156,10 +156,13 @@ pub struct ShakerInput {
     pub dof: DegreesOfFreedom,
     /// Keys it varies with; none is one draw for the campaign.
     pub varies_with: Vec<Key>,
-    /// Standard uncertainty at single frequencies (Hz), where it is not the same at all; that of `distribution` is
-    /// then the largest, and the shape is the same everywhere.
+    /// Standard uncertainty over ascending frequencies (Hz), where it is not the same at all, linear in the logarithm of the frequency
+    /// between them; that of `distribution` is then the largest, and the shape is the same everywhere.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_frequencies: Vec<(f64, f64)>,
+    /// The one output that has the error, 0 to 2; all three where `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<usize>,
 }
 
 impl ShakerInput {
@@ -177,6 +180,7 @@ impl ShakerInput {
             dof: DegreesOfFreedom::INFINITE,
             varies_with: varies_with.to_vec(),
             at_frequencies: vec![],
+            output: None,
         }
     }
 
@@ -185,12 +189,61 @@ impl ShakerInput {
         self.distribution.standard_uncertainty()
     }
 
-    /// Standard uncertainty at a frequency in Hz.
+    /// Standard uncertainty at a frequency in Hz; the largest beyond the frequencies that are stated.
     pub fn standard_uncertainty_at(&self, frequency: f64) -> f64 {
-        self.at_frequencies
-            .iter()
-            .find(|(f, _)| (f / frequency - 1.0).abs() < 1e-9)
-            .map_or_else(|| self.standard_uncertainty(), |(_, u)| *u)
+        let list = &self.at_frequencies;
+        let same = |f: f64| (f / frequency - 1.0).abs() < 1e-9;
+        if let Some((_, u)) = list.iter().find(|(f, _)| same(*f)) {
+            return *u;
+        }
+        let above = list.partition_point(|(f, _)| *f < frequency);
+        match (
+            above.checked_sub(1).and_then(|k| list.get(k)),
+            list.get(above),
+        ) {
+            (Some((below, u)), Some((above, v))) => {
+                u + (v - u) * (frequency / below).ln() / (above / below).ln()
+            }
+            _ => self.standard_uncertainty(),
+        }
+    }
+
+    /// Whether its standard uncertainty is stated at a frequency in Hz.
+    pub fn reaches(&self, frequency: f64) -> bool {
+        match (self.at_frequencies.first(), self.at_frequencies.last()) {
+            (Some((low, _)), Some((high, _))) => {
+                (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(&frequency)
+            }
+            _ => true,
+        }
+    }
+
+    /// Outputs, or axes of a tilt, that have it: one part of it each.
+    pub(crate) fn on_parts(&self) -> std::ops::Range<usize> {
+        match (self.acts.on_one_output(), self.output) {
+            (true, Some(k)) => k..k + 1,
+            (true, None) => 0..3,
+            (false, _) => 0..self.acts.parts(),
+        }
+    }
+
+    /// The same of one output alone, 0 to 2.
+    #[must_use]
+    pub fn of_output(mut self, output: usize) -> Self {
+        self.output = Some(output);
+        self
+    }
+
+    /// Standard uncertainties over ascending frequencies, (Hz, u).
+    #[must_use]
+    pub fn over_frequency(mut self, list: Vec<(f64, f64)>) -> Self {
+        let largest = list.iter().fold(0.0, |a: f64, (_, u)| a.max(*u));
+        self.distribution = Distribution::Normal {
+            mean: 0.0,
+            u: largest,
+        };
+        self.at_frequencies = list;
+        self
     }
 
     /// A rectangular distribution of this half width: u = a/√3.
@@ -267,6 +320,14 @@ impl Budget {
     /// corrected, and only what is left is an error.
     pub fn new(inputs: Vec<ShakerInput>) -> Result<Self, Error> {
         for input in &inputs {
+            if let Some(output @ 3..) = input.output {
+                return Err(Error::OutOfRange {
+                    name: "output of an input",
+                    value: output as f64,
+                    min: 0.0,
+                    max: 2.0,
+                });
+            }
             input.distribution.check()?;
             let (mean, u) = (
                 input.distribution.estimate(),

@@ -408,7 +408,7 @@ impl Phasors {
         let u = std::f64::consts::TAU * self.frequency_uncertainty.unwrap_or(0.0) * far;
         for (z, v) in self.amplitudes.iter_mut().zip(&mut self.covariances) {
             *z *= turn;
-            *v = turned(*v, turn);
+            *v = multiplied(*v, turn);
             // Along j z.
             let along = Complex64::new(0.0, u) * *z;
             v[0] += along.re * along.re;
@@ -423,7 +423,7 @@ impl Phasors {
     pub fn turn(&mut self, channel: usize, angle: f64) {
         let turn = Complex64::from_polar(1.0, angle);
         self.amplitudes[channel] *= turn;
-        self.covariances[channel] = turned(self.covariances[channel], turn);
+        self.covariances[channel] = multiplied(self.covariances[channel], turn);
     }
 
     /// With the channels of another recording of the same run: the channels of both are put in `order`, those of the
@@ -472,9 +472,9 @@ impl Phasors {
     }
 }
 
-/// Covariance `[rr, ri, ii]` of a complex number that is turned.
-fn turned([rr, ri, ii]: [f64; 3], turn: Complex64) -> [f64; 3] {
-    let (c, s) = (turn.re, turn.im);
+/// Covariance `[rr, ri, ii]` of a complex number that is multiplied by a factor.
+pub fn multiplied([rr, ri, ii]: [f64; 3], factor: Complex64) -> [f64; 3] {
+    let (c, s) = (factor.re, factor.im);
     [
         c * c * rr - 2.0 * c * s * ri + s * s * ii,
         c * s * (rr - ii) + (c * c - s * s) * ri,

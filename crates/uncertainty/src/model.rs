@@ -172,12 +172,12 @@ impl UncertaintyModel {
         let odd = self
             .input
             .iter()
-            .find(|i| !i.varies_with.is_empty() || i.acts.is_some());
+            .find(|i| !i.varies_with.is_empty() || i.acts.is_some() || i.over_frequency.is_some());
         if let Some(input) = odd {
             return Err(Refusal::Contradiction {
                 name: input.name.clone(),
-                what: "`varies_with` and `acts` belong to the budget of a campaign; in a model of one measurement they \
-                       would be ignored",
+                what: "`varies_with`, `acts` and `over_frequency` belong to the budget of a campaign; in a model of one \
+                       measurement they would be ignored",
             });
         }
         let entries = self.scalar_inputs()?;

@@ -2,6 +2,7 @@
 
 mod budget;
 mod certificate;
+mod conditioner;
 mod output_recording;
 mod recording;
 mod runs;
@@ -11,6 +12,7 @@ mod spurious;
 pub(crate) use budget::BudgetSource;
 pub use budget::ShakerBudget;
 pub use certificate::{Certificate, CertificateOptions, CertificateTable};
+pub(crate) use conditioner::{Conditioner, ConditionerTable};
 pub use output_recording::OutputRecording;
 pub use recording::ShakerRecording;
 pub(crate) use runs::read_runs;

@@ -2,8 +2,8 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, CertificateTable, Mounting, OutputRecording, PhasorQuantity, RunTable, RunsTable,
-    ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+    BudgetSource, CertificateTable, ConditionerTable, Mounting, OutputRecording, PhasorQuantity,
+    RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
 use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
@@ -14,6 +14,7 @@ use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// Most trials of the check: an hour of a small campaign on one core.
 const MOST_TRIALS: u64 = 100_000_000;
@@ -122,6 +123,9 @@ super::head::campaign! {
         pub(crate) output_recording: Option<OutputRecording>,
         /// Certificate of the reference; `None` when the runs carry accelerations.
         pub(crate) reference: Option<CertificateTable>,
+        /// Gains of the conditioner, by channel: the readings are divided by them, so that S is that of the device itself.
+        #[serde(default)]
+        pub(crate) conditioner: BTreeMap<String, ConditionerTable>,
         /// Corrections to set side by side.
         #[serde(default, rename = "correction")]
         pub(crate) corrections: Vec<CorrectionTable>,

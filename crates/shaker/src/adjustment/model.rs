@@ -69,11 +69,7 @@ impl Model<'_> {
                     continue;
                 }
                 let tilt = input.acts == Acts::Tilt;
-                let parts = match input.acts.on_one_output() {
-                    true => 3,
-                    false => input.acts.parts(),
-                };
-                for part in 0..parts {
+                for part in input.on_parts() {
                     let mut value = vec![index as i64];
                     for key in &input.varies_with {
                         value.push(match key {
@@ -376,10 +372,12 @@ pub(super) fn run_columns(
         (true, _) => 3,
         (false, _) => 1,
     };
+    let has = |p: &usize| !per_output || input.output.is_none_or(|k| p % 3 == k);
     let columns: Vec<[f64; 6]> = (0..parts)
+        .filter(has)
         .map(|p| column(input, p, row, y, scale))
         .collect();
-    if per_output && !input.varies_with.contains(&Key::Channel) {
+    if per_output && input.output.is_none() && !input.varies_with.contains(&Key::Channel) {
         // One draw for the three outputs together (and one for each part).
         return columns
             .chunks(3)

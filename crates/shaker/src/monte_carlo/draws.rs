@@ -130,8 +130,11 @@ impl Errors {
                     continue;
                 }
                 let factor = input.standard_uncertainty_at(row.frequency) / u;
-                let channels = if input.acts.on_one_output() { 3 } else { 1 };
-                for j in 0..channels {
+                let outputs = match input.acts.on_one_output() {
+                    true => input.on_parts(),
+                    false => 0..1,
+                };
+                for j in outputs {
                     if input.acts.parts() > 1 {
                         let second = draw(place(i, j, 1), &input.key)?;
                         errors.push((

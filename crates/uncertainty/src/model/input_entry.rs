@@ -98,6 +98,10 @@ pub struct InputEntry {
     /// What an error of it does to an observation, in the words of the kind of campaign; equations need none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acts: Option<String>,
+    /// Standard uncertainty over frequency, in place of a distribution: pairs of frequency in Hz and u, ascending. Of a campaign on the
+    /// shaker; equations need none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_frequency: Option<Vec<[f64; 2]>>,
 }
 
 /// What a column of a file holds.

@@ -87,6 +87,42 @@ impl ShakerBudget {
     /// Budgets known by name.
     pub const BENCHES: &[&str] = &["published"];
 
+    /// Every input is stated at these frequencies, Hz.
+    ///
+    /// # Errors
+    /// The first whose uncertainty over frequency does not reach one of them.
+    pub(crate) fn reaches(
+        &self,
+        source: &CampaignFile,
+        frequencies: impl IntoIterator<Item = f64>,
+    ) -> Result<()> {
+        let Self::Inputs(budget, file) = self else {
+            return Ok(());
+        };
+        for f in frequencies {
+            let Some(input) = budget.inputs.iter().find(|i| !i.reaches(f)) else {
+                continue;
+            };
+            let list = &input.at_frequencies;
+            let ends = list.first().zip(list.last()).map(|(a, b)| (a.0, b.0));
+            let (low, high) = ends.unwrap_or_default();
+            let path = file
+                .as_ref()
+                .map_or(source.path.as_path(), |i| Path::new(&i.path));
+            return Err(Error::new(
+                ErrorKind::Configuration,
+                format!(
+                    "input \"{}\" states its uncertainty from {low} to {high} Hz, and a run is at {f} Hz",
+                    input.key
+                ),
+            )
+            .at(path)
+            .column("over_frequency")
+            .with_hint("add the uncertainty there: between the stated frequencies it is linear in log f, beyond them nobody knows it"));
+        }
+        Ok(())
+    }
+
     /// The inputs. Where a certificate is at hand it counts, and not the one that was printed.
     pub fn budget(&self, certificate: bool) -> proofmass_shaker::Budget {
         match self {
@@ -178,7 +214,25 @@ fn input(
             "write value and u, or distribution = { kind = \"rectangular\", lower = …, upper = … }; other kinds are normal, triangular, arcsine, student-t, trapezoidal".to_owned(),
         )
     };
+    let list = match &entry.over_frequency {
+        Some(list) => over_frequency(entry, acts, list)?,
+        None => Vec::new(),
+    };
     let distribution = match (&entry.distribution, &entry.observations) {
+        (None, None) if !list.is_empty() => Distribution::Normal {
+            mean: 0.0,
+            u: list.iter().fold(0.0, |a: f64, (_, u)| a.max(*u)),
+        },
+        (Some(_), _) | (_, Some(_)) if !list.is_empty() => {
+            return Err((
+                format!(
+                    "input \"{}\": over_frequency says u, and a distribution or observations say it again",
+                    entry.name
+                ),
+                "keep one of the two; over_frequency holds standard uncertainties of a normal distribution"
+                    .to_owned(),
+            ));
+        }
         (Some(distribution), None) => {
             distribution.check().map_err(impossible)?;
             let mean = distribution.estimate();
@@ -199,7 +253,7 @@ fn input(
         _ => {
             return Err((
                 format!(
-                    "input \"{}\": either `distribution` or `observations` is needed",
+                    "input \"{}\": one of `distribution`, `observations` and `over_frequency` is needed",
                     entry.name
                 ),
                 "such as distribution = { kind = \"normal\", mean = 0.0, u = 0.002 }".to_owned(),
@@ -220,8 +274,51 @@ fn input(
         dof: entry.dof.unwrap_or(distribution.dof()),
         distribution: distribution.scaled(factor, -factor * distribution.estimate()),
         varies_with,
-        at_frequencies: Vec::new(),
+        at_frequencies: list.iter().map(|(f, u)| (*f, u * factor)).collect(),
+        output: None,
     })
+}
+
+/// Standard uncertainties over frequency, (Hz, u in the unit of the entry).
+fn over_frequency(
+    entry: &InputEntry,
+    acts: Acts,
+    list: &[[f64; 2]],
+) -> std::result::Result<Vec<(f64, f64)>, Complaint> {
+    let refuse = |what: String, hint: &str| {
+        Err((format!("input \"{}\": {what}", entry.name), hint.to_owned()))
+    };
+    if acts.is_angle() {
+        return refuse(
+            "an angle is the same at every frequency".to_owned(),
+            "state it by `distribution`, and what changes with the frequency as an error of an output or of the reference",
+        );
+    }
+    if list.is_empty() {
+        return refuse(
+            "over_frequency is empty".to_owned(),
+            "pairs of frequency in Hz and standard uncertainty: over_frequency = [[5, 0.4], [160, 0.2]]",
+        );
+    }
+    for pair in list {
+        let [f, u] = *pair;
+        if !(f.is_finite() && f > 0.0 && u.is_finite() && u >= 0.0) {
+            return refuse(
+                format!("[{f}, {u}] in over_frequency is impossible"),
+                "a frequency above zero in Hz, and a standard uncertainty that is not negative",
+            );
+        }
+    }
+    if let Some(pair) = list.windows(2).find(|p| p[1][0] <= p[0][0]) {
+        return refuse(
+            format!(
+                "over_frequency has {} Hz behind {} Hz",
+                pair[1][0], pair[0][0]
+            ),
+            "frequencies ascend, each once",
+        );
+    }
+    Ok(list.iter().map(|[f, u]| (*f, *u)).collect())
 }
 
 impl ShakerBudget {
