@@ -65,7 +65,7 @@ enum Up {
 
 fn up(text: &str) -> Result<Up, String> {
     let refused =
-        || format!("{text:?} is none of +x, -x, +y, -y, +z, -z, three numbers X,Y,Z, none");
+        || format!("{text:?} is not one of +x, -x, +y, -y, +z, -z, three numbers X,Y,Z, none");
     if text == "none" {
         return Ok(Up::None);
     }

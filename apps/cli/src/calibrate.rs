@@ -5,9 +5,10 @@ use crate::delivery::Delivery;
 use crate::draft_arguments::DraftArguments;
 use crate::number_arguments::coverage_factor;
 use crate::{Failure, Outcome, clock, host};
-use proofmass::io::is_lent;
+use proofmass::io::{ResultDocument, is_lent};
+use proofmass::jobs::RESULT;
 use proofmass::jobs::campaign::Campaign;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Calibrate a sensor from a campaign folder, or from one recording.
 ///
@@ -43,7 +44,14 @@ impl Calibrate {
     }
 
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let mut campaign = if !self.is_of_a_campaign() {
+        let of_recording = !self.is_of_a_campaign();
+        if self.campaign == Path::new("-") {
+            return Err(
+                Failure::new("a calibration reads its recording more than once, and standard input can be read once")
+                    .hint("write it to a file first, then: proofmass calibrate FILE"),
+            );
+        }
+        let mut campaign = if of_recording {
             let draft = self.recording.draft();
             draft.campaign(&self.campaign)?
         } else {
@@ -60,6 +68,9 @@ impl Calibrate {
             campaign.state_with(k)?;
         }
         let beside = || campaign.source().resolve("result");
+        if of_recording && self.delivery.output.is_none() && host::host().is_none() {
+            refuse_of_another(&beside(), &self.campaign)?;
+        }
         let place = match self.delivery.output.clone() {
             // A host asks for files where it wants them.
             None if host::host().is_some() => None,
@@ -82,5 +93,27 @@ impl Calibrate {
             outcome = outcome.or(self.delivery.deliver(folder, &result)?);
         }
         Ok(outcome)
+    }
+}
+
+/// Refuses to put the result of a recording in the place of that of another one, where nobody named the place.
+fn refuse_of_another(place: &Path, recording: &Path) -> Result<(), Failure> {
+    let Ok(bytes) = std::fs::read(place.join(RESULT)) else {
+        return Ok(());
+    };
+    let Ok(document) = ResultDocument::from_json(&bytes) else {
+        return Ok(());
+    };
+    let name = |path: &Path| path.file_name().map(std::ffi::OsStr::to_owned);
+    let inputs = document.inputs.iter().map(|i| Path::new(&i.path));
+    let of_this = inputs.clone().any(|i| name(i) == name(recording));
+    match inputs.last() {
+        Some(other) if !of_this => Err(Failure::new(format!(
+            "{} is the result of {}",
+            place.display(),
+            other.display()
+        ))
+        .hint("name a folder for this one with -o FOLDER, or move the other away")),
+        _ => Ok(()),
     }
 }

@@ -171,27 +171,27 @@ impl Export {
         let text = if calibration.is_err() && proofmass::io::is_result(&bytes) {
             if !self.chain.chain()?.0.is_empty() {
                 return Err(
-                    Failure::new("steps follow a calibration, and this result is none")
+                    Failure::new("steps follow a calibration, and this is another result")
                         .detail(name)
                         .hint("export the calibration with them, and this result by itself"),
                 );
             }
             if !self.at.at.is_empty() {
-                return Err(
-                    Failure::new("--at is about a calibration, and this result is none")
-                        .detail(name)
-                        .hint("leave --at out"),
-                );
+                return Err(Failure::new(
+                    "--at is about a calibration, and this is another result",
+                )
+                .detail(name)
+                .hint("leave --at out"));
             }
             let found = firmware(&bytes, self.method.unwrap_or_default());
             let found = found.map_err(|e| e.detail(name.clone()))?;
             options.notes = found.notes;
             if self.form.memory {
-                return Err(
-                    Failure::new("a memory keeps a calibration, and this result is none")
-                        .detail(name)
-                        .hint("--c, --rust and --json write it for the chip"),
-                );
+                return Err(Failure::new(
+                    "a memory keeps a calibration, and this is another result",
+                )
+                .detail(name)
+                .hint("--c, --rust and --json write it for the chip"));
             }
             export_block(&found.block, form, &options)?.into_bytes()
         } else {

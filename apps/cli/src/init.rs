@@ -70,7 +70,11 @@ fn draft(recording: &Path, about: &DraftArguments) -> Result<Outcome, Failure> {
         .open(&place);
     let written = create.and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(|error| {
-        Failure::new(format!("{}: {error}", place.display()))
+        let why = match error.kind() {
+            std::io::ErrorKind::AlreadyExists => "is there already".to_owned(),
+            _ => format!("cannot be written: {error}"),
+        };
+        Failure::new(format!("{} {why}", place.display()))
             .hint("an existing campaign is never replaced: move it away, or copy the recording into a folder of its own")
     })?;
     console::note(format!(

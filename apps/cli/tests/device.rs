@@ -140,7 +140,7 @@ fn known_devices_within_and_beyond_their_sheet() {
     assert_eq!(strict.status.code(), Some(3));
     let said = String::from_utf8_lossy(&strict.stdout).into_owned();
     assert!(
-        said.contains("Failed: 1 of 10 limits exceeded; 9 met."),
+        said.contains("Failed: 1 of 10 limits exceeded (N of x); 9 met."),
         "{said}"
     );
     // `noise compare` reads the limits of noise from the same sheet.

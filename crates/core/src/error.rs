@@ -230,8 +230,10 @@ impl fmt::Display for Error {
                 // The ends of the number range are no bounds a person has set.
                 if !value.is_finite() {
                     write!(f, "{name} = {value} is not a finite number")
+                } else if max < f64::MAX && min == f64::MIN_POSITIVE {
+                    write!(f, "{name} = {value} is not above 0 and at most {max}")
                 } else if max < f64::MAX && min > f64::MIN {
-                    write!(f, "{name} = {value} lies outside [{min}, {max}]")
+                    write!(f, "{name} = {value} is not between {min} and {max}")
                 } else if max < f64::MAX {
                     write!(f, "{name} = {value} is larger than {max}")
                 } else if min == f64::MIN_POSITIVE {

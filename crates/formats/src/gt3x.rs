@@ -46,7 +46,7 @@ pub(crate) fn read(
     let scale = number("Acceleration Scale").filter(|s| *s > 1.0 && s.is_finite());
     if let (None, Some(said)) = (scale, value(&info, "Acceleration Scale")) {
         remarks.push(Remark::damaged(format!(
-            "the scale that info.txt says, \"{}\", is none: that of the device is taken, {usual} for 1 g",
+            "the scale that info.txt says, \"{}\", is not a number above zero: that of the device is taken, {usual} for 1 g",
             shown(said)
         )));
     }

@@ -173,7 +173,7 @@ fn check_rows(index: &ParquetMetaData, size: u64) -> Result<()> {
         let rows = u64::try_from(row_group.num_rows()).ok();
         let rows = rows.filter(|_| row_group.columns().len() == columns.len());
         let rows =
-            rows.ok_or_else(|| different(&format!("whose row group {} is none", group + 1)))?;
+            rows.ok_or_else(|| different(&format!("whose row group {} is damaged", group + 1)))?;
         for (column, chunk) in columns.iter().zip(row_group.columns()) {
             if column.max_rep_level() == 0 && u64::try_from(chunk.num_values()) != Ok(rows) {
                 return Err(different(&format!(

@@ -276,7 +276,7 @@ impl Found {
         };
         if head.even && time && !step {
             self.remarks.push(Remark::damaged(format!(
-                "the step of \"{}\", {} s, is none: it has no times",
+                "the step of \"{}\", {} s, is impossible: it has no times",
                 head.name, head.step
             )));
         }

@@ -30,7 +30,7 @@ struct Part {
 pub(crate) fn read(mut file: Box<dyn SeekRead>, size: u64, beside: &mut Beside) -> Result<Joint> {
     if size > LONGEST_DESCRIPTION {
         return Err(Error::new(
-            "is a description of a Unisens recording of more than 16 MiB, which is none",
+            "is a description of a Unisens recording of more than 16 MiB, which is too large",
         ));
     }
     let mut text = Vec::new();

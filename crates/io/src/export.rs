@@ -90,7 +90,7 @@ pub fn export(file: &CalibrationFile, form: ExportForm, options: &ExportOptions)
     match (form, options.number) {
         (ExportForm::Rust, ExportNumber::Fixed) => Err(unable(
             "integers are written for C only",
-            "choose single or double precision; proofmass_core::FixedPoint computes in integers in Rust",
+            "add --number float or --number double; or --c in place of --rust",
         )),
         (ExportForm::Rust, number) => Ok(rust::text(&plan, number)),
         (ExportForm::C, ExportNumber::Fixed) => c_fixed::text(&plan, fixed_range(file, options)?),
@@ -215,7 +215,7 @@ fn fixed_range(file: &CalibrationFile, options: &ExportOptions) -> Result<FixedR
     let Some(outputs) = options.outputs else {
         return Err(unable(
             "the range of the converter is not known",
-            "give its smallest and largest number, such as -32768,32767",
+            "add its smallest and largest number: --outputs -32768,32767",
         ));
     };
     Ok(FixedRange {

@@ -39,8 +39,8 @@ findings! {
     rows_missing_somewhere(missing: u64, share: f64, rate: &str) =
         "rows-missing-somewhere", [Warning],
         what "rows are missing, and the time stamps scatter too much to tell between which",
-        evidence "about {missing} samples, {share:.1} %; rate {rate}, by the grid that the stamps lie about",
-        advice "the rate holds, but what counts rows does not: record the stamps at the sensor, or a counter beside them",
+        evidence "about {missing} samples, {share:.1} %; rate {rate}, from equal steps fitted to the stamps",
+        advice "the rate is right, but what counts rows is not: record the stamps at the sensor, or a counter beside them",
         false_alarms "once in 10⁹ recordings of independent errors";
 
     /// Nothing tells lost rows from a clock that wanders.
@@ -76,7 +76,7 @@ findings! {
         "time-unit-open", [Decision],
         what "the unit of the times in {column} is not said: they are shown as if it were {unit}",
         evidence "{rates}",
-        advice "say --time-unit {unit}, or another one; every other command asks for it";
+        advice "say --time-unit {unit}, or another one; a command that needs the times asks for it";
 
     /// The head of the file has lines that are neither data nor comments.
     preamble_skipped(line: u64, text: &str, more: &str) =
@@ -131,7 +131,7 @@ findings! {
     /// Phases of a certificate that an accelerometer below its resonance does not have.
     phase_unlikely(phase: f64, degree: f64) =
         "phase-unlikely", [Warning],
-        what "the phases of the certificate are none of an accelerometer below its resonance: degrees may be called radian",
+        what "the phases of the certificate are not those of an accelerometer below its resonance: degrees may be called radian",
         evidence "a phase of {phase:.4} rad, which is {degree:.1}°",
         advice "ask the laboratory for the unit of the phase; moduli are not concerned",
         false_alarms "none where the phase at any frequency lies within 45° of 0° or 180°, and all within a turn";

@@ -25,7 +25,7 @@
 //! - Outputs appear whole or not at all.
 //!
 //! # Not covered
-//! Missing rows, UTF-16, binary recordings other than raw 32-bit floats and those of [`formats`].
+//! Missing rows, UTF-16 without a byte order mark, binary recordings other than raw 32-bit floats and those of [`formats`].
 
 mod addressed;
 mod any_calibration;
@@ -135,7 +135,9 @@ pub use output::{
 };
 pub use proofmass_formats as formats;
 pub use proofmass_uncertainty::DecimalMark;
-pub use reading::{ReadColumn, ReadGravity, ReadQuantity, ReadStream, ReadTime, Reading};
+pub use reading::{
+    ReadColumn, ReadGravity, ReadQuantity, ReadScale, ReadStream, ReadTime, Reading,
+};
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, at_frequency,

@@ -28,6 +28,9 @@ pub struct Reading {
     /// The stretch that was read, s, where it is not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between_s: Option<[f64; 2]>,
+    /// Size of one count or volt of the signals, where a person stated it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<ReadScale>,
     /// Local gravity, where the job needs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<ReadGravity>,
@@ -47,6 +50,24 @@ pub struct ReadColumn {
     pub unit: Option<Unit>,
     /// Who says the unit.
     pub unit_by: SaidBy,
+}
+
+/// Size of one count or volt.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct ReadScale {
+    /// What a number is multiplied by.
+    pub factor: f64,
+    /// The unit that it is then in.
+    pub unit: Unit,
+}
+
+impl ReadScale {
+    /// One count or volt is this much.
+    pub fn new(factor: f64, unit: Unit) -> Self {
+        Self { factor, unit }
+    }
 }
 
 /// A column of humidity, pressure, supply voltage or the like.
@@ -201,6 +222,7 @@ impl Reading {
             surroundings: Vec::new(),
             stream: ReadStream::of(layout, signals),
             between_s: None,
+            scale: None,
             gravity: None,
         }
     }
@@ -276,6 +298,14 @@ impl fmt::Display for Reading {
                 write!(f, ", ")?;
             }
             from = i + 1;
+        }
+        if let Some(scale) = &self.scale {
+            write!(
+                f,
+                ", one of which is {} {} as stated",
+                short(scale.factor),
+                scale.unit
+            )?;
         }
         let time = &self.time;
         match time.rate_hz {

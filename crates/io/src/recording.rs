@@ -6,8 +6,8 @@ use crate::rows::{RowReader, bad_field, line_of};
 use crate::time_base::TimeBaseBuilder;
 use crate::time_unit::hertz;
 use crate::{
-    ClockUnit, Error, ErrorKind, ReadQuantity, Reading, Result, SaidBy, Source, Thermometer,
-    TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
+    ClockUnit, Error, ErrorKind, ReadQuantity, ReadScale, Reading, Result, SaidBy, Source,
+    Thermometer, TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -490,6 +490,11 @@ impl Recording {
         Ok(())
     }
 
+    /// States the size of one count or volt of the signals.
+    pub fn state_scale(&mut self, scale: Option<ReadScale>) {
+        self.reading.scale = scale;
+    }
+
     /// Asks for the units of the signals that have none; each option belongs to a signal and says its unit, in their order.
     ///
     /// # Errors
@@ -620,8 +625,27 @@ pub(crate) fn unused_time(
     let step = layout.head.get(index).and_then(|h| h.step);
     let per_second = unit.and_then(|u| u.per_second(None));
     let of_stamps = per_second.zip(step).map(|(scale, step)| scale / step);
-    let contradicts = of_stamps.is_some_and(|r| (r / rate - 1.0).abs() > 0.01);
-    let seen = of_stamps.map_or(String::new(), |r| format!(", the column says {}", hertz(r)));
+    let near = |r: f64| (r / rate - 1.0).abs() < 0.01;
+    // Where nobody says what the times count, no unit may give the rate that was stated.
+    let any = |step: f64| {
+        let mut all = TimeUnit::ALL.iter().filter_map(|u| u.per_second(None));
+        all.any(|scale| near(scale / step))
+    };
+    let contradicts = match (of_stamps, step) {
+        (Some(r), _) => !near(r),
+        (None, Some(step)) => step > 0.0 && !any(step),
+        (None, None) => false,
+    };
+    let seen = match (of_stamps, step) {
+        (Some(r), _) => format!(", the column says {}", hertz(r)),
+        (None, Some(step)) if contradicts => {
+            format!(
+                ", the column advances by {} a row, and no unit of time makes that rate of it",
+                crate::time_unit::short(step)
+            )
+        }
+        _ => String::new(),
+    };
     let told = findings::time_column_unused(&layout.name(index), rate, &seen);
     Some(if contradicts {
         told.at(Severity::Warning)

@@ -495,7 +495,7 @@ impl RowReader {
             Reason::Field(column, text) => {
                 let error = at(bad_field(text, self.layout.decimal)).column(self.layout.name(*column));
                 let first = line == self.layout.first_data_line;
-                if first && error.place_is_text() {
+                if first && error.place_is_text() && !other_decimal_mark(text, self.layout.decimal) {
                     error.with_hint("if this line is a heading or a preamble, put # in front of it (or give `header = true` or `skip_lines` in a campaign); otherwise name a column of numbers")
                 } else {
                     error
@@ -587,6 +587,15 @@ impl Error {
     }
 }
 
+/// Whether a field would be a number with the other decimal mark.
+fn other_decimal_mark(text: &str, decimal: DecimalMark) -> bool {
+    let other = match decimal {
+        DecimalMark::Point => DecimalMark::Comma,
+        DecimalMark::Comma => DecimalMark::Point,
+    };
+    parse_number(text.as_bytes(), other).is_some()
+}
+
 pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
     let lower = text
         .trim()
@@ -602,12 +611,16 @@ pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
             format!("\"{text}\" is not a finite number"),
             "cut the recording before or after this line; missing samples are not filled in silently",
         )
-    } else if lower.starts_with("inf")
-        || text.bytes().any(|b| b.is_ascii_digit())
-            && parse_number(text.as_bytes(), decimal).is_some()
-    {
+    } else if lower.starts_with("inf") {
         (
             format!("\"{text}\" is not a finite number"),
+            "the sensor or the converter overflowed here: cut this part out of the recording",
+        )
+    } else if text.bytes().any(|b| b.is_ascii_digit())
+        && parse_number(text.as_bytes(), decimal).is_some()
+    {
+        (
+            format!("\"{text}\" is too large for a reading, which is below 1e100"),
             "the sensor or the converter overflowed here: cut this part out of the recording",
         )
     } else if decimal == DecimalMark::Point && text.contains(',') {

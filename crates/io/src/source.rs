@@ -1,5 +1,6 @@
 //! Where bytes come from: a file, a pipe, standard input or memory, plain or compressed; read once, from front to end.
 
+mod utf16;
 mod zstd;
 
 use crate::digest::hexadecimal;
@@ -13,6 +14,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use utf16::Utf16Reader;
 use zstd::ZstdReader;
 
 /// Most bytes of a document that has to be held whole: a campaign, a table, a calibration, a result.
@@ -33,7 +35,8 @@ const PIECE: usize = 1 << 16;
 
 /// A stream of bytes with a name, opened once and read once.
 ///
-/// gzip and zstd are recognised by their first bytes, whatever the name says, and come out unpacked. The SHA-256
+/// gzip and zstd are recognised by their first bytes, whatever the name says, and come out unpacked; so is a text in UTF-16 with a byte
+/// order mark, which comes out in UTF-8. The SHA-256
 /// belongs to the bytes as they came, so that `sha256sum` of the file gives the same.
 ///
 /// ```
@@ -73,6 +76,8 @@ enum Body {
     Plain(Tap),
     Gzip(Box<MultiGzDecoder<Tap>>),
     Zstd(Box<ZstdReader<Tap>>),
+    /// Of a text in UTF-16 with a byte order mark, in UTF-8.
+    Utf16(Box<Utf16Reader<Tap>>),
 }
 
 /// Counts and digests what passes.
@@ -201,6 +206,9 @@ impl Source {
             [0x28, 0xB5, 0x2F, 0xFD] | [0x50..=0x5F, 0x2A, 0x4D, 0x18] => {
                 Body::Zstd(Box::new(ZstdReader::new(tap)))
             }
+            // A byte order mark with a Latin character behind it.
+            [0xFF, 0xFE, _, 0] => Body::Utf16(Box::new(Utf16Reader::new(tap, false))),
+            [0xFE, 0xFF, 0, _] => Body::Utf16(Box::new(Utf16Reader::new(tap, true))),
             _ => Body::Plain(tap),
         };
         Ok(Self {
@@ -408,6 +416,7 @@ impl Source {
             Body::Plain(tap) => tap,
             Body::Gzip(gzip) => gzip,
             Body::Zstd(zstd) => zstd,
+            Body::Utf16(text) => text,
         };
         match reader.take(bytes as u64).read_to_end(to) {
             Ok(got) => {
@@ -422,7 +431,7 @@ impl Source {
         let form = match self.body {
             Body::Gzip(_) => "gzip",
             Body::Zstd(_) => "zstd",
-            Body::Plain(_) => return Error::access(&self.name, "read", e),
+            Body::Plain(_) | Body::Utf16(_) => return Error::access(&self.name, "read", e),
         };
         if self.tap().refused.is_some() {
             return Error::access(&self.name, "read", e);
@@ -450,6 +459,7 @@ impl Source {
             Body::Plain(tap) => tap,
             Body::Gzip(gzip) => gzip.into_inner(),
             Body::Zstd(zstd) => zstd.into_inner(),
+            Body::Utf16(text) => text.into_inner(),
         };
         let sha256 = hexadecimal(&tap.hash.finalize());
         let beside = self.beside.iter().map(|path| Input::of(path));
@@ -470,6 +480,7 @@ impl Source {
             Body::Plain(tap) => tap,
             Body::Gzip(gzip) => gzip.get_ref(),
             Body::Zstd(zstd) => zstd.get_ref(),
+            Body::Utf16(text) => text.get_ref(),
         }
     }
 }
@@ -489,6 +500,7 @@ impl Read for Source {
             Body::Plain(tap) => tap.read(buffer),
             Body::Gzip(gzip) => gzip.read(buffer),
             Body::Zstd(zstd) => zstd.read(buffer),
+            Body::Utf16(text) => text.read(buffer),
         }?;
         self.at_end = n == 0;
         Ok(n)

@@ -70,6 +70,18 @@ impl std::str::FromStr for TimeUnit {
 }
 
 impl TimeUnit {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Second,
+        Self::Millisecond,
+        Self::Microsecond,
+        Self::Nanosecond,
+        Self::Minute,
+        Self::Hour,
+        Self::Day,
+        Self::Index,
+    ];
+
     /// The unit of time that a heading names.
     pub fn of(unit: Unit) -> Option<Self> {
         match unit {

@@ -503,7 +503,7 @@ pub(crate) fn doubt_of(path: &Path, sha256: &str) -> Option<String> {
     let forged = || signature.is_some_and(|s| s.signer(&statement).is_none());
     match same {
         false => Some(format!(
-            "{} was changed since it was written: {} lists another",
+            "{} was changed since it was written: {} lists another digest",
             path.display(),
             list.display()
         )),

@@ -126,7 +126,7 @@ impl BiasJob {
         };
         let up = rest.attitude.or(self.up).ok_or_else(|| {
             Trouble::request(format!("the attitude of rest {} is not known", number + 1)).with_hint(
-                "state which way is up for the whole recording, or for every rest in a table of segments",
+                "add --up +z (or another axis that points up in all of it), or --segments FILE with a column `direction` for each rest",
             )
         })?;
         let length = up.iter().map(|v| v * v).sum::<f64>().sqrt();

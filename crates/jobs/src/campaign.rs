@@ -16,7 +16,7 @@ mod text_table;
 mod transverse;
 
 pub use draft::Draft;
-pub(crate) use draft::Unsaid;
+pub(crate) use draft::{Unsaid, axes, no_axes};
 pub use example::example;
 pub use free_living::FreeLivingCampaign;
 pub use multi_position::{MethodModel, MethodTable, MultiPositionCampaign, RowsAre};
@@ -282,6 +282,31 @@ impl Campaign {
     }
 }
 
+/// What a reader of TOML complains of, in the words of somebody who wrote the file.
+fn plain_toml(message: &str) -> String {
+    let kind = |word: &str| match word {
+        "f64" | "f32" => "a number".to_owned(),
+        "u64" | "u32" | "usize" | "i64" | "i32" => "a whole number".to_owned(),
+        "a string" | "a boolean" | "a map" | "a sequence" => word.to_owned(),
+        other => other.to_owned(),
+    };
+    if let Some((given, wanted)) = message
+        .strip_prefix("invalid type: ")
+        .and_then(|rest| rest.split_once(", expected "))
+    {
+        let quoted = match given.starts_with("string ") && kind(wanted).contains("number") {
+            true => " without quotes",
+            false => "",
+        };
+        return format!("{given} stands where {}{quoted} is needed", kind(wanted));
+    }
+    if message.starts_with("unexpected key or value, expected newline") {
+        return "the line goes on behind its value: one key a line, and a point for the decimals"
+            .to_owned();
+    }
+    message.to_owned()
+}
+
 impl CampaignFile {
     /// Reads the text of a campaign from a folder or a file.
     ///
@@ -363,7 +388,7 @@ impl CampaignFile {
         toml::from_str(&self.text).map_err(|e| {
             let message = e.message().lines().next().unwrap_or_default().to_string();
             let line = e.span().map(|span| self.line_at(span.start));
-            let mut error = self.refusal(line, None, message.clone());
+            let mut error = self.refusal(line, None, plain_toml(&message));
             // serde writes: unknown field `a`, expected one of `b`, `c`
             let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
             if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
@@ -379,8 +404,29 @@ impl CampaignFile {
                     .refusal(line, Some(unknown), format!("unknown {what}"))
                     .with_hint(format!("{near}valid here: {}", valid.join(", ")));
             }
+            if let (Some(missing), true) = (words.first(), message.starts_with("missing field ")) {
+                let table = self.table_at(line);
+                let heading = table.as_deref().map_or(String::new(), |t| format!("[{t}] "));
+                error = self
+                    .refusal(line, Some(missing), format!("{heading}needs `{missing}`"))
+                    .with_hint(match *missing {
+                        "columns" => "add columns = { x = …, y = …, z = … } to it, each the heading or the number of a column".to_owned(),
+                        _ => format!("add it; `proofmass schema` and `proofmass init --kind KIND -o FOLDER` show what each kind has, docs/keys.md every key ({missing})"),
+                    });
+            }
             error.because(e)
         })
+    }
+
+    /// Heading of the table that a line belongs to, where it has one.
+    fn table_at(&self, line: Option<u64>) -> Option<String> {
+        let before = self.text.lines().take(line? as usize);
+        let headings = before.filter_map(|l| {
+            let inside = l.trim().strip_prefix('[')?;
+            let (name, _) = inside.trim_start_matches('[').split_once(']')?;
+            Some(name.trim().to_owned())
+        });
+        headings.last()
     }
 
     /// Line of a byte of the text, from one.

@@ -61,7 +61,7 @@ static CODES: [ErrorCode; 26] = [
     ),
     code(
         "column",
-        "A column is missing, is named twice, or has a unit that is none of its kind.",
+        "A column is missing, is named twice, or has a unit of another quantity.",
         "`proofmass inspect FILE` lists the columns with their units; name the column by its heading or its number, and its unit by `--unit`.",
     ),
     code(
@@ -116,7 +116,7 @@ static CODES: [ErrorCode; 26] = [
     ),
     code(
         "not-positive-definite",
-        "A covariance that was given is none: a variance below zero, or a correlation beyond one.",
+        "A covariance that was given is impossible: a variance below zero, or a correlation beyond one.",
         "Check the table that it comes from; digits that were cut off can be the cause.",
     ),
     code(

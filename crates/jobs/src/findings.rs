@@ -84,9 +84,10 @@ impl Explanation {
             what: kind.what_line(),
             evidence: kind.evidence_line(),
             // There are several, and the call that found it chooses.
-            advice: kind
-                .advice_line()
-                .replace("⟨remedy⟩", "what the result says, as the cause asks for it"),
+            advice: kind.advice_line().replace(
+                "⟨remedy⟩",
+                "it depends on the cause, and the result states it",
+            ),
             evidence_fields: kind.evidence_fields,
             false_alarms: kind.false_alarms,
         }

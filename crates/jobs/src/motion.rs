@@ -244,7 +244,7 @@ fn at_full_scale(
 ) -> Result<Option<Finding>> {
     if !(scale > 0.0 && scale.is_finite()) {
         return Err(
-            Trouble::request(format!("a full scale of {scale} m/s² is none"))
+            Trouble::request(format!("a full scale of {scale} m/s² is impossible"))
                 .with_hint("give the end of the range of the sensor, above zero, such as 2g"),
         );
     }

@@ -55,6 +55,10 @@ pub struct NoiseJob {
     pub clocks: bool,
 }
 
+/// What to do where a recording has gaps and they are refused.
+const GAPS_REFUSED: &str =
+    "leave --refuse-gaps out: no statistic uses samples from both sides of a gap";
+
 impl Default for NoiseJob {
     fn default() -> Self {
         Self {
@@ -188,7 +192,9 @@ impl NoiseJob {
                     "neither time stamps nor a sampling rate of {} are known",
                     data.name
                 ))
-                .with_hint("give the rate in hertz, or a time column"));
+                .with_hint(
+                    "give the rate in hertz (--rate HZ), or a time column (--time COLUMN)",
+                ));
             }
         };
         if self.options.separate {
@@ -270,11 +276,11 @@ impl NoiseJob {
         }
         let gaps = blocks.gaps();
         if self.options.gaps == Gaps::Refuse && gaps > 0 {
-            return Err(
-                Trouble::data(format!("the recording has {gaps} gaps in time"))
-                    .detail(data.name)
-                    .with_hint("allow gaps: no statistic reaches across them"),
-            );
+            return Err(Trouble::data(format!(
+                "the recording has {gaps} gaps in time, and gaps are refused"
+            ))
+            .detail(data.name)
+            .with_hint(GAPS_REFUSED));
         }
         let rate = blocks.rate().ok_or_else(|| {
             Trouble::request(format!(
@@ -326,7 +332,7 @@ impl NoiseJob {
                 ..
             } => {
                 return Trouble::request(
-                    "of a recording that is read as a stream there is OADEV at octave averaging times, and nothing else",
+                    "a recording that is read as a stream has OADEV at octave averaging times alone",
                 )
                 .detail(name)
                 .with_hint("leave --statistic and --taus out, or read it into memory, without --stream");
@@ -352,9 +358,7 @@ impl NoiseJob {
             Error::OutOfRange { name: "tau", .. } => {
                 "an averaging time is a whole number of sample intervals, at most a half or a third of the record by statistic"
             }
-            _ if self.options.gaps == Gaps::Refuse => {
-                "allow gaps: no statistic reaches across them"
-            }
+            _ if self.options.gaps == Gaps::Refuse => GAPS_REFUSED,
             _ => "see `proofmass inspect` for what the file holds",
         };
         Trouble::from(error).detail(name).with_hint(hint)

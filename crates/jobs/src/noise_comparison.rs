@@ -295,7 +295,7 @@ impl NoiseComparisonJob {
         if temperatures.len() != all || !usable || !spread {
             return Err(Trouble::request(match (temperatures.len() == all, usable) {
                 (false, _) => format!("{} temperatures are stated for {all} results", temperatures.len()),
-                (true, false) => "a temperature is none".to_owned(),
+                (true, false) => "a temperature is not a number".to_owned(),
                 (true, true) => "all results are at one temperature: there is no line over it".to_owned(),
             })
             .with_hint("give one temperature in °C for each result, in their order: --temperatures=-20,20,60"));

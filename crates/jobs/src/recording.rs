@@ -1,12 +1,13 @@
 //! How a recording of a calibrated sensor is to be read.
 
+use crate::campaign::{Unsaid, axes, no_axes};
 use crate::channels::{ChannelReading, WantedChannel};
 use crate::findings;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading,
-    Recording, RecordingOptions, TimeUnit, Unit,
+    Recording, RecordingOptions, Source, TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -162,12 +163,12 @@ impl RecordingReading {
         self.reading_of(self.signals(&calibration.clone().into())?)
     }
 
-    /// The same without a calibration: x, y and z must be named.
+    /// The same without a calibration: x, y and z are named, or told by their headings.
     ///
     /// # Errors
-    /// They are not, or not three.
-    pub fn options_alone(&self) -> Result<RecordingOptions> {
-        match &self.columns {
+    /// They are neither, or not three; everything else that nobody says is asked for with them.
+    pub fn options_alone(&self, source: &mut Source) -> Result<RecordingOptions> {
+        match &self.columns_of_axes(source)? {
             Some(columns) if columns.len() == 3 => self.reading_of(columns.clone()),
             Some(columns) if columns.len() == 1 => Err(Trouble::request(
                 "one column is named, and the directions of three axes are needed here",
@@ -182,12 +183,47 @@ impl RecordingReading {
         }
     }
 
+    /// The columns as they are named, else those of three axes by their headings.
+    fn columns_of_axes(&self, source: &mut Source) -> Result<Option<Vec<ColumnRef>>> {
+        let name = source.name().to_path_buf();
+        let layout = Layout::of(source, &LayoutOptions::default())?;
+        let at = |e: proofmass_io::Error| Trouble::from(e.at(&name));
+        let (columns, unknown) = match (&self.columns, axes(&layout)) {
+            (Some(columns), _) => (Some(columns.clone()), None),
+            (None, Ok(names)) => {
+                let list = names.iter().map(|name| ColumnRef::from_word(name));
+                (Some(list.collect::<Vec<_>>()), None)
+            }
+            (None, Err(several)) => (None, Some(no_axes(&layout, several))),
+        };
+        let find = |column: &ColumnRef| layout.find(column).map_err(at);
+        let signals = columns
+            .iter()
+            .flatten()
+            .map(find)
+            .collect::<Result<Vec<_>>>()?;
+        let unsaid = Unsaid {
+            signals: &signals,
+            unit: self.unit,
+            time: self.time.as_ref().map(find).transpose()?,
+            time_unit: self.time_unit,
+            rate_hz: self.rate,
+            timeless: false,
+        };
+        let asked = unknown.as_ref().map(|error| (error, "--columns X,Y,Z"));
+        unsaid.ask_beside(&layout, asked).map_err(at)?;
+        match unknown {
+            Some(error) => Err(at(error)),
+            None => Ok(columns),
+        }
+    }
+
     /// The same for a sensor of three axes or of one.
     ///
     /// # Errors
     /// Neither one column is named nor three.
-    pub(crate) fn options_of_axes(&self) -> Result<RecordingOptions> {
-        match &self.columns {
+    pub(crate) fn options_of_axes(&self, source: &mut Source) -> Result<RecordingOptions> {
+        match &self.columns_of_axes(source)? {
             Some(columns) if matches!(columns.len(), 1 | 3) => self.reading_of(columns.clone()),
             _ => Err(
                 Trouble::request("which columns are the outputs is not known").with_hint(

@@ -352,15 +352,15 @@ impl ShockJob {
     fn check(&self, data: &ShockData<'_>) -> Result<()> {
         if !(self.quality > 0.5 && self.quality.is_finite()) {
             return Err(Trouble::request(format!(
-                "a quality factor of {} is none: Q is larger than 0.5",
+                "a quality factor of {} is too small: Q is larger than 0.5",
                 self.quality
             )));
         }
         if let Some(band) = self.return_band.filter(|b| !(*b > 0.0 && b.is_finite())) {
-            return Err(
-                Trouble::request(format!("a band of ± {band} about the baseline is none"))
-                    .with_hint("give a number above zero, in m/s² or the unit of the output"),
-            );
+            return Err(Trouble::request(format!(
+                "a band of ± {band} about the baseline is not above zero"
+            ))
+            .with_hint("give a number above zero, in m/s² or the unit of the output"));
         }
         if self.per_octave == 0 || self.per_octave > 192 {
             return Err(Trouble::request(format!(
@@ -482,7 +482,7 @@ impl ShockJob {
         let frequencies = octaves(low, high, self.per_octave);
         if frequencies.is_empty() {
             return Err(Trouble::request(format!(
-                "natural frequencies from {low} Hz to {high} Hz are none"
+                "natural frequencies from {low} Hz to {high} Hz do not ascend from above zero"
             )));
         }
         if high > 0.1 * rate && self.peaks == Peaks::AtSamples {

@@ -350,9 +350,11 @@ pub fn mounted_turn(source: Source) -> Result<(MountedTurn, Input)> {
         })?;
     match turn.is_sound() {
         true => Ok((turn, input)),
-        false => Err(Trouble::data("the covariance of the mounting is none")
-            .detail(name)
-            .with_hint("do not edit the file by hand; run `proofmass test mounting` again")),
+        false => Err(
+            Trouble::data("the covariance of the mounting is impossible")
+                .detail(name)
+                .with_hint("do not edit the file by hand; run `proofmass test mounting` again"),
+        ),
     }
 }
 

@@ -125,7 +125,7 @@ impl ValidationJob {
         if let Some([sensitivity, zero]) = self.nominal {
             if !(sensitivity != 0.0 && sensitivity.is_finite() && zero.is_finite()) {
                 return Err(Trouble::request(format!(
-                    "a nominal output of {sensitivity} per m/s² with {zero} at rest is none"
+                    "a nominal output of {sensitivity} per m/s² with {zero} at rest is impossible"
                 ))
                 .with_hint("give --nominal-sensitivity in the unit of the outputs per m/s², and --nominal-zero"));
             }

@@ -64,14 +64,15 @@ fn files<'a>(links: impl Iterator<Item = &'a Link>) -> usize {
 
 fn said(changed: usize, missing: usize, all: usize) -> String {
     let are = |n: usize| if n == 1 { "is" } else { "are" };
+    let were = |n: usize| if n == 1 { "was" } else { "were" };
     match (changed, missing, all) {
         (0, 0, 1) => "the one file that is named is unchanged".to_owned(),
         (0, 0, _) => format!("all {all} files that are named are unchanged"),
-        (n, 0, _) => format!("{n} of {all} files {} not what they were", are(n)),
+        (n, 0, _) => format!("{n} of {all} files {} changed", were(n)),
         (0, n, _) => format!("{n} of {all} files {} missing", are(n)),
         (n, m, _) => format!(
-            "{n} of {all} files {} not what they were and {m} {} missing",
-            are(n),
+            "{n} of {all} files {} changed, and {m} {} missing",
+            were(n),
             are(m)
         ),
     }

@@ -23,7 +23,7 @@ impl FromStr for Term {
         let found = Self::ALL
             .into_iter()
             .find(|t| t.symbol().eq_ignore_ascii_case(text.trim()));
-        found.ok_or_else(|| format!("{text:?} is none of the terms Q, N, B, K, R, G, A"))
+        found.ok_or_else(|| format!("{text:?} is not one of the terms Q, N, B, K, R, G, A"))
     }
 }
 
@@ -70,7 +70,7 @@ impl FromStr for Taus {
 
     /// `octave`, `decade`, `all`, a number per decade (`10/decade`), or times in seconds (`0.1,1,10`).
     fn from_str(text: &str) -> Result<Self, String> {
-        let refused = || format!("{text:?} is none of octave, decade, all, 10/decade, 0.1,1,10");
+        let refused = || format!("{text:?} is not one of octave, decade, all, 10/decade, 0.1,1,10");
         match text {
             "octave" => return Ok(Self::Octave),
             "decade" => return Ok(Self::Decade),

@@ -82,7 +82,7 @@ findings! {
         "innovations-too-large", [Warning, Decision],
         what "{axis}: the innovations are larger than the stated noise lets expect",
         evidence "{ratio:.2} times their standard deviation, {low:.2} to {high:.2} by chance over {means} means",
-        advice "the intervals are too narrow: take the noise in the state in which this was recorded (mounted, running), or leave rests out that are none";
+        advice "the intervals are too narrow: take the noise in the state in which this was recorded (mounted, running), or leave out what is no rest";
 
     /// Innovations of the bias filter are smaller than its noise.
     innovations_too_small(axis: &str, ratio: f64, low: f64, high: f64, means: usize) =
@@ -368,7 +368,7 @@ findings! {
         "calibration-jump", [Warning],
         what "{quantity} jumps {when}",
         evidence "{height:.3e} ± {expanded:.1e} {unit}, beside the drift",
-        advice "look for a drop, a repair, another fixture or another reference between the two; a drift over the jump is none of the device",
+        advice "look for a drop, a repair, another fixture or another reference between the two; a drift over the jump is not that of the device",
         false_alarms "at most 1 % of histories";
 
     /// The next calibration is due at once.

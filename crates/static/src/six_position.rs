@@ -86,7 +86,7 @@ fn positions(poses: &[Pose]) -> Result<Vec<Direction>, Error> {
         .enumerate()
         .map(|(index, direction)| {
             direction.ok_or(Error::OutOfRange {
-                name: "standstill that is none of the six positions, number",
+                name: "standstill outside of the six positions, number",
                 value: index as f64 + 1.0,
                 min: 0.0,
                 max: 0.0,

@@ -72,7 +72,7 @@ fn stored(path: &Path) -> Result<(StoredResult, PathBuf, Input), Failure> {
     let (bytes, input) = Source::open(&path)?.into_bytes(LARGEST_DOCUMENT)?;
     if let Some(doubt) = &input.doubt {
         return Err(Failure::new(doubt)
-            .hint("a certificate of a result that was changed is none: evaluate it again"));
+            .hint("a result that was changed has no certificate: evaluate it again"));
     }
     let result = StoredResult::from_json(&bytes)
         .map_err(|trouble| Failure::from(trouble).detail(path.display().to_string()))?;

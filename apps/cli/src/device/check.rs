@@ -97,6 +97,15 @@ fn results_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     if folder.is_file() {
         return Ok(vec![folder.to_path_buf()]);
     }
+    if !folder.exists() {
+        return Err(proofmass_io::Error::new(
+            proofmass_io::ErrorKind::NotFound,
+            "there is no such folder",
+        )
+        .at(folder)
+        .with_hint("name a folder of results")
+        .into());
+    }
     let mut found = Vec::new();
     let mut open = vec![folder.to_path_buf()];
     while let Some(here) = open.pop() {

@@ -101,7 +101,7 @@ fn full_scale(text: &str) -> Result<f64, String> {
 }
 
 fn baseline(text: &str) -> Result<Baseline, String> {
-    let refused = || format!("{text:?} is none of none, mean, before=SECONDS, velocity=DEGREE");
+    let refused = || format!("{text:?} is not one of none, mean, before=SECONDS, velocity=DEGREE");
     match text.split_once('=') {
         None if text == "none" => Ok(Baseline::None),
         None if text == "mean" => Ok(Baseline::Mean),

@@ -42,7 +42,7 @@ impl Trouble {
     pub(super) fn remark(self, part: &str, size: u64) -> Result<Remark> {
         Ok(match self {
             Self::Cut(at) => Remark::cut(format!(
-                "{part}, of which something should stand at byte {at} of the {size} of the file"
+                "{part} is cut off: it needs byte {at}, and the file has {size} bytes"
             )),
             Self::Damaged(what) => Remark::damaged(format!("{part}: {what}")),
             Self::Foreign(what) => Remark::passed_over(format!("{part}, {what}")),

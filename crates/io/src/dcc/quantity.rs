@@ -546,7 +546,7 @@ fn covariance(
             let factor = factor.filter(|_| words.all(|w| w == stated.text()));
             let factor = factor.ok_or_else(|| {
                 unit.refuse(format!(
-                    "a covariance in {} is none of values in {} and {}",
+                    "a covariance in {} does not belong to values in {} and {}",
                     unit.text(),
                     units[column].text(),
                     units[row].text()
@@ -567,7 +567,7 @@ fn covariance(
         let near = (b - c).abs() <= 1e-6 * (b.abs() + c.abs());
         if !(a >= 0.0 && d >= 0.0 && near && b * c <= a * d * (1.0 + 1e-6)) {
             return Err(cells[0].refuse(format!(
-                "the covariance matrix of value {} is none: {a}, {b}; {c}, {d}",
+                "the covariance matrix of value {} is impossible: {a}, {b}; {c}, {d}",
                 i + 1
             )));
         }

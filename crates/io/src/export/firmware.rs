@@ -119,6 +119,9 @@ pub enum FirmwareBlock {
     },
 }
 
+/// What a filter on a chip can have.
+const POSSIBLE: &str = "a corner lies below 0.49 of the sampling rate: lower it or raise --rate; a moving average has 1 to 4096 samples";
+
 /// Most samples of a moving average.
 pub const LONGEST_AVERAGE: usize = 4096;
 
@@ -168,7 +171,7 @@ impl FirmwareBlock {
         }
         let delay = self
             .group_delay()
-            .map_err(|e| unable(&e.to_string(), "see --help for what is possible"))?;
+            .map_err(|e| unable(&e.to_string(), POSSIBLE))?;
         let rate = match self {
             Self::LowPass { rate, .. }
             | Self::LinearPhase { rate, .. }
@@ -301,7 +304,7 @@ pub fn export_block(
         Some(name) => super::identifier(name)?,
         None => block.default_name().to_owned(),
     };
-    let refused = |e: CoreError| unable(&e.to_string(), "see --help for what is possible");
+    let refused = |e: CoreError| unable(&e.to_string(), POSSIBLE);
     let vectors = Vectors::of(block, single).map_err(refused)?;
     let software = Software::default();
     let heading = block.heading(&software, options)?;

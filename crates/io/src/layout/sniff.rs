@@ -102,11 +102,16 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         headings.push(line);
     }
     let Some(first_data) = first_data else {
-        return Err(Error::new(
-            ErrorKind::Format,
-            "the file has a header but no row of numbers",
-        )
-        .with_hint(
+        let begin = headings
+            .first()
+            .map_or(&b""[..], |l| l.text)
+            .trim_ascii_start();
+        let what = match begin {
+            [b'{' | b'[', ..] => "is a JSON file, not a recording",
+            [b'<', ..] => "is a page or an XML file, not a recording",
+            _ => "the file has a header but no row of numbers",
+        };
+        return Err(Error::new(ErrorKind::Format, what).with_hint(
             "a recording is text with one row per sample; check that the export was finished",
         ));
     };
@@ -271,8 +276,11 @@ fn refuse_binary(head: &[u8]) -> Result<()> {
     };
     let marked = head.starts_with(&[0xFF, 0xFE]) || head.starts_with(&[0xFE, 0xFF]);
     if marked || zeros(0) != zeros(1) {
-        return Err(Error::new(ErrorKind::Format, "the text is coded as UTF-16")
-            .with_hint("save it again as UTF-8 or plain ASCII"));
+        return Err(Error::new(
+            ErrorKind::Format,
+            "the text is coded as UTF-16 without a byte order mark",
+        )
+        .with_hint("save it again as UTF-8, or as UTF-16 with a mark"));
     }
     if let Some((_, what, remedy)) = OTHERS.iter().find(|o| head.starts_with(o.0)) {
         return Err(Error::new(

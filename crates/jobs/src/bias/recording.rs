@@ -30,13 +30,14 @@ impl BiasRecording {
     /// # Errors
     /// A file that cannot be read; columns that are not named or are no accelerations; a noise result that does not fit.
     pub fn read(
-        recording: Source,
+        mut recording: Source,
         reading: &RecordingReading,
         segments: Option<Source>,
         noise: Option<Source>,
     ) -> Result<Self> {
         let name = recording.name().display().to_string();
-        let recording = Recording::from_source(recording, &reading.options_alone()?)?;
+        let options = reading.options_alone(&mut recording)?;
+        let recording = Recording::from_source(recording, &options)?;
         let [x, y, z] = recording.columns.as_slice() else {
             return Err(Trouble::data("three columns are needed").detail(name));
         };

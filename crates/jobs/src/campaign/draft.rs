@@ -58,15 +58,12 @@ impl Draft {
         let source = Source::open(recording)?;
         let mut source = source.with_stream(self.source.as_deref(), false);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
-        let columns = match &self.columns {
-            Some(columns) => columns.clone(),
-            None => axes(&layout).map_err(|several| no_axes(&layout, several).at(recording))?,
-        };
+        let columns = self.columns.clone().or_else(|| axes(&layout).ok());
         let signals = columns
             .iter()
+            .flatten()
             .map(|column| layout.find(&ColumnRef::from_word(column)))
             .collect::<Result<Vec<_>>>()?;
-        let first = signals[0];
         let time = match &self.time {
             Some(time) => Some(time.clone()),
             None if self.rate_hz.is_some() => None,
@@ -105,12 +102,18 @@ impl Draft {
             Ok(number) => number.to_string(),
             Err(_) => format!("{word:?}"),
         };
-        line(format!(
-            "columns = {{ x = {}, y = {}, z = {} }}",
-            column(&columns[0]),
-            column(&columns[1]),
-            column(&columns[2])
-        ));
+        match &columns {
+            Some([x, y, z]) => line(format!(
+                "columns = {{ x = {}, y = {}, z = {} }}",
+                column(x),
+                column(y),
+                column(z)
+            )),
+            None => line(format!(
+                "# columns = {{ x = …, y = …, z = … }}  # by heading or number; {}",
+                columns_of(&layout)
+            )),
+        }
         match (&time, self.rate_hz) {
             (Some(time), _) => {
                 line(format!("time = {}", column(time)));
@@ -143,7 +146,8 @@ impl Draft {
         if let Some([from, to]) = self.between {
             line(format!("between_s = [{from:?}, {to:?}]"));
         }
-        match (self.unit, layout.unit(first)) {
+        let first = signals.first().and_then(|&i| layout.unit(i));
+        match (self.unit, first) {
             (Some(unit), _) => line(format!("unit = \"{}\"", unit.ascii())),
             (None, Some(unit)) => line(format!("# unit: {unit}, by the heading")),
             (None, None) => line(match layout.likely_unit(&signals) {
@@ -250,7 +254,10 @@ impl Draft {
                 Ok(columns) => Some(columns),
                 Err(several) => {
                     let error = no_axes(&layout, several);
-                    missing.push((error.to_string(), "--columns X,Y,Z".to_owned()));
+                    missing.push((
+                        format!("{error} ({})", columns_of(&layout)),
+                        "--columns X,Y,Z".to_owned(),
+                    ));
                     None
                 }
             },
@@ -268,7 +275,12 @@ impl Draft {
             rate_hz: self.rate_hz,
             timeless: self.rows == RowsAre::Readings,
         };
-        for (what, option, _) in unsaid.list(&layout).map_err(|e| e.at(recording))? {
+        let unknown = match columns {
+            None => unsaid.unit_of_unknown(&layout),
+            Some(_) => None,
+        };
+        let list = unsaid.list(&layout).map_err(|e| e.at(recording))?;
+        for (what, option, _) in unknown.into_iter().chain(list) {
             missing.push((what, option));
         }
         if missing.is_empty() {
@@ -455,9 +467,40 @@ impl Unsaid<'_> {
         Ok(list)
     }
 
+    /// The unit of columns that nobody named: asked for where no heading says that of an acceleration.
+    fn unit_of_unknown(&self, layout: &Layout) -> Option<(String, String, String)> {
+        let says = |i| {
+            layout
+                .unit(i)
+                .is_some_and(|u| u.is_acceleration() || u.is_raw())
+        };
+        let asked = self.unit.is_none() && !(0..layout.columns).any(says);
+        asked.then(|| {
+            (
+                "their unit is not said".to_owned(),
+                "--unit UNIT".to_owned(),
+                "unit = \"UNIT\"".to_owned(),
+            )
+        })
+    }
+
     /// One refusal for all of it where more than one thing is missing, with the options that say it.
     pub(crate) fn ask(&self, layout: &Layout) -> Result<()> {
-        let list = self.list(layout)?;
+        self.ask_beside(layout, None)
+    }
+
+    /// The same beside columns that are not known, with the refusal and the option that names them.
+    pub(crate) fn ask_beside(
+        &self,
+        layout: &Layout,
+        columns: Option<(&Error, &str)>,
+    ) -> Result<()> {
+        let mut list = Vec::new();
+        if let Some((error, option)) = columns {
+            list.push((error.to_string(), option.to_owned(), String::new()));
+            list.extend(self.unit_of_unknown(layout));
+        }
+        list.extend(self.list(layout)?);
         if list.len() < 2 {
             return Ok(());
         }
@@ -476,52 +519,58 @@ impl Unsaid<'_> {
 
     /// One refusal for all of it, with the lines to write into the campaign; `place` is what is not known of gravity.
     pub(crate) fn refuse(&self, layout: &Layout, place: bool) -> Result<()> {
-        let mut list = self.list(layout)?;
+        let list = self.list(layout)?;
         if list.is_empty() && !place {
             return Ok(());
         }
-        if place {
-            list.push((
-                "where it was made".to_owned(),
-                String::new(),
-                "latitude_deg = DEGREES and height_m = METRES in [gravity]".to_owned(),
-            ));
-        }
-        let what: Vec<String> = list.iter().map(|l| l.0.clone()).collect();
+        let mut what: Vec<String> = list.iter().map(|l| l.0.clone()).collect();
         let lines: Vec<&str> = list.iter().map(|l| l.2.as_str()).collect();
+        let mut hints = Vec::new();
+        if !lines.is_empty() {
+            hints.push(format!("{} to [recording]", lines.join(", ")));
+        }
+        if place {
+            what.push("the place of the recording is not known, which g needs".to_owned());
+            hints.push(
+                "latitude_deg = DEGREES and height_m = METRES (or value = … and standard_uncertainty = …) to [gravity]"
+                    .to_owned(),
+            );
+        }
         let what = match what.as_slice() {
             [one] => one.clone(),
             all => format!("not all of the recording is said: {}", all.join("; ")),
         };
-        Err(
-            Error::new(ErrorKind::Configuration, what).with_hint(format!(
-                "write into [recording] of the campaign: {}",
-                lines.join(", ")
-            )),
-        )
+        Err(Error::new(ErrorKind::Configuration, what)
+            .with_hint(format!("in the campaign add {}", hints.join(", and "))))
     }
 }
 
 /// The columns of x, y and z have to be named.
-fn no_axes(layout: &Layout, several: bool) -> Error {
+pub(crate) fn no_axes(layout: &Layout, several: bool) -> Error {
     let what = match (several, &layout.header) {
         (true, Some(_)) => "more than one sensor may be meant by x, y and z",
         (true, None) => "without headings it is not known which columns x, y and z are",
         (false, _) => "the columns of x, y and z cannot be told",
     };
     Error::new(ErrorKind::Column, what).with_hint(format!(
-        "name them with --columns X,Y,Z, by heading or number; the file has {} columns{}",
-        layout.columns,
-        layout
-            .header
-            .as_ref()
-            .map_or(String::new(), |h| format!(": {}", h.join(", ")))
+        "name them with --columns X,Y,Z, by heading or number; {}",
+        columns_of(layout)
     ))
+}
+
+/// The columns of a file, for somebody who has to choose.
+fn columns_of(layout: &Layout) -> String {
+    let names = layout.header.as_ref();
+    format!(
+        "the file has {} columns{}",
+        layout.columns,
+        names.map_or(String::new(), |h| format!(": {}", h.join(", ")))
+    )
 }
 
 /// Three neighbouring headings that differ in x, y, z alone, an acceleration before others, and no gyroscope or magnetometer;
 /// without headings the three columns there are, beside a time. `Err` tells whether several sensors may be meant.
-fn axes(layout: &Layout) -> std::result::Result<[String; 3], bool> {
+pub(crate) fn axes(layout: &Layout) -> std::result::Result<[String; 3], bool> {
     let Some(header) = &layout.header else {
         return match layout.columns {
             3 => Ok(std::array::from_fn(|i| (i + 1).to_string())),

@@ -8,7 +8,7 @@ use proofmass_dynamic::frequency_response::{
 use proofmass_report::Rounding::{Decimals, Significant};
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::{
-    Axis, Block, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
+    Axis, Block, Cell, Field, Figure, KeyFigure, Report, Section, Series, Table, XyPlot, scientific,
 };
 
 /// Points of a table that is not folded away.
@@ -25,14 +25,27 @@ pub(super) fn pair(page: Report, pair: &ResponseComparison, names: &[String]) ->
 
 /// Three calibrations or more.
 pub(super) fn several(page: Report, several: &ReferenceComparison, names: &[String]) -> Report {
+    let beyond = beyond_mean(several);
+    let all = several.points.len() * names.len();
     page.verdict(format!(
-        "At {:.0} % of the frequencies the laboratories agree with their weighted mean (chance of 5 % or more).",
-        100.0 * several.consistent
+        "At {:.0} % of the frequencies the laboratories agree with their weighted mean (chance of 5 % or more); {}.",
+        100.0 * several.consistent,
+        match beyond {
+            0 => format!("none of {all} deviations is beyond its U"),
+            n => format!("{n} of {all} deviations are beyond their U (|E_n| > 1), where chance makes 5 %"),
+        }
     ))
     .section(reference_result(several, names))
         .section(deviations(several, names).summarised())
         .section(values(several))
         .section(laboratories(several, names))
+}
+
+/// Deviations of a laboratory from the mean beyond their expanded uncertainty, in modulus or phase.
+fn beyond_mean(several: &ReferenceComparison) -> usize {
+    let each = several.points.iter().flat_map(|p| &p.laboratories);
+    each.filter(|l| l.modulus_en.abs() > 1.0 || l.phase_en.abs() > 1.0)
+        .count()
 }
 
 /// Names of the elements, each once.
@@ -273,7 +286,11 @@ fn deviations(several: &ReferenceComparison, names: &[String]) -> Section {
             "Bars are expanded uncertainties of the deviations. Laboratories are drawn a little beside one another.",
         );
     let points = &several.points;
-    for element in elements(points.iter().map(|p| p.element.as_str())) {
+    let mut folded = Vec::new();
+    for (k, element) in elements(points.iter().map(|p| p.element.as_str()))
+        .into_iter()
+        .enumerate()
+    {
         let plot = |label: &str, unit: &str, value: fn(&Equivalence) -> (f64, f64)| {
             let axes = XyPlot::new(Axis::log("frequency", "Hz"), Axis::linear(label, unit))
                 .height(240.0)
@@ -292,24 +309,33 @@ fn deviations(several: &ReferenceComparison, names: &[String]) -> Section {
                 plot.series(Series::intervals(name.clone(), &list).look(i))
             })
         };
-        section = section
-            .figure(
-                format!("|{element}|, deviation from the mean"),
-                plot("deviation of the modulus", "%", |l| {
-                    (100.0 * l.modulus_difference, 100.0 * l.modulus_expanded)
-                }),
+        let modulus = plot("deviation of the modulus", "%", |l| {
+            (100.0 * l.modulus_difference, 100.0 * l.modulus_expanded)
+        });
+        let phase = plot("deviation of the phase", "°", |l| {
+            (
+                l.phase_difference.to_degrees(),
+                l.phase_expanded.to_degrees(),
             )
-            .figure(
-                format!("arg {element}, deviation from the mean"),
-                plot("deviation of the phase", "°", |l| {
-                    (
-                        l.phase_difference.to_degrees(),
-                        l.phase_expanded.to_degrees(),
-                    )
-                }),
-            );
+        });
+        let captions = [
+            format!("|{element}|, deviation from the mean"),
+            format!("arg {element}, deviation from the mean"),
+        ];
+        for (caption, plot) in captions.into_iter().zip([modulus, phase]) {
+            match k {
+                0 => section = section.figure(caption, plot),
+                _ => folded.push(Block::Figure(Figure {
+                    caption,
+                    plot: plot.into(),
+                })),
+            }
+        }
     }
-    section
+    match folded.is_empty() {
+        true => section,
+        false => section.folded("The other elements", folded),
+    }
 }
 
 fn values(several: &ReferenceComparison) -> Section {

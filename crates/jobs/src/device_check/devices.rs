@@ -72,7 +72,7 @@ impl DeviceResult {
                 && q.interval.is_none_or(|[low, high]| low <= high);
             if !sound {
                 return Err(Trouble::data(format!(
-                    "the result states {} with numbers that are none of a quantity",
+                    "the result states {} with numbers that no quantity has",
                     q.name
                 ))
                 .detail(format!("quantities: {}", q.name))

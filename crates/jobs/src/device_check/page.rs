@@ -72,7 +72,8 @@ impl DeviceCheckOutcome {
         match SheetVerdict::over(self.devices.iter().map(DeviceVerdict::verdict)) {
             SheetVerdict::Pass => format!("Passed: all {all} limits{devices} are met."),
             SheetVerdict::Fail => format!(
-                "Failed: {fail} of {all} limits{devices} exceeded{}.",
+                "Failed: {fail} of {all} limits{devices} exceeded ({}){}.",
+                self.failed(),
                 also(&[(pass, "met"), (open, "undecided"), (missing, "not shown")])
             ),
             SheetVerdict::Undecided => format!(
@@ -83,6 +84,32 @@ impl DeviceCheckOutcome {
                 "Not shown: {missing} of {all} limits{devices} measured by no result{}.",
                 also(&[(pass, "met")])
             ),
+        }
+    }
+
+    /// Every limit of every device.
+    fn rows(&self) -> impl Iterator<Item = Row<'_>> {
+        self.devices.iter().flat_map(move |d| {
+            let limits = d.limits.iter();
+            limits.map(move |row| (d, &self.limits[row.limit], row))
+        })
+    }
+
+    /// The characteristics that some device exceeds, each once, the first of them by name.
+    fn failed(&self) -> String {
+        const NAMED: usize = 5;
+        let mut names: Vec<String> = Vec::new();
+        for (_, limit, row) in self.rows() {
+            let name = of_axis(limit.characteristic.name(), &row.axis);
+            if row.verdict == SheetVerdict::Fail && !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let more = names.len().saturating_sub(NAMED);
+        names.truncate(NAMED);
+        match more {
+            0 => names.join(", "),
+            n => format!("{} and {n} more", names.join(", ")),
         }
     }
 
@@ -208,10 +235,7 @@ impl DeviceCheckOutcome {
             }),
             Field::new("why", |(.., row): &Row<'_>| row.why.as_str().into()),
         ];
-        let rows = self.devices.iter().flat_map(|d| {
-            let limits = d.limits.iter();
-            limits.map(move |row| (d, &self.limits[row.limit], row))
-        });
+        let rows = self.rows();
         Table::of("Limits, one by one; values in the unit of the limit", fields, rows)
             .note(self.rule())
             .note("Conforms: the probability that the limit holds, by the interval alone. Over frequency the gravest point stands here.")

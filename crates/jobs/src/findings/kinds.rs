@@ -101,6 +101,14 @@ findings! {
         advice "leave --columns away, since the calibration names its columns; or be sure that the wires were exchanged",
         false_alarms "none: the names are compared";
 
+    /// Results of several devices are taken for the history of one.
+    devices_differ(serial: &str, result: &str, other: &str, other_result: &str, count: usize) =
+        "devices-differ", [Decision],
+        what "the results are of several devices: a drift is that of one",
+        evidence "{result} is of serial number {serial}, {other_result} of {other}; {count} results are of another device than the first",
+        advice "name results of one device, or correct its serial number in the campaigns",
+        false_alarms "none: the serial numbers are compared";
+
     /// Decimation folds into the band what the low-pass does not keep out.
     alias_not_suppressed(factor: u32, reached: f64, from: f64, corner: f64, asked: f64) =
         "alias-not-suppressed", [Decision],

@@ -132,11 +132,11 @@ fn data_at_fault(
         let (shortest, longest) =
             spans.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
         trouble = trouble.detail(format!(
-            "{:.3} samples per second, at which each attitude is held for {:.1} s or longer{}",
+            "at {:.3} samples per second a standstill of less than {:.1} s is not found{}",
             data.rate,
             job.search.shortest_hold(data.rate),
             if n > 0 {
-                format!("; those found last from {shortest:.1} s to {longest:.1} s")
+                format!("; those found last {shortest:.1} s to {longest:.1} s")
             } else {
                 String::new()
             }
@@ -159,7 +159,7 @@ fn data_at_fault(
     // Perhaps there should be no standstills.
     let tumble = match data.segments.is_none() && n < FEW {
         true => {
-            "; a sensor that is turned slowly all the time is calibrated with --rows tumble (`rows = \"tumble\"` in a campaign)"
+            ". A sensor that is turned slowly all the time: --rows tumble (`rows = \"tumble\"` in a campaign)"
         }
         false => "",
     };
@@ -174,16 +174,28 @@ fn data_at_fault(
             }
         };
         return trouble.with_hint(format!(
-            "say which axis points up in each ({how}): then six positions are enough; without directions record at least \
+            "say which axis points up in each ({how}): then six positions are enough. Without directions record at least \
              twelve{tumble}"
         ));
     }
+    // A model that only given attitudes determine, whatever was recorded.
+    if unknown && job.method == MethodModel::Full && n >= FEW {
+        return trouble.with_hint(
+            "model `full` needs the attitude of each standstill, and none is given: add a column `direction` to `segments` in \
+             [standstill], or fit --model triangular (`model = \"triangular\"` in a campaign)",
+        );
+    }
     trouble.with_hint(match smaller(job.method) {
         Some(smaller) => format!(
-            "record at least twelve standstills of {:.0} s in well-spread attitudes, each axis up and down among them, or fit a smaller model: --model {smaller} (`model = \"{smaller}\"` in a campaign){tumble}{}",
+            "record at least twelve standstills of {:.0} s in well-spread attitudes, each axis up and down among them{}{tumble}{}",
             job.search.shortest_hold(data.rate).ceil().max(3.0),
+            // No model does with fewer directions.
+            match n >= SIX && all_six {
+                true => format!(". Or fit a smaller model: --model {smaller} (`model = \"{smaller}\"` in a campaign)"),
+                false => String::new(),
+            },
             match n {
-                1..SIX => "; one axis alone, up and down, is calibrated with a campaign of the kind single-axis (`proofmass init --kind single-axis`)",
+                1..SIX => ". One axis alone, up and down: a campaign of the kind single-axis (`proofmass init --kind single-axis`)",
                 _ => "",
             }
         ),

@@ -224,14 +224,18 @@ fn unit_of_gravity(analysis: &Analysis) -> Option<Finding> {
         return None;
     }
     let norm = all.iter().map(|c| c.mean * c.mean).sum::<f64>().sqrt();
-    let unit = Unit::of_gravity(norm, GRAVITY_WITHIN)?;
-    if unit == Unit::MetrePerSecondSquared {
-        return None;
-    }
+    let said = match Unit::of_gravity(norm, GRAVITY_WITHIN) {
+        Some(Unit::MetrePerSecondSquared) => return None,
+        Some(unit) => format!("which is gravity in {unit}"),
+        // Numbers in m/s² or mg that were taken for g.
+        None => {
+            let raw = norm / STANDARD_GRAVITY;
+            let unit = Unit::of_gravity(raw, GRAVITY_WITHIN)?;
+            format!("which is gravity where the numbers are in {unit} and were taken for g")
+        }
+    };
     Some(unit_suspected(
-        &format!(
-            "at rest the three axes measure {norm:.4} m/s² together, which is gravity in {unit}"
-        ),
+        &format!("at rest the three axes measure {norm:.4} m/s² together, {said}"),
         &format!("norm of the means {norm:.4} m/s²; gravity is {STANDARD_GRAVITY} m/s²"),
     ))
 }

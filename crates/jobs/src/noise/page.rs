@@ -3,6 +3,7 @@
 mod figures;
 mod tables;
 
+use crate::page::answer::stated_as;
 use crate::page::stability::stability as with_intervals;
 use figures::{over_time, spectrum, stability, time};
 use proofmass_io::StatedQuantity;
@@ -116,7 +117,9 @@ fn answer(analysis: &Analysis, stated: &[StatedQuantity]) -> Vec<KeyFigure> {
         for channel in &analysis.channels {
             let name = format!("{}.{symbol}", channel.name);
             let quantity = stated.iter().find(|q| q.name == name);
-            figures.extend(quantity.map(crate::page::answer::stated));
+            // The name of a channel may hold points and brackets, which are no part of a quantity's own.
+            let label = format!("{} {symbol}", channel.name.replace('_', " "));
+            figures.extend(quantity.map(|q| stated_as(&label, q)));
         }
     }
     figures.truncate(ANSWERS);

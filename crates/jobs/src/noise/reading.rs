@@ -8,7 +8,7 @@ use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, Reading, Recording,
+    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, ReadScale, Reading, Recording,
     RecordingOptions, RowReader, SaidBy, Source, Thermometer, TimeSource, TimeUnit, Unit,
 };
 use proofmass_noise::{ChannelName, NoiseChannel, Sensor};
@@ -147,6 +147,7 @@ impl NoiseReading {
         if let Some(told) = &thermometer {
             recording.state_unit(conversions.len(), Some(told.unit), told.said_by)?;
         }
+        recording.state_scale(self.stated_scale());
         let mut stamps = match recording.time.source() {
             TimeSource::Column(seconds) => Some(seconds.clone()),
             _ => None,
@@ -251,6 +252,7 @@ impl NoiseReading {
             let (unit, by) = self.of_column();
             reading.state_unit(column, unit, by);
         }
+        reading.scale = self.stated_scale();
         reading.between_s = stretch(self.between.as_deref())?;
         let window = clock.window(reading.between_s, signals);
         Ok(NoiseStream {
@@ -366,11 +368,16 @@ impl NoiseReading {
     fn of_column(&self) -> (Option<Unit>, SaidBy) {
         match (self.scale, self.phase) {
             // A scale turns counts into the unit that is stated.
-            (Some(_), _) => (Some(Unit::Count), SaidBy::Nobody),
+            (Some(_), _) => (Some(Unit::Count), SaidBy::Person),
             // The unit that is stated is that of the rate.
             (None, true) => (None, SaidBy::Nobody),
             (None, false) => (self.unit, SaidBy::Person),
         }
+    }
+
+    /// Size of one count, where it was stated.
+    fn stated_scale(&self) -> Option<ReadScale> {
+        Some(ReadScale::new(self.scale?, self.unit?))
     }
 
     /// SI unit and factor of every chosen column.

@@ -43,8 +43,10 @@ impl JudgedDensity {
         let [low, high] = required.band();
         let width = resolution.unwrap_or(RESOLUTION.min(0.5 * low));
         if !(width > 0.0 && width.is_finite()) {
-            return Err(Trouble::request(format!("lines {width} Hz apart are none"))
-                .with_hint("give --resolution in Hz, above zero"));
+            return Err(Trouble::request(format!(
+                "lines {width} Hz apart are impossible: the resolution is above zero"
+            ))
+            .with_hint("give --resolution in Hz, above zero"));
         }
         let lines = (0.5 * rate / width).round();
         if !(lines >= 4.0 && 2.0 * lines <= record.len() as f64) {

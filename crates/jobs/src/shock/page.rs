@@ -47,8 +47,9 @@ fn result(shock: &ShockOutcome) -> Section {
     let (unit, integral) = units(shock);
     let m = shock.measures();
     let peak = match m.peak_uncertainty {
-        Some(u) => concise(m.peak, u),
-        None => plain(m.peak),
+        Some(u) if u > 0.0 => concise(m.peak, u),
+        // Nobody states an uncertainty: four digits, and no claim.
+        _ => scientific(m.peak, 4),
     };
     let mut figures = vec![KeyFigure::new("peak", peak, unit)];
     figures.extend(m.duration.map(|d| {

@@ -1,12 +1,13 @@
 //! What a static test is made of, as files have it.
 
 use super::{StaticTest, StaticTestData, StaticTestInput, dated};
+use crate::findings;
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     CalibrationFile, ColumnRef, Device, Input, LARGEST_DOCUMENT, RecordedColumn, Recording,
-    RecordingOptions, SaidBy, Source, Unit,
+    RecordingOptions, ResultDocument, SaidBy, Source, Unit,
 };
 use proofmass_static::static_test::DatedEstimate;
 use proofmass_uncertainty::Finding;
@@ -168,12 +169,15 @@ impl StaticTestFiles {
     }
 
     fn three_axes(
-        source: Source,
+        mut source: Source,
         reading: &RecordingReading,
         held: impl FnOnce([Vec<f64>; 3], &Recording) -> Held,
     ) -> Result<Self> {
         let name = source.name().display().to_string();
-        let recording = Recording::from_source(source, &reading.options_alone()?)?;
+        let recording = {
+            let options = reading.options_alone(&mut source)?;
+            Recording::from_source(source, &options)?
+        };
         let [x, y, z] = recording.columns.as_slice() else {
             return Err(Trouble::data("three columns are needed").detail(name));
         };
@@ -217,7 +221,8 @@ impl StaticTestFiles {
         Err(Trouble::data(format!(
             "no sample lies from {from} s on and before {to} s; the recording has {span}"
         ))
-        .detail(self.name.clone()))
+        .detail(self.name.clone())
+        .with_hint("give two times of the recording, the earlier one first"))
     }
 
     /// A calibration.json of a triaxial sensor.
@@ -243,15 +248,23 @@ impl StaticTestFiles {
     pub fn history(sources: impl IntoIterator<Item = Source>) -> Result<Self> {
         let mut history = Vec::new();
         let mut inputs = Vec::new();
+        let mut serials: Vec<(String, String)> = Vec::new();
         for source in sources {
             let name = source.name().display().to_string();
             let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
             history.push(dated(&bytes, &name)?);
+            let serial = ResultDocument::from_json(&bytes)?.device.serial;
+            serials.extend(serial.map(|serial| (serial, name)));
             inputs.push(input);
         }
+        let others = serials.iter().skip(1).filter(|s| s.0 != serials[0].0);
+        let others: Vec<&(String, String)> = others.collect();
+        let findings = others.first().map(|(serial, name)| {
+            findings::devices_differ(&serials[0].0, &serials[0].1, serial, name, others.len())
+        });
         Ok(Self {
             held: Held::History(history),
-            findings: Vec::new(),
+            findings: findings.into_iter().collect(),
             name: "the calibrations".to_owned(),
             device: Device::default(),
             inputs,
@@ -329,11 +342,25 @@ fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64> {
     if unit == usual.si().0 {
         Ok(factor)
     } else {
+        let (wanted, hint) = match usual.si().0 {
+            Unit::One => (
+                "a pure number".to_owned(),
+                "of a position +1 is up and -1 is down",
+            ),
+            Unit::Radian => (
+                "an angle".to_owned(),
+                "write its unit into the heading: angle_deg or angle_rad",
+            ),
+            unit => (
+                format!("a column in {unit}, or in another unit of that quantity"),
+                "name another column, or correct its heading",
+            ),
+        };
         Err(Trouble::data(format!(
-            "column {:?} is in {unit}, {} is needed",
-            column.name,
-            usual.si().0
-        )))
+            "column {:?} is in {unit}, and {wanted} is needed",
+            column.name
+        ))
+        .with_hint(hint))
     }
 }
 

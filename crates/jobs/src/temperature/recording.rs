@@ -24,7 +24,7 @@ impl TemperatureRecording {
     /// # Errors
     /// A file that cannot be read, columns that neither the reading nor the calibration names, units that differ.
     pub fn read(
-        source: Source,
+        mut source: Source,
         temperature: ColumnRef,
         environment: &[EnvironmentalRequest],
         reading: &RecordingReading,
@@ -34,7 +34,7 @@ impl TemperatureRecording {
         let calibration = calibration.map(CalibrationFile::from_source).transpose()?;
         let mut options = match &calibration {
             Some((file, _)) => reading.options(file)?,
-            None => reading.options_of_axes()?,
+            None => reading.options_of_axes(&mut source)?,
         };
         options.temperature = Some(temperature);
         options.surroundings = environment.iter().map(|e| e.column.clone()).collect();

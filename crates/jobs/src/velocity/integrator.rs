@@ -56,10 +56,10 @@ impl Job for VelocityIntegratorJob {
     fn evaluate(&self, (): &(), watch: &dyn Watch) -> Result<VelocityIntegrator> {
         watch.step("integrators", 0, 1)?;
         if let Some(allowed) = self.allowed.filter(|a| !(a.is_finite() && *a > 0.0)) {
-            return Err(
-                Trouble::request(format!("an allowed error of {allowed} m/s is none"))
-                    .with_hint("state metres per second above zero"),
-            );
+            return Err(Trouble::request(format!(
+                "an allowed error of {allowed} m/s is not above zero"
+            ))
+            .with_hint("state metres per second above zero"));
         }
         let mut ranked = self.task.ranked().map_err(|e| {
             Trouble::from(e).with_hint(

@@ -8,10 +8,12 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
     for (const key in attributes) element.setAttribute(key, attributes[key]);
     return parent.appendChild(element);
   };
-  // left, top, right, bottom, then of x and y: logarithmic or not, ends of the axis
+  // left, top, right, bottom, then of x and y: logarithmic or not, ends of the axis; at last of both the power of ten and the number
+  // that the label has and the ticks have not
   const panels = JSON.parse(svg.dataset.panels).map((p, i) => ({
     left: p[0], top: p[1], right: p[2], bottom: p[3],
-    x: { log: p[4], low: p[5], high: p[6] }, y: { log: p[7], low: p[8], high: p[9] },
+    x: { log: p[4], low: p[5], high: p[6], unit: 10 ** (p[10] || 0), base: p[11] || 0 },
+    y: { log: p[7], low: p[8], high: p[9], unit: 10 ** (p[12] || 0), base: p[13] || 0 },
     data: svg.querySelectorAll("g[data-panel]")[i], ticks: svg.querySelectorAll(`g[data-ticks="${i}"]`), view: null,
   }));
   const series = [];
@@ -39,8 +41,10 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
     const v = a + share * (b - a);
     return axis.log ? 10 ** v : v;
   };
-  const text = (axis, v) => {
-    const digits = axis.log ? 4 : Math.min(9, Math.max(4, Math.ceil(Math.log10(Math.abs(v) / Math.abs(axis.high - axis.low) || 1)) + 4));
+  // As the label of the axis says it: less its number, over its power of ten.
+  const text = (axis, number) => {
+    const v = (number - axis.base) / axis.unit;
+    const digits = axis.log ? 4 : Math.min(9, Math.max(4, Math.ceil(Math.log10(Math.abs(v) * axis.unit / Math.abs(axis.high - axis.low) || 1)) + 4));
     return Number(v.toPrecision(digits)).toString().replaceAll("-", "−").replace(/e\+?(−?\d+)$/, "·10^$1");
   };
   // From the pixels of the drawing to those of the view, and back.

@@ -65,6 +65,7 @@ impl XyPlot {
                     (log(self.x.scale), x_range),
                     (log(panel.y.scale), ranges[i]),
                 ],
+                [&x_ticks, &y_ticks[i]],
             );
             svg.open_ticks(i);
             frame.grid(

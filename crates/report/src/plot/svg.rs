@@ -1,5 +1,6 @@
 //! The SVG writer: elements, escaped text, numbers without superfluous digits, and a watch over NaN.
 
+use super::ticks::Ticks;
 use crate::Error;
 use proofmass_core::Visible;
 use std::fmt::Write;
@@ -273,10 +274,24 @@ impl Svg {
     }
 
     /// Says where a rectangle lies and what its axes run over, each logarithmic or not.
-    pub(super) fn panel(&mut self, corners: [f64; 4], axes: [(bool, (f64, f64)); 2]) {
+    ///
+    /// What the label of an axis takes from its numbers (a power of ten, a number that is subtracted) comes last, where there is any.
+    pub(super) fn panel(
+        &mut self,
+        corners: [f64; 4],
+        axes: [(bool, (f64, f64)); 2],
+        ticks: [&Ticks; 2],
+    ) {
         let corners = corners.map(|v| self.number(v)).join(",");
         let axes = axes.map(|(log, (low, high))| format!("{},{low:e},{high:e}", u8::from(log)));
-        self.panels.push(format!("[{corners},{}]", axes.join(",")));
+        let taken = match ticks.iter().any(|t| t.exponent != 0 || t.base != 0.0) {
+            true => ticks
+                .map(|t| format!(",{},{:e}", t.exponent, t.base))
+                .concat(),
+            false => String::new(),
+        };
+        self.panels
+            .push(format!("[{corners},{}{taken}]", axes.join(",")));
     }
 
     /// Opens a group that belongs to a panel and not to its data: the script of a page redraws it.

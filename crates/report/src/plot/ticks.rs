@@ -14,6 +14,8 @@ pub(super) struct Ticks {
     pub(super) exponent: i32,
     /// Number that the labels leave to the axis label, as printed there.
     pub(super) offset: Option<String>,
+    /// The same number, 0 for none.
+    pub(super) base: f64,
 }
 
 impl Ticks {
@@ -24,6 +26,7 @@ impl Ticks {
             minor: Vec::new(),
             exponent: 0,
             offset: None,
+            base: 0.0,
         }
     }
 }
@@ -98,6 +101,7 @@ pub(super) fn linear(low: f64, high: f64, most: usize) -> Ticks {
             crate::number::scientific(offset, (leading - step_exponent - 1).max(1) as usize)
         };
         inner.offset = Some(printed);
+        inner.base = offset;
         return inner;
     }
     let exponent = if (-3..5).contains(&leading) {
@@ -128,6 +132,7 @@ pub(super) fn linear(low: f64, high: f64, most: usize) -> Ticks {
         minor,
         exponent,
         offset: None,
+        base: 0.0,
     }
 }
 
@@ -167,6 +172,7 @@ pub(super) fn logarithmic(low: f64, high: f64, most: usize) -> Ticks {
         minor: Vec::new(),
         exponent: 0,
         offset: None,
+        base: 0.0,
     };
     if decades > most {
         let stride = decades.div_ceil(most) as i32;
