@@ -265,6 +265,14 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// A plot with its caption.
+    pub fn new(caption: impl Into<String>, plot: impl Into<Plot>) -> Self {
+        Self {
+            caption: caption.into(),
+            plot: plot.into(),
+        }
+    }
+
     /// The drawing; `id` makes its names different from those of other drawings of a page.
     ///
     /// # Errors
@@ -572,10 +580,7 @@ impl Section {
     /// Adds a plot with its caption.
     #[must_use]
     pub fn figure(self, caption: impl Into<String>, plot: impl Into<Plot>) -> Self {
-        self.block(Block::Figure(Figure {
-            caption: caption.into(),
-            plot: plot.into(),
-        }))
+        self.block(Block::Figure(Figure::new(caption, plot)))
     }
 
     /// Adds small tables beside each other.

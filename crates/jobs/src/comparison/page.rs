@@ -325,10 +325,7 @@ fn deviations(several: &ReferenceComparison, names: &[String]) -> Section {
         for (caption, plot) in captions.into_iter().zip([modulus, phase]) {
             match k {
                 0 => section = section.figure(caption, plot),
-                _ => folded.push(Block::Figure(Figure {
-                    caption,
-                    plot: plot.into(),
-                })),
+                _ => folded.push(Block::Figure(Figure::new(caption, plot))),
             }
         }
     }
