@@ -98,8 +98,8 @@ fn results_in(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
         return Ok(vec![folder.to_path_buf()]);
     }
     if !folder.exists() {
-        return Err(proofmass_io::Error::new(
-            proofmass_io::ErrorKind::NotFound,
+        return Err(proofmass::io::Error::new(
+            proofmass::io::ErrorKind::NotFound,
             "there is no such folder",
         )
         .at(folder)
