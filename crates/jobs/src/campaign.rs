@@ -23,7 +23,7 @@ pub use multi_position::{MethodModel, MethodTable, MultiPositionCampaign, RowsAr
 pub use shaker::{Certificate, CertificateOptions, SpuriousFile};
 pub use shaker_primary::ShakerPrimaryCampaign;
 pub use shaker_single::ShakerSingleCampaign;
-pub use shaker_triaxial::ShakerTriaxialCampaign;
+pub use shaker_triaxial::{ShakerTable, ShakerTriaxialCampaign};
 pub use single_axis::SingleAxisCampaign;
 pub use spurious_motion::SpuriousMotionCampaign;
 pub use transverse::TransverseCampaign;

@@ -449,3 +449,20 @@ impl ObservedRun {
         }
     }
 }
+
+/// What the samples of the reference and of one other channel say.
+pub(crate) fn of_channel(quality: &Quality, own: usize) -> Quality {
+    let noise = &quality.signal_to_noise;
+    let both = [noise.first(), noise.get(own)];
+    let mut clipped: Vec<usize> = Vec::new();
+    for (place, channel) in [(0, 0), (1, own)] {
+        if quality.clipped.contains(&channel) {
+            clipped.push(place);
+        }
+    }
+    Quality {
+        signal_to_noise: both.into_iter().flatten().copied().collect(),
+        clipped,
+        ..quality.clone()
+    }
+}

@@ -2,7 +2,7 @@
 
 mod page;
 
-use crate::campaign::{Certificate, ShakerBudget, ShakerTriaxialCampaign};
+use crate::campaign::{Certificate, ShakerBudget, ShakerTable, ShakerTriaxialCampaign};
 use crate::findings;
 use crate::outcome::{Job, Outcome};
 use crate::record::Record;
@@ -64,6 +64,12 @@ pub struct PlanJob {
     /// Spurious motion as it will be known: the correction that the campaign will be made with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correction: Option<Correction>,
+    /// What the shaker can do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shaker: Option<ShakerTable>,
+    /// Frequencies that are to be measured, with the accelerations wanted, (Hz, m/s²).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<(f64, f64)>,
     /// What is doubtful about the bench beforehand, such as a resonance of a wedge.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
@@ -83,8 +89,28 @@ impl PlanJob {
             sensitivity: None,
             amplitude: 10.0,
             correction: None,
+            shaker: None,
+            points: Vec::new(),
             findings: Vec::new(),
         }
+    }
+
+    /// Points that the shaker does not reach.
+    fn beyond_shaker(&self) -> Option<Finding> {
+        let shaker = self.shaker.as_ref()?;
+        let heavy = match (shaker.payload, shaker.largest_payload) {
+            (Some(payload), Some(most)) if payload > most => {
+                Some(format!("a payload of {payload} kg, {most} kg at most"))
+            }
+            _ => None,
+        };
+        let of =
+            |(f, a): &(f64, f64)| Some(format!("{f} Hz at {a} m/s²: {}", shaker.beyond(*f, *a)?));
+        let told: Vec<String> = heavy
+            .into_iter()
+            .chain(self.points.iter().filter_map(of))
+            .collect();
+        (!told.is_empty()).then(|| findings::beyond_the_shaker(told.len(), &told.join("; ")))
     }
 
     /// What the correction says of the spurious motion at the frequency of the plan: of its nearest frequency, and of an
@@ -241,6 +267,7 @@ impl Job for PlanJob {
         }
         watch.step("plans", sizes.len() as u64, sizes.len() as u64)?;
         let mut findings = self.findings.clone();
+        findings.extend(self.beyond_shaker());
         findings.extend(told);
         if self.sensitivity.is_none() {
             findings.push(findings::sensitivity_assumed());
@@ -284,6 +311,14 @@ impl ShakerTriaxialCampaign {
                 let table = self.read_runs()?;
                 let mut list: Vec<Configuration> = Vec::new();
                 for run in &table.runs {
+                    let wanted = run
+                        .seat
+                        .target
+                        .or(self.plan.as_ref().and_then(|p| p.amplitude));
+                    let point = (run.frequency_hz, wanted.unwrap_or(job.amplitude));
+                    if !job.points.contains(&point) {
+                        job.points.push(point);
+                    }
                     frequencies.push(run.frequency_hz);
                     let c = run.seat.configuration;
                     if !list.iter().any(|o| o.same_as(&c)) {
@@ -316,6 +351,14 @@ impl ShakerTriaxialCampaign {
             job.amplitude = amplitude;
         }
         job.frequency = frequency;
+        job.shaker = self.shaker;
+        let asked = (frequency, job.amplitude);
+        if job.shaker.is_none() {
+            job.points.clear();
+        } else if !job.points.iter().any(|p| p.0 == frequency) {
+            job.points.push(asked);
+        }
+        job.points.sort_by(|a, b| a.0.total_cmp(&b.0));
         frequencies.sort_by(f64::total_cmp);
         frequencies.dedup();
         let points = job

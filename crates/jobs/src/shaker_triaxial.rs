@@ -26,7 +26,7 @@ use proofmass_shaker::recording::{QualityLimits, RunInput};
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::{
     Acts, Budget, Configuration, Correction, Key, ShakerCalibration, ShakerCampaign, ShakerInput,
-    ShakerMethod, UnmeasuredMotion, adopt, calibrate, check,
+    ShakerMethod, UnmeasuredMotion, adopt, applied, calibrate, check,
 };
 use proofmass_uncertainty::{Finding, Refusal};
 use serde::{Deserialize, Serialize};
@@ -177,6 +177,7 @@ impl Job for ShakerTriaxialJob {
                 other => other.into(),
             })?
         };
+        let applied = applied(&campaign).map_err(explain)?;
         watch.step("Monte Carlo", 1, 1)?;
         adopt(&mut calibration, &checks);
         // Those of files and runs, then of the first result, the gravest first.
@@ -197,14 +198,10 @@ impl Job for ShakerTriaxialJob {
         if let Some(k) = self.coverage_factor {
             calibration.state_with(k);
         }
-        Ok(ShakerTriaxialOutcome::new(
-            self,
-            data,
-            calibration,
-            checks,
-            clock,
-            findings,
-        ))
+        Ok(
+            ShakerTriaxialOutcome::new(self, data, calibration, checks, clock, findings)
+                .with_applied(applied),
+        )
     }
 }
 

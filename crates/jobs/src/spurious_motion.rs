@@ -5,7 +5,7 @@ mod page;
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{Certificate, SpuriousMotionCampaign};
 use crate::findings;
-use crate::observed::observe;
+use crate::observed::{observe, of_channel};
 use crate::outcome::{Job, Outcome};
 use crate::page::AXES;
 use crate::record::Record;
@@ -233,7 +233,7 @@ impl SpuriousMotionJob {
                 run: &run.run,
                 frequency: f,
                 quality: &run.quality,
-                channels: &SpuriousMotionCampaign::CHANNELS,
+                channels: &CHANNELS,
                 amplitude: acceleration.norm(),
                 target: None,
             };
@@ -319,6 +319,9 @@ impl SpuriousMotionJob {
     }
 }
 
+/// What the two phasors of a run are, in messages.
+const CHANNELS: [&str; 2] = ["reference", "velocity"];
+
 impl SpuriousMotionJob {
     /// What the calibrations of vibrometer and reference leave open of all ratios, at every frequency.
     fn common(&self, table: &SpuriousTable) -> Result<CommonMotion> {
@@ -378,19 +381,29 @@ impl SpuriousMotionCampaign {
             watch,
         )?;
         let name = table.path.display().to_string();
-        let runs = table
-            .runs
-            .iter()
-            .zip(&observed.runs)
-            .map(|(run, seen)| SpuriousRun {
-                run: run.run.clone(),
-                frequency: run.frequency_hz,
-                inclination: run.seat.inclination,
-                axis: run.seat.axis,
-                measurement: run.seat.measurement.clone(),
-                phasors: [seen.phasors[0], seen.phasors[1]],
-                quality: seen.quality(None),
-                place: format!("{name}:{}", run.line),
+        let velocities = self.velocities()?;
+        // A record of several axes is a run of each.
+        let named = |run: &str, axis: Option<usize>| {
+            axis.map_or(run.to_owned(), |axis| format!("{run}@{}", AXES[axis]))
+        };
+        let rows = table.runs.iter().zip(&observed.runs);
+        let runs = rows
+            .flat_map(|(run, seen)| {
+                let place = format!("{name}:{}", run.line);
+                let quality = seen.quality(None);
+                velocities
+                    .iter()
+                    .enumerate()
+                    .map(move |(k, &(_, axis))| SpuriousRun {
+                        run: named(&run.run, axis),
+                        frequency: run.frequency_hz,
+                        inclination: run.seat.inclination,
+                        axis: axis.or(run.seat.axis).unwrap_or_default(),
+                        measurement: run.seat.measurement.clone(),
+                        phasors: [seen.phasors[0], seen.phasors[1 + k]],
+                        quality: of_channel(&quality, 1 + k),
+                        place: place.clone(),
+                    })
             })
             .collect();
         let mut job = SpuriousMotionJob::default();
@@ -408,11 +421,15 @@ impl SpuriousMotionCampaign {
             sensitivity_uncertainty: v.relative_standard_uncertainty,
             delay_uncertainty: v.delay_standard_uncertainty_s,
         });
-        job.front_end = self.recording.as_ref().map_or(0.0, |r| {
-            r.delay_uncertainty("reference")
-                .hypot(r.delay_uncertainty("velocity"))
-        });
-        job.excluded = table.excluded(&self.runs.exclude);
+        job.front_end = self.front_end()?;
+        let excluded = table.excluded(&self.runs.exclude);
+        let each = |run: &String| {
+            velocities
+                .iter()
+                .map(|v| named(run, v.1))
+                .collect::<Vec<_>>()
+        };
+        job.excluded = excluded.iter().flat_map(each).collect();
         for model in self.read_models()? {
             inputs.extend(model.input);
             job.models.push(model.correction);

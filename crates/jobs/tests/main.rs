@@ -8,6 +8,7 @@
 mod any_recording;
 mod apply;
 mod apply_chain;
+mod bench_inputs;
 mod bias;
 mod campaigns;
 mod chains;

@@ -87,7 +87,7 @@ struct Text {
 /// How much of a finding is said.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Detail {
-    /// One line, cut where it is too long.
+    /// One line, cut where it is too long; a decision is said whole.
     Cut,
     /// The whole sentence.
     Whole,
@@ -234,7 +234,8 @@ impl Text {
             }
             if shown < groups.len() {
                 let codes: Vec<&str> = groups[shown..].iter().map(|g| g.code()).collect();
-                let line = format!("and of {} more kinds: {}", codes.len(), codes.join(", "));
+                let kinds = if codes.len() == 1 { "kind" } else { "kinds" };
+                let line = format!("and {} more {kinds}: {}", codes.len(), codes.join(", "));
                 text.line(&cut(&line, text.width));
             }
             if more {
@@ -264,11 +265,11 @@ impl Text {
         let head = format!("{name}: ");
         let tail = format!(" [{}]", group.code());
         match detail {
-            Detail::Cut => {
+            Detail::Cut if group.severity() != Severity::Decision => {
                 let room = self.width.saturating_sub(width_of(&head) + width_of(&tail));
                 self.line(&format!("{head}{}{tail}", cut(&clean(&group.line), room)));
             }
-            Detail::Whole | Detail::Advised => {
+            _ => {
                 self.hanging(&head, &format!("{}{tail}", group.line));
             }
         }

@@ -14,6 +14,7 @@
 //!   the same at every frequency.
 
 mod adjustment;
+mod applied;
 pub mod budget;
 pub mod campaign;
 pub mod check;
@@ -48,6 +49,7 @@ pub mod spurious;
 mod swapped_cables;
 pub mod transverse;
 
+pub use applied::{AppliedAcceleration, AppliedPart, applied};
 pub use budget::{Acts, Budget, Key, ShakerInput};
 pub use campaign::{
     AngleResult, Contested, FrequencyResult, MethodResult, PublishedResult, RunResult,

@@ -112,6 +112,98 @@ pub struct PlanTable {
     pub(crate) amplitude: Option<f64>,
 }
 
+/// `[shaker]`: what the shaker can do, by its data sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct ShakerTable {
+    /// Largest displacement from peak to peak, mm.
+    #[serde(rename = "stroke_mm", skip_serializing_if = "Option::is_none")]
+    pub(crate) stroke_mm: Option<f64>,
+    /// Largest velocity, m/s.
+    #[serde(rename = "velocity_m_per_s", skip_serializing_if = "Option::is_none")]
+    pub(crate) velocity: Option<f64>,
+    /// Largest acceleration with the bare table, m/s².
+    #[serde(
+        rename = "acceleration_m_per_s2",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(crate) acceleration: Option<f64>,
+    /// Largest force of a sine, peak, N.
+    #[serde(rename = "force_N", skip_serializing_if = "Option::is_none")]
+    pub(crate) force: Option<f64>,
+    /// Mass of the moving table, kg.
+    #[serde(rename = "table_mass_kg", skip_serializing_if = "Option::is_none")]
+    pub(crate) table_mass: Option<f64>,
+    /// Mass on it: wedge, device, reference, kg.
+    #[serde(rename = "payload_kg", skip_serializing_if = "Option::is_none")]
+    pub(crate) payload: Option<f64>,
+    /// Largest mass that may lie on it, kg.
+    #[serde(rename = "largest_payload_kg", skip_serializing_if = "Option::is_none")]
+    pub(crate) largest_payload: Option<f64>,
+    /// Lowest frequency, Hz.
+    #[serde(
+        rename = "lowest_frequency_Hz",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(crate) lowest: Option<f64>,
+    /// Highest frequency, Hz.
+    #[serde(
+        rename = "highest_frequency_Hz",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub(crate) highest: Option<f64>,
+}
+
+impl ShakerTable {
+    /// Each key with its number.
+    pub(crate) fn numbers(&self) -> [(&'static str, Option<f64>); 9] {
+        [
+            ("stroke_mm", self.stroke_mm),
+            ("velocity_m_per_s", self.velocity),
+            ("acceleration_m_per_s2", self.acceleration),
+            ("force_N", self.force),
+            ("table_mass_kg", self.table_mass),
+            ("payload_kg", self.payload),
+            ("largest_payload_kg", self.largest_payload),
+            ("lowest_frequency_Hz", self.lowest),
+            ("highest_frequency_Hz", self.highest),
+        ]
+    }
+
+    /// Largest acceleration at a frequency in Hz, and what limits it.
+    pub(crate) fn reach(&self, frequency: f64) -> Option<(f64, &'static str)> {
+        let omega = std::f64::consts::TAU * frequency;
+        let mass = self.table_mass.unwrap_or(0.0) + self.payload.unwrap_or(0.0);
+        let limits = [
+            // Half of the way from peak to peak.
+            (self.stroke_mm.map(|d| 0.5e-3 * d * omega * omega), "stroke"),
+            (self.velocity.map(|v| v * omega), "velocity"),
+            (self.acceleration, "acceleration"),
+            (self.force.filter(|_| mass > 0.0).map(|f| f / mass), "force"),
+        ];
+        let known = limits.into_iter().filter_map(|(a, why)| Some((a?, why)));
+        known.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Why a point cannot be measured: acceleration in m/s² at a frequency in Hz.
+    pub(crate) fn beyond(&self, frequency: f64, amplitude: f64) -> Option<String> {
+        if let Some(low) = self.lowest.filter(|low| frequency < *low) {
+            return Some(format!("below its lowest frequency of {low} Hz"));
+        }
+        if let Some(high) = self.highest.filter(|high| frequency > *high) {
+            return Some(format!("above its highest frequency of {high} Hz"));
+        }
+        let (most, why) = self.reach(frequency)?;
+        (amplitude > most).then(|| {
+            format!(
+                "its {why} allows {} m/s²",
+                proofmass_report::scientific(most, 3)
+            )
+        })
+    }
+}
+
 super::head::campaign! {
     /// The tables of a campaign on the shaker; the files they name are read by its methods.
     pub struct ShakerTriaxialCampaign {
@@ -142,6 +234,8 @@ super::head::campaign! {
         pub(crate) datasheet: Option<Datasheet>,
         /// Plan.
         pub(crate) plan: Option<PlanTable>,
+        /// What the shaker can do: a plan says which points are beyond it.
+        pub(crate) shaker: Option<ShakerTable>,
         /// Results of `modes` of the wedges, by file.
         #[serde(default)]
         pub(crate) fixtures: Vec<String>,
@@ -223,6 +317,28 @@ impl ShakerTriaxialCampaign {
                 return Err(self
                     .source
                     .refuse("published", key, format!("{value} is impossible")));
+            }
+        }
+        if let Some(shaker) = &self.shaker {
+            for (key, value) in shaker.numbers() {
+                if let Some(v) = value
+                    && !(v.is_finite() && v > 0.0)
+                {
+                    return Err(self
+                        .source
+                        .refuse("shaker", key, format!("{v} is not a positive number"))
+                        .with_hint("the data sheet of the shaker states it"));
+                }
+            }
+            if shaker.force.is_some() && shaker.table_mass.is_none() && shaker.payload.is_none() {
+                return Err(self
+                    .source
+                    .refuse(
+                        "shaker",
+                        "force_N",
+                        "a force limits an acceleration by the mass it moves",
+                    )
+                    .with_hint("add table_mass_kg and payload_kg"));
             }
         }
         if let Some(plan) = &self.plan {

@@ -6,7 +6,7 @@ use super::shaker::{
 };
 use super::shaker_single::{REFERENCES, reference_fits};
 use super::shaker_triaxial::waveform_options;
-use proofmass_io::{Result, WaveformOptions};
+use proofmass_io::{Error, ErrorKind, Result, WaveformOptions};
 use serde::Deserialize;
 
 /// `[vibrometer]`: its decoder, where the runs carry its volts, and what is uncertain of it.
@@ -56,9 +56,62 @@ super::head::campaign! {
     }
 }
 
+/// Channels that are the velocity along an axis of the bench, x′ to z′.
+const ALONG: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
+
 impl SpuriousMotionCampaign {
+    /// The reference, in every run.
+    const REFERENCE: &str = "reference";
+    /// The velocity along the axis of its row.
+    const VELOCITY: &str = "velocity";
+
+    /// The channels of velocity behind the reference, each with its axis; the rows say it where there is none. Several vibrometers
+    /// stand in one record.
+    ///
+    /// # Errors
+    /// A table of runs that cannot be read.
+    pub(crate) fn velocities(&self) -> Result<Vec<(&'static str, Option<usize>)>> {
+        let found: Vec<usize> = match &self.recording {
+            Some(recording) => (0..3)
+                .filter(|&axis| recording.channels.contains_key(ALONG[axis]))
+                .collect(),
+            None => {
+                let (text, _) = self.source.text(&self.runs.file)?;
+                let heading = text.lines().find(|l| !l.trim_start().starts_with('#'));
+                let heading = heading.unwrap_or_default();
+                let has = |axis: &usize| heading.contains(&format!("{}_", ALONG[*axis]));
+                (0..3).filter(has).collect()
+            }
+        };
+        Ok(match found.is_empty() {
+            true => vec![(Self::VELOCITY, None)],
+            false => found
+                .iter()
+                .map(|&axis| (ALONG[axis], Some(axis)))
+                .collect(),
+        })
+    }
+
     /// Names of the channels, in the order of every run.
-    pub const CHANNELS: [&str; 2] = ["reference", "velocity"];
+    fn channels(&self) -> Result<Vec<&'static str>> {
+        let velocities = self.velocities()?.into_iter().map(|v| v.0);
+        Ok(std::iter::once(Self::REFERENCE).chain(velocities).collect())
+    }
+
+    /// Standard uncertainty of the delay between reference and velocity of the front end, s: of several the largest.
+    ///
+    /// # Errors
+    /// As [`Self::velocities`].
+    pub(crate) fn front_end(&self) -> Result<f64> {
+        let Some(recording) = &self.recording else {
+            return Ok(0.0);
+        };
+        let velocities = self.velocities()?.into_iter();
+        let largest = velocities
+            .map(|v| recording.delay_uncertainty(v.0))
+            .fold(0.0, f64::max);
+        Ok(recording.delay_uncertainty(Self::REFERENCE).hypot(largest))
+    }
 
     /// Refuses values that are impossible, each with its line.
     pub(super) fn check(&self) -> Result<()> {
@@ -114,13 +167,48 @@ impl SpuriousMotionCampaign {
     /// As the table says, with line and column; volts without certificate or vibrometer.
     pub(crate) fn read_runs(&self) -> Result<RunTable<SpuriousSeat>> {
         const VELOCITY: &[PhasorQuantity] = &[PhasorQuantity::Voltage, PhasorQuantity::Velocity];
-        let table = read_runs(
-            &self.source,
-            &self.runs,
-            &[("reference", REFERENCES), ("velocity", VELOCITY)],
-        )?;
+        let velocities = self.velocities()?;
+        let mut channels = vec![(Self::REFERENCE, REFERENCES)];
+        channels.extend(velocities.iter().map(|v| (v.0, VELOCITY)));
+        let table = read_runs::<SpuriousSeat>(&self.source, &self.runs, &channels)?;
+        // Either the row says the axis, or the channel does.
+        let by_channel = velocities.iter().all(|v| v.1.is_some());
+        if let Some(run) = table
+            .runs
+            .iter()
+            .find(|r| r.seat.axis.is_some() == by_channel)
+        {
+            let (what, hint) = match by_channel {
+                true => (
+                    "the channels say the axis, and a column `axis` says it again",
+                    "take the column out: velocity_x, velocity_y and velocity_z are along x′, y′ and z′",
+                ),
+                false => (
+                    "the table of runs has no column `axis`",
+                    "add a column axis with x, y or z, or name the channels velocity_x, velocity_y, velocity_z where several stand in one record",
+                ),
+            };
+            return Err(Error::new(ErrorKind::Column, what)
+                .at(&table.path)
+                .line(run.line)
+                .column("axis")
+                .with_hint(hint));
+        }
         reference_fits(&self.source, &table, self.reference.is_some())?;
         let velocity = table.quantities.get(1);
+        if let Some(other) = table
+            .quantities
+            .iter()
+            .skip(1)
+            .find(|q| Some(*q) != velocity)
+        {
+            return Err(Error::new(
+                ErrorKind::Column,
+                format!("one velocity is in {velocity:?} and another in {other:?}").to_lowercase(),
+            )
+            .at(&table.path)
+            .with_hint("give all of them in volts, or all as velocities"));
+        }
         let volts = velocity.is_none_or(|q| *q == PhasorQuantity::Voltage);
         let stated = self.vibrometer.and_then(|v| v.sensitivity);
         if volts != stated.is_some() {
@@ -156,6 +244,6 @@ impl SpuriousMotionCampaign {
     /// # Errors
     /// No `[recording]`, or a channel that is missing.
     pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
-        waveform_options(&self.source, self.recording.as_ref(), &Self::CHANNELS)
+        waveform_options(&self.source, self.recording.as_ref(), &self.channels()?)
     }
 }

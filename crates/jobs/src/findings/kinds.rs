@@ -109,6 +109,14 @@ findings! {
         advice "name results of one device, or correct its serial number in the campaigns",
         false_alarms "none: the serial numbers are compared";
 
+    /// A plan asks for more than the shaker can do.
+    beyond_the_shaker(count: usize, points: &str) =
+        "beyond-the-shaker", [Decision],
+        what "the shaker does not reach {count} of the points that are planned",
+        evidence "{points}",
+        advice "ask for a smaller acceleration there, lay less on the table, or leave the point out",
+        false_alarms "none: the limits of the data sheet are compared";
+
     /// Decimation folds into the band what the low-pass does not keep out.
     alias_not_suppressed(factor: u32, reached: f64, from: f64, corner: f64, asked: f64) =
         "alias-not-suppressed", [Decision],

@@ -4,11 +4,10 @@ use super::{ShakerSingleFiles, ShakerSingleJob, ShakerSingleRun};
 use crate::bench_runs::BenchFiles;
 use crate::campaign::{Certificate, ShakerSingleCampaign};
 use crate::device_output::DeviceOutput;
-use crate::observed::{SensorFiles, observe};
+use crate::observed::{SensorFiles, observe, of_channel};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_shaker::recording::Quality;
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
 use proofmass_uncertainty::DegreesOfFreedom;
@@ -130,22 +129,5 @@ impl ShakerSingleCampaign {
     /// What the result is filed with.
     pub fn record(&self, files: &ShakerSingleFiles, date: Option<String>) -> Record {
         self.filed(date, files.inputs.clone())
-    }
-}
-
-/// What the samples of the reference and of one device say.
-fn of_channel(quality: &Quality, own: usize) -> Quality {
-    let noise = &quality.signal_to_noise;
-    let both = [noise.first(), noise.get(own)];
-    let mut clipped: Vec<usize> = Vec::new();
-    for (place, channel) in [(0, 0), (1, own)] {
-        if quality.clipped.contains(&channel) {
-            clipped.push(place);
-        }
-    }
-    Quality {
-        signal_to_noise: both.into_iter().flatten().copied().collect(),
-        clipped,
-        ..quality.clone()
     }
 }

@@ -11,7 +11,9 @@ use proofmass_io::{AnyCalibration, StatedQuantity, Unit};
 use proofmass_report::Report;
 use proofmass_shaker::recording::RunInput;
 use proofmass_shaker::sample_clock::SampleClock;
-use proofmass_shaker::{Budget, FrequencyCheck, OutputUnit, ShakerCalibration};
+use proofmass_shaker::{
+    AppliedAcceleration, Budget, FrequencyCheck, OutputUnit, ShakerCalibration,
+};
 use proofmass_uncertainty::Finding;
 
 /// Sensitivity matrices at every frequency with their joint covariances, every method and correction side by side; the
@@ -31,6 +33,8 @@ pub struct ShakerTriaxialOutcome {
     pub(super) recordings: usize,
     pub(super) runs: Vec<RunInput>,
     pub(super) clock: Option<SensorClock>,
+    /// Accelerations that the runs applied.
+    pub(super) applied: Vec<AppliedAcceleration>,
     within: MeasuredWithin,
 }
 
@@ -61,11 +65,21 @@ impl ShakerTriaxialOutcome {
             recordings: data.recordings,
             runs: data.runs.to_vec(),
             clock,
+            applied: Vec::new(),
             within: MeasuredWithin::runs(
                 job.reference.as_ref(),
                 data.runs.iter().map(|r| (r.frequency, r.reference)),
             ),
         }
+    }
+
+    pub(super) fn with_applied(self, applied: Vec<AppliedAcceleration>) -> Self {
+        Self { applied, ..self }
+    }
+
+    /// What each run applied along the axes of the device.
+    pub fn applied(&self) -> &[AppliedAcceleration] {
+        &self.applied
     }
 
     /// Methods and corrections side by side, suspects, differences.

@@ -10,8 +10,8 @@ use proofmass_shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_shaker::published::PublishedFit;
 use proofmass_shaker::recording::{CHANNELS, RunInput};
 use proofmass_shaker::{
-    ComponentCheck, FrequencyCheck, FrequencyResult, MethodResult, OutputUnit, RunResult,
-    ShakerMethod,
+    AppliedAcceleration, ComponentCheck, FrequencyCheck, FrequencyResult, MethodResult, OutputUnit,
+    RunResult, ShakerMethod,
 };
 use proofmass_uncertainty::{BudgetLine, DegreesOfFreedom, Verdict};
 
@@ -84,6 +84,7 @@ pub(super) fn tables(outcome: &ShakerTriaxialOutcome) -> Vec<Table> {
         budget(results, unit).file("budget.csv"),
         residuals(results, unit).file("residuals.csv"),
         phasors(&outcome.runs, outcome.acceleration, output).file("phasors.csv"),
+        applied(&outcome.applied).file("applied.csv"),
     ];
     if !outcome.monte_carlo.is_empty() {
         list.push(monte_carlo(&outcome.monte_carlo, unit).file("monte-carlo.csv"));
@@ -289,6 +290,38 @@ fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
                 (0.5 * (rr + ii)).sqrt()
             }),
         ]);
+    }
+    Table::of("", fields, runs)
+}
+
+/// Accelerations along the axes of the device, with U at 95 % and its degrees of freedom: in phase with the reference (`real`), and a
+/// quarter of a period ahead of it.
+fn applied(runs: &[AppliedAcceleration]) -> Table {
+    type R = AppliedAcceleration;
+    let mut fields = vec![
+        Field::new("run", |r: &R| r.run.as_str().into()),
+        frequency(|r: &R| r.frequency),
+        filed("inclination_deg", |r: &R| {
+            r.configuration.inclination.to_degrees()
+        }),
+        filed("rotation_deg", |r: &R| {
+            r.configuration.rotation.to_degrees()
+        }),
+        filed("reference_m/s2", |r: &R| r.reference),
+    ];
+    for (i, axis) in AXES.into_iter().enumerate() {
+        for (k, part) in ["real", "imaginary"].into_iter().enumerate() {
+            let of = move |r: &R| r.components[i][k];
+            fields.extend([
+                filed(format!("a_{axis}_{part}_m/s2"), move |r: &R| of(r).value),
+                filed(format!("U_a_{axis}_{part}_m/s2"), move |r: &R| {
+                    of(r).expanded(0.95)
+                }),
+                filed(format!("nu_a_{axis}_{part}"), move |r: &R| {
+                    finite(of(r).dof.get())
+                }),
+            ]);
+        }
     }
     Table::of("", fields, runs)
 }

@@ -117,6 +117,7 @@ columns = {{ x = "acc_x", y = "acc_y", z = "acc_z" }}
 time = "time"
 range = [0, 65535]
 
+# Local gravity of the simulation. For a recording of your own: latitude_deg and height_m of its place instead.
 [gravity]
 value = 9.80665
 standard_uncertainty = 1e-5

@@ -42,8 +42,8 @@ pub struct TransverseSeat {
 pub struct SpuriousSeat {
     /// Inclination in radians.
     pub(crate) inclination: f64,
-    /// Axis of the bench, 0 for x′ to 2 for z′.
-    pub(crate) axis: usize,
+    /// Axis of the bench, 0 for x′ to 2 for z′; none where the channels are those of axes.
+    pub(crate) axis: Option<usize>,
     /// Label of the measurement it belongs to.
     pub(crate) measurement: String,
 }
@@ -213,23 +213,24 @@ impl Seat for SpuriousSeat {
 
     fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()> {
         sheet.required(columns[0], "inclination_deg")?;
-        sheet.required(columns[1], "axis")?;
         Ok(())
     }
 
     fn read(columns: &Self::Columns, row: &SheetRow) -> Result<Self> {
-        let [Some(tilt), Some(axis), measurement] = *columns else {
-            return Err(row.refuse_row("inclination and axis are needed"));
+        let [Some(tilt), axis, measurement] = *columns else {
+            return Err(row.refuse_row("the inclination is needed"));
         };
-        let word = row.text(axis).trim_end_matches(['\'', '′']);
-        let Some(number) = ["x", "y", "z"].iter().position(|a| a == &word) else {
-            return Err(row
-                .refuse(axis, format!("\"{}\" is no axis", row.text(axis)))
-                .with_hint("write x, y or z: the axes of the bench, z along the excitation"));
+        let number = |axis| {
+            let word = row.text(axis).trim_end_matches(['\'', '′']);
+            let number = ["x", "y", "z"].iter().position(|a| a == &word);
+            number.ok_or_else(|| {
+                row.refuse(axis, format!("\"{}\" is not an axis", row.text(axis)))
+                    .with_hint("write x, y or z: the axes of the bench, z along the excitation")
+            })
         };
         Ok(Self {
             inclination: inclination(row, tilt)?,
-            axis: number,
+            axis: axis.map(number).transpose()?,
             measurement: measurement
                 .map(|m| row.text(m))
                 .filter(|t| !t.is_empty())
