@@ -350,6 +350,9 @@ pub(crate) fn chosen(
     options: &RecordingOptions,
     time: Option<usize>,
 ) -> Result<(Vec<usize>, Vec<Option<Unit>>)> {
+    if options.columns.is_empty() {
+        layout.refuse_mixed_marks()?;
+    }
     let selected: Vec<usize> = match options.columns.is_empty() {
         true => (0..layout.columns)
             .filter(|&i| layout.numeric[i] && Some(i) != time)

@@ -96,6 +96,9 @@ pub struct Layout {
     pub numeric: Vec<bool>,
     /// Whether each column holds dates with times or times of day, judged on the head of the file.
     pub(crate) dated: Vec<bool>,
+    /// Columns that hold numbers with another decimal mark than the rest of the file.
+    #[serde(skip)]
+    pub(crate) other_mark: Vec<usize>,
     /// Line of the first row of data, counted from one.
     pub first_data_line: u64,
     /// Byte at which that line begins.
@@ -262,6 +265,30 @@ impl Layout {
         )
         .column(&name)
         .with_hint("export it without marks of thousands; where they are decimals, state the mark in a campaign: `decimal = \"comma\"` or \"point\""))
+    }
+
+    /// Refuses a file of which some columns have decimal commas and the others points, where every column of numbers is wanted: those would
+    /// be passed over as text.
+    ///
+    /// # Errors
+    /// There are such columns.
+    pub fn refuse_mixed_marks(&self) -> Result<()> {
+        if self.other_mark.is_empty() {
+            return Ok(());
+        }
+        let names: Vec<String> = self.other_mark.iter().map(|&i| self.name(i)).collect();
+        let (theirs, ours) = match self.decimal {
+            DecimalMark::Point => ("comma", "point"),
+            DecimalMark::Comma => ("point", "comma"),
+        };
+        Err(Error::new(
+            ErrorKind::Column,
+            format!(
+                "the decimal mark of {} is the {theirs}, that of the other columns the {ours}",
+                names.join(", ")
+            ),
+        )
+        .with_hint("export the file with one decimal mark, or name the columns that are wanted with --columns"))
     }
 
     /// Such a column: its name and a number of it.

@@ -50,8 +50,18 @@ fn refuses_files_without_rows() {
 fn refuses_what_is_no_text_file() {
     let error = refused(b"t,x\n\x00\x01\x02\x03", &xyz());
     assert!(error.to_string().contains("binary"), "{error}");
-    let error = refused(b"\xFF\xFEt\x00,\x00", &xyz());
-    assert!(error.to_string().contains("UTF-16"), "{error}");
+    let unmarked: Vec<u8> = "t,x\n0,1\n1,2\n"
+        .repeat(20)
+        .encode_utf16()
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    let error = refused(unmarked, &xyz());
+    assert!(
+        error
+            .to_string()
+            .contains("UTF-16 without a byte order mark"),
+        "{error}"
+    );
     let error = refused("1,".repeat(3_000_000), &xyz());
     assert!(error.to_string().contains("longer than 4 MiB"), "{error}");
     let folder = tempfile::tempdir().unwrap();

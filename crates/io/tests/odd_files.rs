@@ -100,6 +100,31 @@ fn mixed_marks_are_refused_with_their_line() {
 }
 
 #[test]
+fn columns_with_another_decimal_mark_are_no_text() {
+    let layout = |text: &str| {
+        let mut source = Source::from_bytes("odd.csv", text.to_owned()).unwrap();
+        Layout::of(&mut source, &LayoutOptions::default()).unwrap()
+    };
+    let mixed = format!("t;x;y;label\n{}", "0.01;9,8229;0.5;a,b\n".repeat(20));
+    let refused = layout(&mixed).refuse_mixed_marks().unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("the decimal mark of x is the comma"),
+        "{refused}"
+    );
+    // One mark, and columns of words, dates and whole numbers.
+    for row in [
+        "0.01;9.8229;0.5;a,b\n",
+        "2026-03-01T12:00:00.25;9;0.5;1.2.3\n",
+        "0,01;9,8229;0,5;a.b\n",
+    ] {
+        let text = format!("t;x;y;label\n{}", row.repeat(20));
+        layout(&text).refuse_mixed_marks().unwrap();
+    }
+}
+
+#[test]
 fn the_likely_unit_is_that_of_the_norm() {
     for (gravity, unit) in [
         (9.81, Unit::MetrePerSecondSquared),

@@ -54,6 +54,21 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         1,
     );
 
+    let other = match decimal {
+        DecimalMark::Point => DecimalMark::Comma,
+        DecimalMark::Comma => DecimalMark::Point,
+    };
+    let marked = columns_that(
+        voters,
+        separator,
+        columns,
+        |f| f.iter().any(|b| matches!(b, b',' | b'.')) && is_number(f, other),
+        1,
+    );
+    let other_mark: Vec<usize> = (0..columns)
+        .filter(|&i| marked[i] && !numeric[i] && !dated[i])
+        .collect();
+
     // What LabVIEW marks as its header, or the user skips, is no longer among the content here.
     let mut preamble: Vec<&Line> = Vec::new();
     // From the top: what is not of full width and not all numbers is preamble, then come headings, then data.
@@ -175,6 +190,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         columns,
         numeric,
         dated,
+        other_mark,
         first_data_line: first_data.number,
         data_offset: first_data.offset as u64,
         head,

@@ -277,6 +277,9 @@ impl NoiseReading {
         if let Some(columns) = &self.columns {
             return Ok(layout.matching(columns)?);
         }
+        layout
+            .refuse_mixed_marks()
+            .map_err(|e| e.at(std::path::Path::new(name)))?;
         let time = self.time_index(layout)?;
         let temperature = self
             .temperature

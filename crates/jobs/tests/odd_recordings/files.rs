@@ -244,12 +244,11 @@ impl Odd {
                     u.to_le_bytes()
                 }
             };
-            let refused = Refused("UTF-16");
             all.push(Self::new(
                 name,
                 units.flat_map(bytes).collect::<Vec<u8>>(),
-                refused,
-                refused,
+                Right("100 Hz by column 1 t in s assumed"),
+                in_order,
             ));
         }
         let refused = Refused("7 headings stand above 5 columns");
