@@ -46,6 +46,9 @@ pub struct ReadColumn {
     /// Heading without unit; none in a file without headings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading: Option<String>,
+    /// What it is taken for, where a campaign says so: `reference`, `output`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// Unit as it stands in the file, where it is known.
     pub unit: Option<Unit>,
     /// Who says the unit.
@@ -191,6 +194,7 @@ impl Reading {
                 ReadColumn {
                     number: index + 1,
                     heading: heading(index),
+                    role: None,
                     unit: own.or(stated),
                     unit_by: match (own, stated) {
                         (Some(_), _) if layout.stream.is_some() => SaidBy::File,
@@ -230,6 +234,7 @@ impl Reading {
     /// The column of a thermometer.
     pub fn thermometer(layout: &Layout, index: usize, thermometer: &Thermometer) -> ReadColumn {
         ReadColumn {
+            role: None,
             number: index + 1,
             heading: layout.header.is_some().then(|| layout.name(index)),
             unit: Some(thermometer.unit),
@@ -243,6 +248,42 @@ impl Reading {
             && column.unit.is_none()
         {
             (column.unit, column.unit_by) = (Some(unit), by);
+        }
+    }
+
+    /// The reading of samples in volts, side by side in a file without headings.
+    pub(crate) fn of_volts(numbers: &[usize], rate_hz: f64, rate_by: SaidBy) -> Self {
+        let column = |&number: &usize| ReadColumn {
+            number,
+            heading: None,
+            role: None,
+            unit: Some(Unit::Volt),
+            unit_by: SaidBy::Person,
+        };
+        Self {
+            columns: numbers.iter().map(column).collect(),
+            time: ReadTime {
+                rate_hz: Some(rate_hz),
+                column: None,
+                heading: None,
+                unit: None,
+                by: rate_by,
+            },
+            temperature: None,
+            surroundings: Vec::new(),
+            stream: None,
+            between_s: None,
+            scale: None,
+            gravity: None,
+        }
+    }
+
+    /// Says what each column is taken for, in their order.
+    pub(crate) fn name_roles<'a>(&mut self, roles: impl IntoIterator<Item = &'a str>) {
+        for (column, role) in self.columns.iter_mut().zip(roles) {
+            // A heading that is the role says it already.
+            let said = column.heading.as_deref() == Some(role);
+            column.role = (!said).then(|| role.to_owned());
         }
     }
 
@@ -283,6 +324,9 @@ impl fmt::Display for Reading {
             if !skipped {
                 write!(f, "{}", if i > from { ", " } else { "" })?;
                 column_by(f, column.number, column.heading.as_deref())?;
+                if let Some(role) = &column.role {
+                    write!(f, " as {role}")?;
+                }
             } else if i == SHOWN - 1 {
                 write!(f, "{}…", if i > from { ", " } else { "" })?;
             }

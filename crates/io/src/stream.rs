@@ -271,6 +271,7 @@ impl Layout {
             passed_over: Vec::new(),
             columns,
             numeric: vec![true; columns],
+            other_mark: Vec::new(),
             dated: vec![false; columns],
             first_data_line: 1,
             data_offset: 0,

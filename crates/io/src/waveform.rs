@@ -4,7 +4,7 @@ use crate::layout::{ColumnRef, Layout, LayoutOptions};
 use crate::output::AtomicFile;
 use crate::{
     Error, ErrorKind, Input, Reading, RecordedColumn, Recording, RecordingOptions, Result,
-    RowReader, Source, TimeBase, TimeSource, TimeUnit, Unit,
+    RowReader, SaidBy, Source, TimeBase, TimeSource, TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
@@ -172,7 +172,28 @@ impl Waveform {
             WaveformFormat::Wav => Self::read_wav(source, options).and_then(|w| w.cut(options)),
             WaveformFormat::Text => Self::read_text(source, options),
         }
+        .map(|w| w.named(options))
         .map_err(|e| e.at(&name))
+    }
+
+    /// With the roles of its columns in what tells how it was read.
+    fn named(mut self, options: &WaveformOptions) -> Self {
+        let number = |place: &ColumnRef| match place {
+            ColumnRef::Index(number) => *number,
+            ColumnRef::Name(_) => 0,
+        };
+        let numbers: Vec<usize> = options.channels.iter().map(|c| number(&c.1)).collect();
+        let rate_by = match options.sampling_rate_hz {
+            Some(_) => SaidBy::Person,
+            None => SaidBy::File,
+        };
+        let rate = self.sampling_rate_hz;
+        let reading = self
+            .reading
+            .get_or_insert_with(|| Reading::of_volts(&numbers, rate, rate_by));
+        reading.between_s = options.between;
+        reading.name_roles(options.channels.iter().map(|c| c.0.as_str()));
+        self
     }
 
     /// The stretch that was asked for, by the number of the row and the rate.

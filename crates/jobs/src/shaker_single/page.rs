@@ -40,7 +40,14 @@ pub(crate) fn with(
     let repeats = repeats.filter_map(|(s, run)| row(outcome, &run.run, s));
     let run = Field::new("run", |r: &Row<'_>| r.0.0.into());
     let mut page = page
-        .subtitle(format!("{title}: {}", count(outcome.results.len(), "run")))
+        .subtitle(format!(
+            "{title}: {} at {}",
+            count(outcome.runs.len(), "run"),
+            match outcome.results.len() {
+                1 => "one frequency".to_owned(),
+                n => format!("{n} frequencies"),
+            }
+        ))
         .verdict(verdict(outcome))
         .answers(answer(outcome))
         .section(result(outcome))
