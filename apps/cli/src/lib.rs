@@ -262,6 +262,19 @@ where
     Arguments::from_arg_matches_mut(&mut matches)
 }
 
+/// A negative number that was taken for an option.
+fn negative_value(wrong: &clap::Error) -> Option<String> {
+    match wrong.get(ContextKind::InvalidArg) {
+        Some(ContextValue::String(word))
+            if wrong.kind() == clap::error::ErrorKind::UnknownArgument =>
+        {
+            let number = word.starts_with('-') && word.contains(|c: char| c.is_ascii_digit());
+            (number && word.parse::<f64>().is_ok()).then(|| word.clone())
+        }
+        _ => None,
+    }
+}
+
 /// The arguments as a request, or the exit code after help, the version or an error was shown.
 fn parsed<I, T>(arguments: I) -> Result<Arguments, u8>
 where
@@ -273,7 +286,7 @@ where
         exit_code::WRONG_USE
     })?;
     let mut command = commands();
-    read(&mut command, &expanded.arguments).map_err(|wrong| {
+    read(&mut command, &expanded.arguments).map_err(|mut wrong| {
         if let Some(ContextValue::String(word)) = wrong.get(ContextKind::InvalidSubcommand)
             && let Some(failure) = glossary::no_command(word, &command)
         {
@@ -287,8 +300,18 @@ where
             }
             return exit_code::WRONG_USE;
         }
+        let negative = negative_value(&wrong);
+        // Nobody means an unknown option as a value.
+        if wrong.kind() == clap::error::ErrorKind::UnknownArgument {
+            wrong.remove(ContextKind::Suggested);
+        }
         // Help and version come this way too, to standard output and with code 0.
         let _ = wrong.print();
+        if let Some(value) = negative {
+            console::note(format!(
+                "a negative value is joined to its option by =, such as --option={value}"
+            ));
+        }
         if let Some(line) = expanded.line(&wrong) {
             console::note(format!("\n  {line}"));
         }

@@ -23,6 +23,7 @@ pub(crate) fn no_number(wrong: &clap::Error) -> Option<Failure> {
     let failure = Failure::new(format!("{text:?} is no {kind}, which {option} needs"));
     Some(match with_a_point(text) {
         Some(number) if !whole => failure.hint(format!("the decimal mark is the point: {number}")),
+        _ if whole => failure.hint("write digits only, such as 4096"),
         _ => failure.hint("write digits, with a point before the decimals; 1.5e-3 is read too"),
     })
 }

@@ -124,7 +124,7 @@ impl Job for ApplyJob {
         let once = data.once.lock().ok().and_then(|mut once| once.take());
         let Some((source, to)) = once else {
             return Err(Trouble::data(
-                "the recording was read already: it can be seen once",
+                "this recording was used up by an earlier job: open it again",
             ));
         };
         let name = source.name().display().to_string();

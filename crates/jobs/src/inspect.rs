@@ -106,8 +106,9 @@ impl Job for InspectJob {
     fn evaluate(&self, data: &InspectData, watch: &dyn Watch) -> Result<InspectOutcome> {
         watch.step("inspection", 0, 1)?;
         let once = data.once.lock().ok().and_then(|mut once| once.take());
-        let source = once
-            .ok_or_else(|| Trouble::data("the recording was read already: it can be seen once"))?;
+        let source = once.ok_or_else(|| {
+            Trouble::data("this recording was used up by an earlier job: open it again")
+        })?;
         let columns = self.reading.columns.clone().unwrap_or_default();
         let options = self.reading.reading_of(columns)?;
         let (inspection, traces) = match self.plot {

@@ -145,7 +145,7 @@ impl PlanJob {
         sizes.dedup();
         match sizes.iter().find(|n| !(3..=count).contains(*n)) {
             Some(n) => Err(Trouble::request(format!(
-                "a plan of {n}: there are {count} candidates, and three are needed"
+                "a plan of {n} configurations is impossible: there are {count} candidates, and three are needed"
             ))
             .with_hint(format!("give numbers from 3 to {count}"))),
             None => Ok(sizes),
@@ -237,7 +237,7 @@ impl Job for PlanJob {
         let chosen = match self.best {
             Some(n) if !(3..=count).contains(&n) => {
                 return Err(Trouble::request(format!(
-                    "the best {n}: there are {count} candidates, and three are needed"
+                    "--best is {n}, and there are {count} candidates; three are needed at least"
                 ))
                 .with_hint(format!("give a number from 3 to {count}")));
             }

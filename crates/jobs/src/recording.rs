@@ -140,8 +140,10 @@ impl RecordingReading {
     /// No column is named, or several.
     pub fn one_channel(&self) -> Result<(ChannelReading, WantedChannel)> {
         let Some([column]) = self.columns.as_deref() else {
-            return Err(Trouble::request("one column is turned back at a time")
-                .with_hint("name it with --columns COLUMN"));
+            return Err(
+                Trouble::request("the inverse filter works on one column at a time")
+                    .with_hint("name one with --columns COLUMN"),
+            );
         };
         let reading = ChannelReading {
             time: self.time.clone(),

@@ -95,6 +95,26 @@ pub fn trouble(refusal: &Refusal) -> Trouble {
             TroubleKind::Data,
             "the formulas must be finite at the estimates of the inputs, or in most of what their distributions allow",
         ),
+        Refusal::Unknown { .. } => (
+            TroubleKind::Request,
+            "names are those of [[input]], [[intermediate]] and [[output]] of the file; functions stand in `proofmass uncertainty --help`",
+        ),
+        Refusal::Duplicate { .. } | Refusal::Name { .. } => (
+            TroubleKind::Request,
+            "give each input and output a name of its own: a letter, then letters, digits and underscores",
+        ),
+        Refusal::Correlation { .. } | Refusal::Pair { .. } | Refusal::Unreachable { .. } => (
+            TroubleKind::Request,
+            "correct the coefficient in [[correlation]]; all of them together must be possible",
+        ),
+        Refusal::Expression { .. } => (
+            TroubleKind::Request,
+            "a formula has + - * / ^, brackets, functions such as sqrt(x), and names of the file; 2*x, not 2x",
+        ),
+        Refusal::Input { .. } | Refusal::Incomplete { .. } | Refusal::Contradiction { .. } => (
+            TroubleKind::Request,
+            "an [[input]] has name and unit, and one statement: value and u, or value and half_width, or observations, or a distribution",
+        ),
         _ => (TroubleKind::Request, MODEL_FILE),
     };
     Trouble::new(kind, refusal.to_string()).with_hint(hint)

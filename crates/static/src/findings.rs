@@ -123,7 +123,7 @@ findings! {
     /// A quantity of the surroundings hardly differs from the temperature.
     environment_follows(name: &str, own_part: f64) =
         "environment-follows", [Warning],
-        what "{name} largely follows the temperature: the coefficients of both are told badly, and together better than apart",
+        what "{name} largely follows the temperature: each coefficient is uncertain, and their sum is known better",
         evidence "{own_part:.1} % of its course is its own",
         advice "change one while the other stays: two sweeps of the temperature at two values of the other quantity",
         false_alarms "none: a property of the recording";
@@ -234,7 +234,7 @@ findings! {
     /// The residuals follow the direction from which an attitude was reached.
     last_motion(x: f64, y: f64, z: f64, chance: &str) =
         "last-motion", [Warning, Decision],
-        what "the outputs depend on from where an attitude was reached: hysteresis, friction or play",
+        what "the outputs depend on the direction from which an attitude was reached: hysteresis, friction or play",
         evidence "±{x:.2}, ±{y:.2}, ±{z:.2} mg along x, y, z ({chance})",
         advice "come into each attitude from both sides; hysteresis does not average down and part of it counts as scale factor";
 

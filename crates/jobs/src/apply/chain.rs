@@ -249,7 +249,7 @@ impl Chain {
             ))
             .with_hint("give a whole number from 2 on, or no decimation")),
             (Some(factor), None) => Err(Trouble::request(format!(
-                "a decimation by {factor} without a low-pass folds all that lies above half of the new rate into what is left"
+                "a decimation by {factor} needs a low-pass: what lies above half of the new rate would appear as another frequency"
             ))
             .with_hint("add --low-pass HZ with the highest frequency that is wanted; with --linear-phase the band may be wider")),
             _ => Ok(()),

@@ -33,7 +33,18 @@ pub(super) fn explain(
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     findings.retain(|f| f.severity() != Severity::Note);
-    let mut trouble = Trouble::from(error).detail(data.name);
+    let mut trouble = match error {
+        // None is left, which says nothing of how many there were.
+        Error::TooFew {
+            name: "configurations at a frequency",
+            got: 0,
+            ..
+        } => Trouble::data(
+            "no frequency has enough configurations: three whose directions span space are needed",
+        ),
+        _ => Trouble::from(error),
+    }
+    .detail(data.name);
     if !runs.is_empty() {
         let names = runs.iter().map(|(run, f)| format!("run {run} ({f} Hz)"));
         let names: Vec<String> = names.take(9).collect();

@@ -29,7 +29,9 @@ pub(super) fn calibration(
         return Ok(None);
     };
     if sensitivity.value.abs() <= sensitivity.expanded(probability) {
-        return Err(Trouble::data("the sensitivity is not told from zero"));
+        return Err(Trouble::data(
+            "the sensitivity is zero within its uncertainty",
+        ));
     }
     let unit: Unit = fit.unit.parse().map_err(|e: String| Trouble::data(e))?;
     let (unit, factor) = unit.si();
