@@ -2,6 +2,7 @@
 
 mod course;
 
+use crate::findings;
 use crate::outcome::{Job, Outcome, section};
 use crate::page::answer::plus_minus;
 use crate::page::measures::lines;
@@ -111,7 +112,7 @@ impl Job for InspectJob {
         })?;
         let columns = self.reading.columns.clone().unwrap_or_default();
         let options = self.reading.reading_of(columns)?;
-        let (inspection, traces) = match self.plot {
+        let (mut inspection, traces) = match self.plot {
             true => inspect_traced(source, &options, self.listed)?,
             false => (inspect_source(source, &options, self.listed)?, Vec::new()),
         };
@@ -124,6 +125,10 @@ impl Job for InspectJob {
             .with_hint("choose one with --source NAME; `proofmass inspect` lists them"));
         }
         watch.step("inspection", 1, 1)?;
+        let told = (!undecided(&inspection))
+            .then(|| unsaid(&inspection))
+            .flatten();
+        inspection.findings.extend(told);
         Ok(InspectOutcome {
             inspection,
             traces,
@@ -182,6 +187,33 @@ impl Outcome for InspectOutcome {
             false => page,
         }
     }
+}
+
+/// What the file does not say and other commands ask for: units of columns of numbers, the clock.
+fn unsaid(inspection: &Inspection) -> Option<Finding> {
+    let layout = &inspection.layout;
+    let open: Vec<usize> = inspection
+        .columns
+        .iter()
+        .filter(|c| c.unit.is_none() && c.statistics.is_some())
+        .map(|c| c.number - 1)
+        .filter(|&i| !layout.counts_rows(i))
+        .collect();
+    let clock = inspection.time.is_none() && inspection.reading.time.rate_hz.is_none();
+    let names: Vec<String> = open.iter().map(|&i| layout.name(i)).collect();
+    let what = match (names.as_slice(), clock) {
+        ([], false) => return None,
+        ([], true) => "the time of its rows".to_owned(),
+        (names, false) => format!("the unit of {}", names.join(", ")),
+        (names, true) => format!("the unit of {}, and the time of its rows", names.join(", ")),
+    };
+    let likely = (!open.is_empty())
+        .then(|| layout.likely_unit(&open))
+        .flatten();
+    let likely = likely.map_or(String::new(), |unit| {
+        format!("by the size of the numbers the unit is likely {unit}")
+    });
+    Some(findings::file_does_not_say(&what, &likely))
 }
 
 /// Size, layout and clock, in the head of the page.

@@ -187,15 +187,32 @@ impl Page {
         Ok(())
     }
 
-    /// One figure that cannot be drawn does not take the result with it.
+    /// The figure of the answer: on a phone all of it is seen at once.
+    fn first_figure(&mut self, figure: &Figure) {
+        let narrow = figure.plot.narrow().and_then(|plot| {
+            let id = format!("figure-{}-narrow", self.figures + 1);
+            plot.svg(&figure.caption, &id).ok()
+        });
+        self.figure_beside(figure, narrow);
+    }
+
     fn figure(&mut self, figure: &Figure) {
+        self.figure_beside(figure, None);
+    }
+
+    /// One figure that cannot be drawn does not take the result with it.
+    fn figure_beside(&mut self, figure: &Figure, narrow: Option<String>) {
         self.figures += 1;
         let (number, caption) = (self.figures, marked(&figure.caption));
         let drawn = figure.svg(&format!("figure-{number}"));
+        let (wide, narrow) = match narrow {
+            Some(svg) => (" wide", format!("<div class=\"plot narrow\">{svg}</div>\n")),
+            None => ("", String::new()),
+        };
         let _ = match drawn {
             Ok(svg) => writeln!(
                 self.out,
-                "<figure{}>\n<div class=\"plot\">{svg}</div>\n<figcaption><b>Figure {number}.</b> {caption}</figcaption>\n</figure>",
+                "<figure{}>\n<div class=\"plot{wide}\">{svg}</div>\n{narrow}<figcaption><b>Figure {number}.</b> {caption}</figcaption>\n</figure>",
                 if figure.plot.is_tall() {
                     " class=\"tall\""
                 } else {

@@ -76,6 +76,19 @@ impl Plot {
         }
     }
 
+    /// The same for a phone, as wide as its words stay legible there; none of a plot that has one width.
+    pub(crate) fn narrow(&self) -> Option<Self> {
+        /// Width that a screen of 390 pixels shows at nine tenths.
+        const NARROW: f64 = 410.0;
+        match self {
+            Self::Xy(plot) => Some(Self::Xy(XyPlot {
+                width: NARROW,
+                ..plot.clone()
+            })),
+            _ => None,
+        }
+    }
+
     /// Whether the drawing is so high that its words would be too small at the height of others on paper.
     pub(crate) fn is_tall(&self) -> bool {
         match self {

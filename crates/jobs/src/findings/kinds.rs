@@ -109,6 +109,14 @@ findings! {
         advice "name results of one device, or correct its serial number in the campaigns",
         false_alarms "none: the serial numbers are compared";
 
+    /// A look at a file finds columns without a unit, or no clock.
+    file_does_not_say(what: &str, likely: &str) =
+        "file-does-not-say", [Note],
+        what "the file does not say {what}: a command that needs it asks",
+        evidence "{likely}",
+        advice "write the unit into the heading, as x_m/s2 or x (g), or say --unit, --time or --rate",
+        false_alarms "none: headings are read";
+
     /// A plan asks for more than the shaker can do.
     beyond_the_shaker(count: usize, points: &str) =
         "beyond-the-shaker", [Decision],

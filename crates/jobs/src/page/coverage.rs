@@ -6,15 +6,20 @@ use proofmass_shaker::derived::{Expanded, PROBABILITY};
 pub(crate) fn stated_at<'a>(quantities: impl IntoIterator<Item = &'a Expanded>) -> String {
     let mut k = None;
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for q in quantities {
+        (low, high) = (low.min(q.coverage_factor), high.max(q.coverage_factor));
         if q.probability != PROBABILITY {
             k = Some(q.coverage_factor);
             (least, most) = (least.min(q.probability), most.max(q.probability));
         }
     }
     let percent = |p: f64| format!("{:.1}", 100.0 * p);
+    let factor = |k: f64| format!("{k:.2}");
     match k {
-        None => "95 %".to_owned(),
+        None if !(low <= high && high.is_finite()) => "95 %".to_owned(),
+        None if factor(low) == factor(high) => format!("95 % (k = {})", factor(low)),
+        None => format!("95 % (k = {} to {})", factor(low), factor(high)),
         Some(k) if percent(least) == percent(most) => format!("k = {k} ({} %)", percent(least)),
         Some(k) => format!("k = {k} ({} to {} %)", percent(least), percent(most)),
     }
@@ -38,7 +43,10 @@ mod tests {
             };
             Expanded::of(q, k)
         };
-        assert_eq!(stated_at(&[quantity(4.0, None)]), "95 %");
+        assert_eq!(stated_at(&[quantity(4.0, None)]), "95 % (k = 2.78)");
+        let two = [quantity(4.0, None), quantity(f64::INFINITY, None)];
+        assert_eq!(stated_at(&two), "95 % (k = 1.96 to 2.78)");
+        assert_eq!(stated_at(&[]), "95 %");
         let all = [
             quantity(f64::INFINITY, Some(2.0)),
             quantity(10.0, Some(2.0)),

@@ -33,7 +33,7 @@ impl Page {
         );
         self.blocks(&answer.blocks)?;
         if let Some(figure) = &answer.figure {
-            self.figure(figure);
+            self.first_figure(figure);
         }
         self.out.push_str("</section>\n");
         Ok(())

@@ -151,6 +151,7 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
   });
   svg.addEventListener("pointerdown", event => {
     const from = place(event), panel = inside(from);
+    if (event.pointerType !== "mouse") { at = panel ? nearest(panel, from) : null; show(); return; }
     if (panel && event.pointerType === "mouse" && event.button === 0) { drag = { panel, from }; svg.setPointerCapture(event.pointerId); event.preventDefault(); svg.focus({ preventScroll: true }); }
   });
   svg.addEventListener("pointerup", event => {
@@ -163,7 +164,8 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
     const a = back(panel, from), b = back(panel, end);
     zoom(panel, [Math.min(a[0], b[0]), Math.min(a[1], b[1])], [Math.max(a[0], b[0]), Math.max(a[1], b[1])]);
   });
-  svg.addEventListener("pointerleave", () => { if (!drag) { at = null; show(); } });
+  // What a touch showed stays.
+  svg.addEventListener("pointerleave", event => { if (!drag && event.pointerType === "mouse") { at = null; show(); } });
   svg.addEventListener("dblclick", () => zoom(null));
   svg.addEventListener("keydown", event => {
     const key = event.key, step = event.shiftKey ? 10 : 1;
