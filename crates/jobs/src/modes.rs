@@ -10,14 +10,14 @@ pub use campaign::{fixture_findings, read_fixtures};
 pub use file::ModesFile;
 #[cfg(feature = "schema")]
 pub(crate) use file::modes_schema;
-pub use outcome::{FixtureModes, ModesOutcome};
+pub use outcome::{BelowDevice, FixtureModes, LayerEnd, ModesOutcome};
 
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_fixture::{
-    Accelerometer, Cause, Damping, Design, Fault, Material, MeasuredResonance, Refine, Search,
-    Support,
+    Accelerometer, Cause, Damping, Design, Device, Fault, Material, MeasuredResonance, Refine,
+    Search, Support,
 };
 use proofmass_io::GmshMesh;
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,9 @@ pub struct MeshedBody {
     pub(crate) support: Support,
     /// What is glued to it.
     pub(crate) accelerometer: Option<Accelerometer>,
+    /// The block it sits on, or is.
+    #[serde(default)]
+    pub(crate) device: Option<Device>,
 }
 
 /// The question.

@@ -1,6 +1,6 @@
 //! The report of the modes of a fixture.
 
-use super::outcome::ModesOutcome;
+use super::outcome::{LayerEnd, ModesOutcome};
 use crate::page::AXES;
 use crate::page::answer::stated_as;
 use crate::page::columns::{filed, number};
@@ -43,10 +43,17 @@ pub(super) fn add(page: Report, outcome: &ModesOutcome) -> Report {
         .section(outcome.frequencies(&quantities).summarised());
     let mut files = Vec::new();
     if !outcome.free {
-        files.push(outcome.table_of_transfer());
+        let table = |points: &[TransferPoint], file| outcome.table_of_transfer(points).file(file);
+        files.push(table(&outcome.transfer, "spurious.csv"));
+        if let Some(below) = &outcome.below {
+            files.push(table(&below.transfer, "gluing.csv"));
+        }
     }
     let lines = outcome.lines.iter().zip(["slope.csv", "across.csv"]);
     files.extend(lines.map(|(line, name)| table_of_line(line).file(name)));
+    if let Some(ends) = &outcome.ends {
+        page = page.section(outcome.layer(ends).summarised());
+    }
     if let Some(update) = &outcome.update {
         page = page.section(updated(update).summarised());
     }
@@ -129,8 +136,9 @@ impl ModesOutcome {
         let mut table = self.table_of_modes(quantities);
         if !self.free {
             table = table.note(format!(
-                "Weight: the residue of the mode, what it adds to the acceleration of the gluing point, over that of the base along z′, far above its resonance; at \
+                "Weight: the residue of the mode, what it adds to the acceleration of the {}, over that of the base along z′, far above its resonance; at \
                  resonance it is 1/(2ζ) = {:.0} times as much. A mode is relevant from {} % on.",
+                self.point(),
                 0.5 / self.damping.ratio,
                 percent(self.weight)
             ));
@@ -199,7 +207,7 @@ impl ModesOutcome {
         Table::of("", fields, rows).file("modes.csv")
     }
 
-    fn table_of_transfer(&self) -> Table {
+    fn table_of_transfer(&self, points: &[TransferPoint]) -> Table {
         let inclination = round(self.inclination.to_degrees(), 9);
         let mut fields = vec![
             filed("inclination_deg", move |_: &TransferPoint| inclination),
@@ -234,7 +242,7 @@ impl ModesOutcome {
             fields
                 .extend(names.map(|(i, name)| filed(name, move |p: &TransferPoint| spread(p)[i])));
         }
-        Table::of("", fields, &self.transfer).file("spurious.csv")
+        Table::of("", fields, points)
     }
 
     fn deformed(&self, quantities: &[StatedQuantity]) -> Section {
@@ -259,26 +267,10 @@ impl ModesOutcome {
     }
 
     fn above_base(&self) -> Section {
-        let f: Vec<f64> = self.plotted.iter().map(|p| p.frequency).collect();
-        let floor = 1e-6;
-        let mut plot = XyPlot::new(
-            Axis::log("frequency", "Hz"),
-            Axis::log("spurious acceleration over that of the base", ""),
-        )
-        .height(320.0);
-        let mut silent = vec![];
-        for (k, name) in ["x′", "y′", "z′"].into_iter().enumerate() {
-            let y: Vec<f64> = self.plotted.iter().map(|p| p.spurious()[k]).collect();
-            if y.iter().all(|v| *v < floor) {
-                silent.push(name);
-                continue;
-            }
-            let y: Vec<f64> = y.into_iter().map(|v| v.max(floor)).collect();
-            plot = plot.series(Series::line(format!("along {name}"), &f, &y).look(k));
-        }
-        plot = plot.horizontal(self.share, format!("{} %", percent(self.share)));
+        let (plot, silent) = self.spurious_plot(&self.plotted);
+        let point = self.point();
         let mut words = format!(
-            "Acceleration of the gluing point beyond the wanted one, per unit acceleration of the base along z′, with ζ = {} for every mode \
+            "Acceleration of the {point} beyond the wanted one, per unit acceleration of the base along z′, with ζ = {} for every mode \
              (u(ζ) = {}). The part along z′ is the departure from one.",
             scientific(self.damping.ratio, 2),
             scientific(self.damping.u, 2)
@@ -289,9 +281,124 @@ impl ModesOutcome {
                 silent.join(", ")
             ));
         }
-        Section::new("From base to gluing point")
+        let mut section = Section::new(format!("From base to {point}"))
             .paragraph(words)
-            .figure("Spurious motion over frequency", plot)
+            .figure("Spurious motion over frequency", plot);
+        if let Some(below) = &self.below {
+            let (plot, _) = self.spurious_plot(&below.plotted);
+            section = section
+                .paragraph(format!(
+                    "The wedge under the device moves otherwise: below {} % up to {}.",
+                    percent(self.share),
+                    self.reach(below.usable)
+                ))
+                .figure(
+                    "The same of the gluing point on the wedge, under the layer",
+                    plot,
+                );
+        }
+        section
+    }
+
+    /// What the motion is that of.
+    fn point(&self) -> &'static str {
+        match self.below {
+            Some(_) => "device",
+            None => "gluing point",
+        }
+    }
+
+    fn reach(&self, usable: Option<f64>) -> String {
+        match usable {
+            Some(f) => hertz(f),
+            None => "the last mode calculated".into(),
+        }
+    }
+
+    /// Spurious motion along every axis that has any, and the axes that have none.
+    fn spurious_plot(&self, points: &[TransferPoint]) -> (XyPlot, Vec<&'static str>) {
+        let f: Vec<f64> = points.iter().map(|p| p.frequency).collect();
+        let floor = 1e-6;
+        let mut plot = XyPlot::new(
+            Axis::log("frequency", "Hz"),
+            Axis::log("spurious acceleration over that of the base", ""),
+        )
+        .height(320.0);
+        let mut silent = vec![];
+        for (k, name) in ["x′", "y′", "z′"].into_iter().enumerate() {
+            let y: Vec<f64> = points.iter().map(|p| p.spurious()[k]).collect();
+            if y.iter().all(|v| *v < floor) {
+                silent.push(name);
+                continue;
+            }
+            let y: Vec<f64> = y.into_iter().map(|v| v.max(floor)).collect();
+            plot = plot.series(Series::line(format!("along {name}"), &f, &y).look(k));
+        }
+        let plot = plot.horizontal(self.share, format!("{} %", percent(self.share)));
+        (plot, silent)
+    }
+
+    /// Frequencies and motion from the softest to the stiffest layer.
+    fn layer(&self, ends: &[LayerEnd; 2]) -> Section {
+        let [soft, stiff] = ends;
+        let row = |m: usize| (m, self.modes[m].frequency);
+        type Row = (usize, f64);
+        let end = |end: &'static str, of: &LayerEnd| {
+            let frequencies = of.frequencies.clone();
+            number(
+                format!("{end}_Hz"),
+                (&format!("{end} layer"), "Hz"),
+                Decimals(0),
+                move |(m, _): &Row| frequencies.get(*m).copied(),
+            )
+        };
+        let fields = vec![
+            number("mode", ("mode", ""), Decimals(0), |(m, _): &Row| {
+                (m + 1) as f64
+            }),
+            end("softest", soft),
+            number(
+                "middle_Hz",
+                ("as calculated", "Hz"),
+                Decimals(0),
+                |(_, f): &Row| *f,
+            ),
+            end("stiffest", stiff),
+        ];
+        let table = Table::of("", fields, (0..self.modes.len()).map(row)).file("layer.csv");
+        let section = Section::new("From the softest to the stiffest layer").paragraph(
+            "A stiffer layer lowers no frequency, so that the two ends enclose what lies between. Half the interval, the farther              end of the two, is part of U as a rectangular distribution.",
+        );
+        if !self.free {
+            let section = section.paragraph(format!(
+                "The device moves as wanted up to {} on the softest layer, {} as calculated, {} on the stiffest.",
+                self.reach(soft.usable),
+                self.reach(self.usable),
+                self.reach(stiff.usable)
+            ));
+            let y = |p: &TransferPoint| p.spurious().into_iter().fold(1e-6, f64::max);
+            let mut plot = XyPlot::new(
+                Axis::log("frequency", "Hz"),
+                Axis::log("largest spurious acceleration over that of the base", ""),
+            )
+            .height(260.0);
+            let three = [
+                ("softest layer", &soft.plotted),
+                ("as calculated", &self.plotted),
+                ("stiffest layer", &stiff.plotted),
+            ];
+            for (k, (name, points)) in three.into_iter().enumerate() {
+                let f: Vec<f64> = points.iter().map(|p| p.frequency).collect();
+                let y: Vec<f64> = points.iter().map(y).collect();
+                plot = plot.series(Series::line(name, &f, &y).look(k));
+            }
+            let plot = plot.horizontal(self.share, format!("{} %", percent(self.share)));
+            return section.table(table).figure(
+                "Spurious motion of the device by stiffness of the layer",
+                plot,
+            );
+        }
+        section.table(table)
     }
 
     fn along(&self) -> Section {
