@@ -4,9 +4,9 @@ use super::{Body, MeshedBody, ModesData, ModesJob};
 use crate::campaign::CampaignFile;
 use crate::record::Record;
 use proofmass_fixture::{
-    Accelerometer, Bore, Cause, Damping, Design, Device, Dimension, Foot, JointStiffness, Layer,
-    LayerModulus, Material, MeasuredResonance, Observed, Parameter, Search, ShakerTable, Sides,
-    Support, Wedge,
+    Accelerometer, Bore, Cause, Damping, Design, Device as GluedDevice, Dimension, Foot,
+    JointStiffness, Layer, LayerModulus, Material, MeasuredResonance, Observed, Parameter, Search,
+    ShakerTable, Sides, Support, Wedge,
 };
 use proofmass_io::{Ambient, Device, Error, GmshMesh, Input, Result, Software};
 use serde::Deserialize;
@@ -776,7 +776,7 @@ fn material(source: &CampaignFile, table: &str, m: &MaterialTable) -> Result<Mat
     Ok(material)
 }
 
-fn device(source: &CampaignFile, table: &DeviceTable, loaded: bool) -> Result<Device> {
+fn device(source: &CampaignFile, table: &DeviceTable, loaded: bool) -> Result<GluedDevice> {
     let size = table.size_mm.map(|v| 1e-3 * v);
     let mut material = match &table.material {
         Some(m) => self::material(source, "device.material", m)?,
@@ -793,7 +793,7 @@ fn device(source: &CampaignFile, table: &DeviceTable, loaded: bool) -> Result<De
         }
         material.density = 1e-3 * mass / size.iter().product::<f64>();
     }
-    let mut device = Device::new(size, material);
+    let mut device = GluedDevice::new(size, material);
     device.observed = table.observed.unwrap_or(match loaded {
         true => Observed::Top,
         false => Observed::Centre,
