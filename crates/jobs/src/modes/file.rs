@@ -1,10 +1,10 @@
 //! `WEDGE.toml`: a fixture, and what is wanted of it.
 
-use super::{Body, MeshedBody, ModesData, ModesJob};
+use super::{Beside, Body, MeshedBody, ModesData, ModesJob};
 use crate::campaign::CampaignFile;
 use crate::record::Record;
 use proofmass_fixture::{
-    Accelerometer, Bore, Cause, Damping, Design, Device as GluedDevice, Dimension, Foot,
+    Accelerometer, Bore, Cause, Damping, Design, Device as GluedDevice, Dimension, Foot, Goal,
     JointStiffness, Layer, LayerModulus, Material, MeasuredResonance, Observed, Parameter, Search,
     ShakerTable, Sides, Support, Wedge,
 };
@@ -24,6 +24,7 @@ pub struct ModesFile {
     /// The question.
     pub job: ModesJob,
     mesh: Option<(GmshMesh, Input)>,
+    beside: Option<Box<ModesFile>>,
 }
 
 #[cfg(feature = "schema")]
@@ -327,6 +328,15 @@ struct MeasuredTable {
     u_hz: f64,
 }
 
+#[derive(Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+enum GoalKind {
+    #[default]
+    FirstMode,
+    LeastMotion,
+}
+
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -337,6 +347,14 @@ struct SearchTable {
     heaviest_g: Option<f64>,
     /// Shapes that are solved.
     trials: Option<usize>,
+    /// What makes a shape better: a higher first relevant mode, or less spurious motion up to `up_to_Hz`.
+    #[serde(default)]
+    goal: GoalKind,
+    /// End of the band of the goal `least-motion`, Hz.
+    #[serde(rename = "up_to_Hz")]
+    up_to_hz: Option<f64>,
+    /// Modes looked at in every shape.
+    count: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -532,6 +550,24 @@ impl ModesFile {
             search.weight = job.weight;
             search.heaviest = s.heaviest_g.map(|m| 1e-3 * m);
             search.trials = s.trials.unwrap_or(search.trials);
+            search.count = s.count.unwrap_or(search.count);
+            search.goal = match (&s.goal, s.up_to_hz) {
+                (GoalKind::FirstMode, None) => Goal::FirstMode,
+                (GoalKind::LeastMotion, Some(up_to)) => Goal::LeastMotion {
+                    up_to,
+                    damping: job.damping.ratio,
+                },
+                (GoalKind::FirstMode, Some(_)) => {
+                    return Err(source
+                        .refuse("search", "up_to_Hz", "belongs to the goal `least-motion`")
+                        .with_hint("write goal = \"least-motion\", or leave it out"));
+                }
+                (GoalKind::LeastMotion, None) => {
+                    return Err(source
+                        .refuse("search", "goal", "the end of the band is missing")
+                        .with_hint("up_to_Hz is the highest frequency at which the gluing point is to keep still"));
+                }
+            };
             job.search = Some(search);
         }
         if let Some(e) = &file.evaluation {
@@ -541,14 +577,34 @@ impl ModesFile {
             title: file.title,
             job,
             mesh,
+            beside: None,
             source,
         })
+    }
+
+    /// The same with another fixture beside it in the report.
+    pub fn beside(mut self, other: Self) -> Self {
+        let name = |file: &Self, otherwise: &str| match &file.title {
+            Some(title) => title.clone(),
+            None => otherwise.to_owned(),
+        };
+        self.job.beside = Some(Box::new(Beside {
+            names: [name(&self, "first"), name(&other, "second")],
+            job: other.job.clone(),
+        }));
+        self.beside = Some(Box::new(other));
+        self
     }
 
     /// The data of the question.
     pub fn data(&self) -> ModesData<'_> {
         ModesData {
             mesh: self.mesh.as_ref().map(|m| &m.0),
+            beside: self
+                .beside
+                .as_ref()
+                .and_then(|other| other.mesh.as_ref())
+                .map(|m| &m.0),
         }
     }
 
@@ -556,6 +612,10 @@ impl ModesFile {
     pub fn record(&self, date: Option<String>) -> Record {
         let mut inputs = vec![self.source.input.clone()];
         inputs.extend(self.mesh.iter().map(|m| m.1.clone()));
+        if let Some(other) = &self.beside {
+            inputs.push(other.source.input.clone());
+            inputs.extend(other.mesh.iter().map(|m| m.1.clone()));
+        }
         Record {
             title: self.title.clone(),
             device: Device::default(),

@@ -40,7 +40,18 @@ pub struct ModesOutcome {
     pub(super) lines: Vec<LineMotion>,
     pub(super) body: BodyMesh,
     pub(super) search: Option<(Search, Found)>,
+    pub(super) beside: Option<Box<BesideOutcome>>,
     pub(super) findings: Vec<Finding>,
+}
+
+/// Another fixture in the same report.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BesideOutcome {
+    /// What the two are called.
+    pub names: [String; 2],
+    /// The other one.
+    pub other: ModesOutcome,
 }
 
 /// Motion of the gluing point under a device.
@@ -138,6 +149,11 @@ impl ModesOutcome {
         self.ends.as_ref()
     }
 
+    /// The other fixture of the report, where one was given.
+    pub fn beside(&self) -> Option<&BesideOutcome> {
+        self.beside.as_deref()
+    }
+
     /// Inclination of the face of the gluing point, rad.
     pub fn inclination(&self) -> f64 {
         self.inclination
@@ -193,7 +209,11 @@ impl Outcome for ModesOutcome {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        Ok(vec![section(FixtureModes::SECTION, &self.fixture())?])
+        let mut sections = vec![section(FixtureModes::SECTION, &self.fixture())?];
+        if let Some(beside) = &self.beside {
+            sections.push(section("beside", &beside.other.fixture())?);
+        }
+        Ok(sections)
     }
 
     fn page(&self, page: Report) -> Report {

@@ -175,6 +175,7 @@ pub(super) fn solve(
         ends,
         body,
         search: job.search.clone().zip(found),
+        beside: None,
         findings,
     })
 }
