@@ -25,7 +25,7 @@ pub(crate) struct Modes {
 impl Modes {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let mut file = ModesFile::open(&self.wedge)?;
-        let mut read = vec![&self.wedge];
+        let mut read = vec![self.wedge.as_path()];
         if let Some(other) = &self.beside {
             file = file.beside(ModesFile::open(other)?);
             read.push(other);
