@@ -1004,19 +1004,21 @@ impl TransducerConstruction {
     }
 
     /// Transfer function at thirds of an octave from three times the lower corner, or a thousandth of the natural frequency, to twice the
-    /// natural frequency: a table as laboratories have it.
+    /// natural frequency (of the upper corner, where there is one): a table as laboratories have it.
     ///
     /// # Errors
     /// As [`TransducerConstruction::figures`].
     pub(super) fn transfer(&self) -> Result<Table> {
         let device = self.build()?;
         let (unit, factor) = recorded_sensitivity(&device);
-        let natural = device.mass.natural_frequency();
+        let high = device
+            .principle
+            .low_pass()
+            .unwrap_or(device.mass.natural_frequency());
         let low = device
             .principle
             .high_pass()
-            .map_or(1e-3 * natural, |f| 3.0 * f);
-        let high = device.principle.low_pass().unwrap_or(natural);
+            .map_or(1e-3 * high, |f| 3.0 * f);
         let known = !self.uncertainty.is_empty();
         let mut headings = vec![
             "frequency_Hz".to_owned(),
