@@ -11,19 +11,26 @@ use std::path::PathBuf;
 ///
 /// The file gives a wedge by its dimensions or names a Gmsh mesh, and states its support. Results: frequencies with their
 /// intervals, deformed shapes, the spurious motion (spurious.csv, in the form of a vibrometer's table), modes.vtu for ParaView.
-/// With [search], the shape whose first relevant mode is highest.
+/// With [search], the shape whose first relevant mode is highest, or whose gluing point moves least. With two files, both in one report.
 #[derive(clap::Args)]
 pub(crate) struct Modes {
     /// Description of the fixture, a TOML file
     wedge: PathBuf,
+    /// Another fixture, which stands beside it in the report
+    beside: Option<PathBuf>,
     #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Modes {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let file = ModesFile::open(&self.wedge)?;
-        let folder = self.delivery.begin(ModesOutcome::KIND, &[&self.wedge])?;
+        let mut file = ModesFile::open(&self.wedge)?;
+        let mut read = vec![self.wedge.as_path()];
+        if let Some(other) = &self.beside {
+            file = file.beside(ModesFile::open(other)?);
+            read.push(other);
+        }
+        let folder = self.delivery.begin(ModesOutcome::KIND, &read)?;
         let outcome = file.job.evaluate(&file.data(), &Progress::new())?;
         let record = file.record(Some(clock::today()));
         self.delivery

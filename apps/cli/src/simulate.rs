@@ -7,7 +7,7 @@ use proofmass::jobs::campaign::SpuriousFile;
 use proofmass::jobs::simulate::{
     SimulateJob, SimulateOutcome, SimulatedAxis, SimulatedExcitation, SimulatedMultiPosition,
     SimulatedNoise, SimulatedPrimary, SimulatedShaker, SimulatedSpuriousMotion,
-    SimulatedTransducer,
+    SimulatedTransducer, TransducerConstruction,
 };
 use proofmass::jobs::{Job, Sink};
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ enum Scenario {
     SpuriousMotion(SpuriousMotion),
     Primary(Simulated<SimulatedPrimary>),
     Axis(Simulated<SimulatedAxis>),
-    Transducer(Simulated<SimulatedTransducer>),
+    Transducer(Transducer),
     Noise(Simulated<SimulatedNoise>),
 }
 
@@ -62,6 +62,16 @@ struct SpuriousMotion {
     wedge_motion: Option<PathBuf>,
 }
 
+// Without a comment of its own, as above.
+#[derive(clap::Args)]
+struct Transducer {
+    #[command(flatten)]
+    simulated: Simulated<SimulatedTransducer>,
+    /// The device by its construction (sizes, materials, circuit), a TOML file, in place of a principle
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["principle", "natural_frequency", "damping"])]
+    construction: Option<PathBuf>,
+}
+
 impl Simulate {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         match self.scenario {
@@ -82,7 +92,13 @@ impl Simulate {
             }
             Scenario::Primary(s) => campaign(SimulateJob::Primary(s.job), s.output),
             Scenario::Axis(s) => axis(s.job, s.output),
-            Scenario::Transducer(s) => transducer(s.job, s.output),
+            Scenario::Transducer(s) => {
+                let mut job = s.simulated.job;
+                if let Some(path) = &s.construction {
+                    job.construction = Some(TransducerConstruction::open(path)?);
+                }
+                transducer(job, s.simulated.output)
+            }
             Scenario::Noise(s) => noise(s.job, s.output),
         }
     }
@@ -134,7 +150,7 @@ fn noise(job: SimulatedNoise, place: PathBuf) -> Result<Outcome, Failure> {
 }
 
 fn transducer(job: SimulatedTransducer, place: PathBuf) -> Result<Outcome, Failure> {
-    let range = job.device().limits().acceleration;
+    let range = job.device()?.limits().acceleration;
     let (test, columns) = match job.motion {
         SimulatedExcitation::Shock => ("shock", "--reference reference --output-column output"),
         SimulatedExcitation::Random => (

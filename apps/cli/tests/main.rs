@@ -48,6 +48,7 @@ mod support;
 mod surroundings;
 mod tampering;
 mod temperature;
+mod transducers;
 mod uncertainty;
 mod velocity;
 mod velocity_car;

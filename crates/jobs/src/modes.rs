@@ -10,14 +10,14 @@ pub use campaign::{fixture_findings, read_fixtures};
 pub use file::ModesFile;
 #[cfg(feature = "schema")]
 pub(crate) use file::modes_schema;
-pub use outcome::{FixtureModes, ModesOutcome};
+pub use outcome::{BelowDevice, BesideOutcome, FixtureModes, LayerEnd, ModesOutcome};
 
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
 use proofmass_fixture::{
-    Accelerometer, Cause, Damping, Design, Fault, Material, MeasuredResonance, Refine, Search,
-    Support,
+    Accelerometer, Cause, Damping, Design, Device, Fault, Material, MeasuredResonance, Refine,
+    Search, Support,
 };
 use proofmass_io::GmshMesh;
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,20 @@ pub struct MeshedBody {
     pub(crate) support: Support,
     /// What is glued to it.
     pub(crate) accelerometer: Option<Accelerometer>,
+    /// The block it sits on, or is.
+    #[serde(default)]
+    pub(crate) device: Option<Device>,
+}
+
+/// Another fixture beside the one that is asked about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct Beside {
+    /// What the two are called.
+    pub names: [String; 2],
+    /// The question of the other one, without a further one beside it.
+    pub job: ModesJob,
 }
 
 /// The question.
@@ -98,6 +112,9 @@ pub struct ModesJob {
     pub measured: Vec<MeasuredResonance>,
     /// A search over shapes.
     pub search: Option<Search>,
+    /// Another fixture, which stands beside this one in the report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside: Option<Box<Beside>>,
     /// Probability of the intervals.
     pub probability: f64,
 }
@@ -116,6 +133,7 @@ impl ModesJob {
             causes: vec![],
             measured: vec![],
             search: None,
+            beside: None,
             probability: 0.95,
         }
     }
@@ -167,6 +185,8 @@ impl ModesJob {
 pub struct ModesData<'a> {
     /// As read.
     pub mesh: Option<&'a GmshMesh>,
+    /// That of the fixture beside it.
+    pub beside: Option<&'a GmshMesh>,
 }
 
 impl Job for ModesJob {
@@ -175,7 +195,25 @@ impl Job for ModesJob {
 
     fn evaluate(&self, data: &ModesData<'_>, watch: &dyn Watch) -> Result<ModesOutcome> {
         self.check()?;
-        solution::solve(self, data, watch)
+        let Some(beside) = &self.beside else {
+            return solution::solve(self, data, watch);
+        };
+        beside.job.check()?;
+        if beside.job.beside.is_some() {
+            return Err(Trouble::request(
+                "a third fixture is to stand beside the second: two are compared at a time",
+            ));
+        }
+        let mut outcome = solution::solve(self, data, watch)?;
+        let other = ModesData {
+            mesh: data.beside,
+            beside: None,
+        };
+        outcome.beside = Some(Box::new(BesideOutcome {
+            names: beside.names.clone(),
+            other: solution::solve(&beside.job, &other, watch)?,
+        }));
+        Ok(outcome)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Recordings and campaigns whose truth is known.
 
 mod axis;
+mod construction;
 mod fault;
 mod multi_position;
 mod noise;
@@ -13,6 +14,11 @@ mod transducer;
 mod wedge_motion;
 
 pub use axis::{SimulatedAxis, SimulatedMotion};
+pub use construction::{
+    CantileverTable, CombTable, DeviceConstruction, GaugeTable, PiezoTable, PlateTable,
+    ResonantTable, SeriesTable, ShutterTable, ThermalTable, TransducerConstruction,
+    TunnellingTable,
+};
 pub use fault::{Practice, PracticeFault};
 pub use multi_position::SimulatedMultiPosition;
 pub use noise::{SimulatedKind, SimulatedNoise};

@@ -13,6 +13,7 @@ mod bias;
 mod campaigns;
 mod chains;
 mod clock_map;
+mod constructions;
 mod convert;
 mod convert_reference;
 mod data_sheet;

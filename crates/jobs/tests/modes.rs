@@ -232,3 +232,187 @@ fn known_modes_that_may_change_places() {
     assert!(close.to_string().contains("modes 1 and 2"), "{close}");
     assert!(found(50).0.is_empty());
 }
+
+/// A cube on an adhesive of which modulus and thickness are known to a factor.
+const GLUED: &str = "
+[device]
+size_mm = [12, 12, 12]
+material.preset = \"steel\"
+[device.layer]
+thickness_mm = [0.1, 0.4]
+young_GPa = [0.05, 0.2]
+poisson = 0.38
+";
+
+fn without_accelerometer(text: &str) -> String {
+    text.replace("[accelerometer]\nmass_g = 10\nheight_mm = 5\n", "")
+}
+
+fn file_of(filed: &StoredResult, name: &str) -> String {
+    let files = filed.files().unwrap();
+    let bytes = files
+        .into_iter()
+        .find(|f| f.0 == name)
+        .unwrap_or_else(|| panic!("{name}"))
+        .1;
+    String::from_utf8(bytes).unwrap()
+}
+
+/// The bounds of a layer give an interval of every frequency, which is part of U, and the two ends enclose what a layer between them gives.
+#[test]
+fn law_a_layer_with_bounds_gives_intervals() {
+    let text = without_accelerometer(WEDGE);
+    let file = open(&[("wedge.toml", format!("{text}{GLUED}"))]).unwrap();
+    let outcome = evaluate(&file);
+    let [soft, stiff] = outcome.layer_ends().unwrap();
+    // M/t at both ends: E/t differs by 16.
+    assert!((stiff.stiffness.normal / soft.stiffness.normal / 16.0 - 1.0).abs() < 1e-9);
+    let quantities = outcome.quantities();
+    for (m, mode) in outcome.modes().iter().enumerate() {
+        let [low, high] = [soft.frequencies[m], stiff.frequencies[m]];
+        assert!(
+            low <= mode.frequency && mode.frequency <= high,
+            "{low} {high}"
+        );
+        // A rectangular distribution over the farther end, and 2 % of Young's modulus.
+        let half = (high / mode.frequency).max(mode.frequency / low).ln();
+        assert!(quantities[m].u >= half / 3f64.sqrt() * mode.frequency * (1.0 - 1e-9));
+    }
+    assert!(soft.frequencies[0] < 0.8 * stiff.frequencies[0]);
+    // A layer that lies between.
+    let between = GLUED
+        .replace("[0.1, 0.4]", "0.15")
+        .replace("[0.05, 0.2]", "0.12");
+    let between = evaluate(&open(&[("wedge.toml", format!("{text}{between}"))]).unwrap());
+    assert!(between.layer_ends().is_none());
+    for (m, mode) in between.modes().iter().enumerate() {
+        assert!(soft.frequencies[m] <= mode.frequency && mode.frequency <= stiff.frequencies[m]);
+    }
+    // Device and gluing point move otherwise; the wedge under the device is usable further.
+    let below = outcome.below().unwrap();
+    assert!(outcome.usable().unwrap() < below.usable.unwrap_or(f64::INFINITY));
+    let filed = StoredResult::new(file.record(None), &outcome).unwrap();
+    assert!(file_of(&filed, "layer.csv").starts_with("mode,softest_Hz,middle_Hz,stiffest_Hz"));
+    let spurious = file_of(&filed, "spurious.csv");
+    assert_ne!(spurious, file_of(&filed, "gluing.csv"));
+    let again = StoredResult::from_json(&filed.to_json().unwrap()).unwrap();
+    assert_eq!(filed.files().unwrap(), again.files().unwrap());
+}
+
+/// A measured resonance takes most of what the layer leaves open away.
+#[test]
+fn law_a_measured_resonance_tells_the_layer() {
+    let text = without_accelerometer(WEDGE);
+    let open_layer = evaluate(&open(&[("wedge.toml", format!("{text}{GLUED}"))]).unwrap());
+    let f = open_layer.modes()[0].frequency;
+    let measured = format!(
+        "{text}{GLUED}[[measured]]\nmode = 1\nfrequency_Hz = {}\nu_Hz = 5\n",
+        1.05 * f
+    );
+    let outcome = evaluate(&open(&[("wedge.toml", measured)]).unwrap());
+    let (before, after) = (open_layer.quantities(), outcome.quantities());
+    assert!((after[0].value - 1.05 * f).abs() < 10.0);
+    assert!(after[0].u < 0.1 * before[0].u && after[1].u < 0.7 * before[1].u);
+}
+
+#[test]
+fn known_a_layer_that_bulges_is_told() {
+    let text = without_accelerometer(WEDGE);
+    let thick = "[device]\nsize_mm = [10, 10, 10]\nmass_g = 8\n[device.layer]\nthickness_mm = 3\nyoung_GPa = 0.5\npoisson = 0.45\n";
+    let outcome = evaluate(&open(&[("wedge.toml", format!("{text}{thick}"))]).unwrap());
+    assert!(
+        outcome
+            .findings()
+            .iter()
+            .any(|f| f.code() == "layer-bulges")
+    );
+}
+
+/// Two fixtures in one report: their own frequencies, and the same two answers as each alone.
+#[test]
+fn law_two_fixtures_stand_side_by_side() {
+    let low = format!("title = \"low\"\n{WEDGE}").replace("height_mm = 80", "height_mm = 60");
+    let tall = format!("title = \"tall\"\n{WEDGE}");
+    let [first, second] = [&tall, &low].map(|t| open(&[("wedge.toml", t.clone())]).unwrap());
+    let alone = evaluate(&second);
+    let both = first.beside(second);
+    let outcome = evaluate(&both);
+    let beside = outcome.beside().unwrap();
+    assert_eq!(beside.names, ["tall", "low"]);
+    assert_eq!(beside.other.modes(), alone.modes());
+    let filed = StoredResult::new(both.record(None), &outcome).unwrap();
+    let table = file_of(&filed, "beside.csv");
+    assert!(
+        table.starts_with(
+            "mode,first_Hz,first_U_Hz,first_weight,second_Hz,second_U_Hz,second_weight"
+        )
+    );
+    assert_eq!(table.lines().count(), 5);
+    let motion = file_of(&filed, "beside-motion.csv");
+    assert_eq!(motion.lines().count(), 4);
+    assert!(filed.html().unwrap().contains("Side by side"));
+    let text = serde_json::to_string(&both.job).unwrap();
+    let job: proofmass_jobs::modes::ModesJob = serde_json::from_str(&text).unwrap();
+    assert_eq!(job, both.job);
+}
+
+#[test]
+fn known_search_for_least_motion_from_a_file() {
+    let search = "[search]\ngoal = \"least-motion\"\nup_to_Hz = 1500\ntrials = 5\n[search.vary]\nheight_mm = [60, 100]\n";
+    let file = open(&[("wedge.toml", format!("{WEDGE}{search}"))]).unwrap();
+    let outcome = evaluate(&file);
+    let found = outcome.search().unwrap();
+    let motion = |t: &proofmass_fixture::Trial| t.motion.unwrap();
+    assert!(motion(found.best_trial().unwrap()) <= motion(&found.trials[0]));
+    let filed = StoredResult::new(file.record(None), &outcome).unwrap();
+    assert!(
+        filed
+            .html()
+            .unwrap()
+            .contains("largest spurious motion up to 1.50 kHz")
+    );
+    assert!(file_of(&filed, "search.csv").contains("largest_motion"));
+}
+
+#[test]
+fn refuses_devices_layers_and_goals_that_are_not_told_whole() {
+    let text = without_accelerometer(WEDGE);
+    for (more, word) in [
+        ("[device]\nsize_mm = [12, 12, 0]\n", "height of the device"),
+        (
+            "[device]\nsize_mm = [12, 12, 12]\n[device.layer]\nthickness_mm = 0.1\npoisson = 0.3\n",
+            "young_GPa",
+        ),
+        (
+            "[device]\nsize_mm = [12, 12, 12]\n[device.layer]\nthickness_mm = [0.2, 0.1]\nyoung_GPa = 1\npoisson = 0.3\n",
+            "[least, largest]",
+        ),
+        (
+            "[device]\nsize_mm = [12, 12, 12]\n[device.layer]\nthickness_mm = 0.1\nnormal_N_per_m3 = 1e12\ntangential_N_per_m3 = 1e12\n",
+            "not by both",
+        ),
+        (
+            "[device]\nsize_mm = [12, 12, 12]\n[device.layer]\nnormal_N_per_m3 = 1e12\n",
+            "tangential_N_per_m3",
+        ),
+        (
+            "[search]\ngoal = \"least-motion\"\n[search.vary]\ntoe_mm = [5, 10]\n",
+            "end of the band",
+        ),
+        (
+            "[search]\nup_to_Hz = 100\n[search.vary]\ntoe_mm = [5, 10]\n",
+            "least-motion",
+        ),
+    ] {
+        let error = open(&[("wedge.toml", format!("{text}{more}"))]).unwrap_err();
+        let said = format!("{error} {:?}", error.hint());
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    let footprint = text.replace("[modes]", "footprint_mm = [5, 5]\n[modes]");
+    let error = open(&[(
+        "wedge.toml",
+        format!("{footprint}[device]\nsize_mm = [9, 9, 9]\n"),
+    )])
+    .unwrap_err();
+    assert!(error.to_string().contains("that of the device"), "{error}");
+}

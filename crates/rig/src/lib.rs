@@ -25,8 +25,9 @@ pub use axis::{
 pub use hand_held::{HandHeld, HandHeldRecording, Rest};
 pub use interferometer::{PrimaryBench, QuadratureInterferometer, device_response};
 pub use transducer::{
-    BridgeArms, Principle, ProofMass, Transducer, TransducerBench, TransducerLimits,
-    TransducerMotion, TransducerRecording,
+    Beam, BridgeArms, PiezoCut, PiezoElement, Principle, ProofMass, SqueezeFilm, TipPlate,
+    Transducer, TransducerBench, TransducerLimits, TransducerMotion, TransducerRecording,
+    plate_capacitance,
 };
 pub use turned_axis::{TurnedAxis, TurnedAxisRecording};
 

@@ -1,11 +1,20 @@
 //! Transducer models: proof mass on a spring, and the principles by which its motion becomes electrical.
 
+mod beam;
+mod piezo_element;
+mod plates;
 mod principle;
 mod recording;
+mod squeeze_film;
 
+pub use beam::{Beam, TipPlate};
+pub use piezo_element::{PiezoCut, PiezoElement};
+pub use plates::plate_capacitance;
 pub use principle::{BridgeArms, Principle};
 pub use recording::{TransducerBench, TransducerMotion, TransducerRecording};
+pub use squeeze_film::SqueezeFilm;
 
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -122,6 +131,15 @@ pub struct TransducerLimits {
 }
 
 impl Transducer {
+    /// A device.
+    pub fn new(name: impl Into<String>, mass: ProofMass, principle: Principle) -> Self {
+        Self {
+            name: name.into(),
+            mass,
+            principle,
+        }
+    }
+
     /// Output for a constant acceleration (for a piezoelectric one: for a change too fast to leak away), in [`Self::unit`];
     /// `None` beyond what it measures.
     pub fn output(&self, acceleration: f64) -> Option<f64> {
@@ -135,6 +153,38 @@ impl Transducer {
     pub fn acceleration(&self, output: f64) -> Option<f64> {
         let x = self.principle.displacement(output, &self.mass)?;
         (x.abs() < self.mass.stop).then(|| self.mass.static_acceleration(x))
+    }
+
+    /// Change of the output per acceleration about rest, in [`Self::unit`] per m/s².
+    pub fn sensitivity(&self) -> Option<f64> {
+        // Even parts of the relation cancel; of a cubic part 10⁻⁶ of what it has at the end of the range is left.
+        let a = 1e-3 * self.limits().acceleration;
+        Some((self.output(a)? - self.output(-a)?) / (2.0 * a))
+    }
+
+    /// Transfer function: output per acceleration at a frequency in Hz, e^{jωt}, in [`Self::unit`] per m/s².
+    ///
+    /// H = S/(1 − r² + 2jζr) with r = f/f₀, times jf/(f_c + jf) of a leak, times f_l/(f_l + jf) of a low-pass.
+    ///
+    /// ```
+    /// use proofmass_rig::Transducer;
+    /// for device in Transducer::examples() {
+    ///     let corner = device.principle.high_pass().unwrap_or(0.0);
+    ///     let h = device.response(corner.max(1e-3 * device.mass.natural_frequency().min(10.0))).unwrap();
+    ///     assert!((h.norm() / device.sensitivity().unwrap() - 1.0).abs() < 0.3, "{}", device.name);
+    /// }
+    /// ```
+    pub fn response(&self, frequency: f64) -> Option<Complex64> {
+        let r = frequency / self.mass.natural_frequency();
+        let j = Complex64::i();
+        let mut h = self.sensitivity()? / (1.0 - r * r + 2.0 * j * self.mass.damping_ratio() * r);
+        if let Some(corner) = self.principle.high_pass() {
+            h *= j * frequency / (corner + j * frequency);
+        }
+        if let Some(corner) = self.principle.low_pass() {
+            h *= corner / (corner + j * frequency);
+        }
+        h.is_finite().then_some(h)
     }
 
     /// Unit of the output.

@@ -1,11 +1,12 @@
 //! `WEDGE.toml`: a fixture, and what is wanted of it.
 
-use super::{Body, MeshedBody, ModesData, ModesJob};
+use super::{Beside, Body, MeshedBody, ModesData, ModesJob};
 use crate::campaign::CampaignFile;
 use crate::record::Record;
 use proofmass_fixture::{
-    Accelerometer, Bore, Cause, Damping, Design, Dimension, Foot, Material, MeasuredResonance,
-    Parameter, Search, ShakerTable, Sides, Support, Wedge,
+    Accelerometer, Bore, Cause, Damping, Design, Device as GluedDevice, Dimension, Foot, Goal,
+    JointStiffness, Layer, LayerModulus, Material, MeasuredResonance, Observed, Parameter, Search,
+    ShakerTable, Sides, Support, Wedge,
 };
 use proofmass_io::{Ambient, Device, Error, GmshMesh, Input, Result, Software};
 use serde::Deserialize;
@@ -23,6 +24,7 @@ pub struct ModesFile {
     /// The question.
     pub job: ModesJob,
     mesh: Option<(GmshMesh, Input)>,
+    beside: Option<Box<ModesFile>>,
 }
 
 #[cfg(feature = "schema")]
@@ -49,6 +51,8 @@ struct File {
     support: Option<SupportTable>,
     /// What is glued to it.
     accelerometer: Option<AccelerometerTable>,
+    /// A block on the gluing point: the accelerometer itself, or what carries it.
+    device: Option<DeviceTable>,
     /// Which modes, and how well.
     modes: Option<ModesTable>,
     /// Motion of the mounting point over frequency.
@@ -225,6 +229,63 @@ struct AccelerometerTable {
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
+struct DeviceTable {
+    /// Size up the slope, across, and along the normal of the face, mm.
+    size_mm: [f64; 3],
+    /// Its material, aluminium without it.
+    material: Option<MaterialTable>,
+    /// Its mass, g, instead of the density of the material.
+    mass_g: Option<f64>,
+    /// Where its motion is taken: at its centre, or at its upper face; the upper face where an accelerometer sits on it.
+    observed: Option<Observed>,
+    /// The adhesive or contact below it; without it the device is one with the fixture.
+    layer: Option<LayerTable>,
+}
+
+/// A number, or the least and the largest it may be.
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged, expecting = "a number, or [least, largest]")]
+enum Bounded {
+    /// As it is.
+    Number(f64),
+    /// Least and largest.
+    Interval([f64; 2]),
+}
+
+impl Bounded {
+    fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Number(v) => [v; 2],
+            Self::Interval(ends) => ends,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+struct LayerTable {
+    /// Thickness of the adhesive, mm, or [least, largest].
+    thickness_mm: Option<Bounded>,
+    /// Young's modulus of the adhesive, GPa, or [least, largest].
+    #[serde(rename = "young_GPa")]
+    young_gpa: Option<Bounded>,
+    /// Poisson's ratio of the adhesive.
+    poisson: Option<f64>,
+    /// Modulus along the normal: constrained where the layer is thin against its width, or free.
+    modulus: Option<LayerModulus>,
+    /// Stiffness along the normal over area, N/m³, or [least, largest], instead of an adhesive.
+    #[serde(rename = "normal_N_per_m3")]
+    normal: Option<Bounded>,
+    /// Stiffness along the face over area, N/m³, or [least, largest], instead of an adhesive.
+    #[serde(rename = "tangential_N_per_m3")]
+    tangential: Option<Bounded>,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
 struct ModesTable {
     /// How many modes.
     count: Option<usize>,
@@ -267,6 +328,15 @@ struct MeasuredTable {
     u_hz: f64,
 }
 
+#[derive(Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "kebab-case")]
+enum GoalKind {
+    #[default]
+    FirstMode,
+    LeastMotion,
+}
+
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -277,6 +347,14 @@ struct SearchTable {
     heaviest_g: Option<f64>,
     /// Shapes that are solved.
     trials: Option<usize>,
+    /// What makes a shape better: a higher first relevant mode, or less spurious motion up to `up_to_Hz`.
+    #[serde(default)]
+    goal: GoalKind,
+    /// End of the band of the goal `least-motion`, Hz.
+    #[serde(rename = "up_to_Hz")]
+    up_to_hz: Option<f64>,
+    /// Modes looked at in every shape.
+    count: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -333,7 +411,17 @@ impl ModesFile {
             mass: 1e-3 * a.mass_g,
             height: 1e-3 * a.height_mm,
         });
-        let footprint = |given: Option<[f64; 2]>| given.unwrap_or([10.0, 10.0]).map(|v| 1e-3 * v);
+        let device = match &file.device {
+            Some(table) => Some(device(&source, table, accelerometer.is_some())?),
+            None => None,
+        };
+        let footprint = |table: &str, given: Option<[f64; 2]>| match (&device, given) {
+            (Some(device), None) => Ok([device.size[0], device.size[1]]),
+            (Some(_), Some(_)) => Err(source
+                .refuse(table, "footprint_mm", "the footprint is that of the device")
+                .with_hint("leave it out: `size_mm` in [device] gives it")),
+            (None, given) => Ok(given.unwrap_or([10.0, 10.0]).map(|v| 1e-3 * v)),
+        };
         let mut mesh = None;
         let body = match (&file.wedge, &file.mesh) {
             (Some(w), None) => {
@@ -350,7 +438,7 @@ impl ModesFile {
                 );
                 wedge.height = w.height_mm.map(|h| 1e-3 * h);
                 wedge.gluing = 1e-3 * w.gluing_mm;
-                wedge.footprint = footprint(w.footprint_mm);
+                wedge.footprint = footprint("wedge", w.footprint_mm)?;
                 wedge.foot = w.foot.as_ref().map(|f| Foot {
                     thickness: 1e-3 * f.thickness_mm,
                     overhang: 1e-3 * f.overhang_mm,
@@ -372,6 +460,7 @@ impl ModesFile {
                 }
                 design.support = support;
                 design.accelerometer = accelerometer;
+                design.device = device;
                 design
                     .wedge
                     .check()
@@ -403,9 +492,10 @@ impl ModesFile {
                     materials,
                     base: m.base.clone(),
                     point: m.gluing_point_mm.map(|v| 1e-3 * v),
-                    footprint: footprint(m.footprint_mm),
+                    footprint: footprint("mesh", m.footprint_mm)?,
                     support,
                     accelerometer,
+                    device,
                 }))
             }
             _ => {
@@ -460,6 +550,24 @@ impl ModesFile {
             search.weight = job.weight;
             search.heaviest = s.heaviest_g.map(|m| 1e-3 * m);
             search.trials = s.trials.unwrap_or(search.trials);
+            search.count = s.count.unwrap_or(search.count);
+            search.goal = match (&s.goal, s.up_to_hz) {
+                (GoalKind::FirstMode, None) => Goal::FirstMode,
+                (GoalKind::LeastMotion, Some(up_to)) => Goal::LeastMotion {
+                    up_to,
+                    damping: job.damping.ratio,
+                },
+                (GoalKind::FirstMode, Some(_)) => {
+                    return Err(source
+                        .refuse("search", "up_to_Hz", "belongs to the goal `least-motion`")
+                        .with_hint("write goal = \"least-motion\", or leave it out"));
+                }
+                (GoalKind::LeastMotion, None) => {
+                    return Err(source
+                        .refuse("search", "goal", "the end of the band is missing")
+                        .with_hint("up_to_Hz is the highest frequency at which the gluing point is to keep still"));
+                }
+            };
             job.search = Some(search);
         }
         if let Some(e) = &file.evaluation {
@@ -469,14 +577,34 @@ impl ModesFile {
             title: file.title,
             job,
             mesh,
+            beside: None,
             source,
         })
+    }
+
+    /// The same with another fixture beside it in the report.
+    pub fn beside(mut self, other: Self) -> Self {
+        let name = |file: &Self, otherwise: &str| match &file.title {
+            Some(title) => title.clone(),
+            None => otherwise.to_owned(),
+        };
+        self.job.beside = Some(Box::new(Beside {
+            names: [name(&self, "first"), name(&other, "second")],
+            job: other.job.clone(),
+        }));
+        self.beside = Some(Box::new(other));
+        self
     }
 
     /// The data of the question.
     pub fn data(&self) -> ModesData<'_> {
         ModesData {
             mesh: self.mesh.as_ref().map(|m| &m.0),
+            beside: self
+                .beside
+                .as_ref()
+                .and_then(|other| other.mesh.as_ref())
+                .map(|m| &m.0),
         }
     }
 
@@ -484,6 +612,10 @@ impl ModesFile {
     pub fn record(&self, date: Option<String>) -> Record {
         let mut inputs = vec![self.source.input.clone()];
         inputs.extend(self.mesh.iter().map(|m| m.1.clone()));
+        if let Some(other) = &self.beside {
+            inputs.push(other.source.input.clone());
+            inputs.extend(other.mesh.iter().map(|m| m.1.clone()));
+        }
         Record {
             title: self.title.clone(),
             device: Device::default(),
@@ -527,6 +659,30 @@ fn cause(source: &CampaignFile, job: &ModesJob, key: &str, u: f64) -> Result<Cau
         ),
         Body::Mesh(b) => (Some(&b.material), None, b.support, b.accelerometer),
     };
+    let device = match &job.body {
+        Body::Wedge(d) => d.device.as_ref(),
+        Body::Mesh(b) => b.device.as_ref(),
+    };
+    let layer = device.and_then(|d| d.layer);
+    let adhesive = match layer {
+        Some(Layer::Adhesive { young, .. }) => Some(young),
+        _ => None,
+    };
+    let contact = match layer {
+        Some(Layer::Contact(k)) => [Some(0.01 * k.normal), Some(0.01 * k.tangential)],
+        _ => [None, None],
+    };
+    // The last region; of a mesh, whose regions are not read yet, its elements have one material each.
+    let glued = match &job.body {
+        Body::Wedge(d) => device.map(|_| d.materials().len() - 1),
+        Body::Mesh(_) => None,
+    };
+    let of_device = |change: fn(&Material) -> f64| {
+        device
+            .filter(|_| glued.is_some())
+            .map(|d| 0.01 * change(&d.material))
+    };
+    let glued = glued.unwrap_or(0);
     let springs = match support {
         Support::Elastic { normal, tangential } => [Some(normal), Some(tangential)],
         _ => [None, None],
@@ -599,6 +755,37 @@ fn cause(source: &CampaignFile, job: &ModesJob, key: &str, u: f64) -> Result<Cau
             Parameter::AccelerometerHeight,
             load.map(|_| 1e-3),
         ),
+        (
+            "device_young_percent",
+            Parameter::Young(glued),
+            of_device(|m| m.young),
+        ),
+        (
+            "device_density_percent",
+            Parameter::Density(glued),
+            of_device(|m| m.density),
+        ),
+        (
+            "layer_young_percent",
+            Parameter::LayerYoung,
+            adhesive.map(|e| 0.01 * e),
+        ),
+        (
+            "layer_poisson",
+            Parameter::LayerPoisson,
+            adhesive.map(|_| 1.0),
+        ),
+        (
+            "layer_thickness_mm",
+            Parameter::LayerThickness,
+            adhesive.map(|_| 1e-3),
+        ),
+        ("layer_normal_percent", Parameter::LayerNormal, contact[0]),
+        (
+            "layer_tangential_percent",
+            Parameter::LayerTangential,
+            contact[1],
+        ),
     ];
     match known.iter().find(|k| k.0 == key) {
         Some((_, parameter, Some(factor))) => Ok(Cause::new(parameter.clone(), factor * u)),
@@ -647,6 +834,105 @@ fn material(source: &CampaignFile, table: &str, m: &MaterialTable) -> Result<Mat
         .check()
         .map_err(|fault| source.refuse("", table, fault.to_string()))?;
     Ok(material)
+}
+
+fn device(source: &CampaignFile, table: &DeviceTable, loaded: bool) -> Result<GluedDevice> {
+    let size = table.size_mm.map(|v| 1e-3 * v);
+    let mut material = match &table.material {
+        Some(m) => self::material(source, "device.material", m)?,
+        None => Material::preset("aluminium")
+            .ok_or_else(|| source.refuse("device", "material", "is missing"))?,
+    };
+    if let Some(mass) = table.mass_g {
+        if table
+            .material
+            .as_ref()
+            .is_some_and(|m| m.density_kg_per_m3.is_some())
+        {
+            return Err(source.refuse("device", "mass_g", "density and mass are both given"));
+        }
+        material.density = 1e-3 * mass / size.iter().product::<f64>();
+    }
+    let mut device = GluedDevice::new(size, material);
+    device.observed = table.observed.unwrap_or(match loaded {
+        true => Observed::Top,
+        false => Observed::Centre,
+    });
+    if let Some(table) = &table.layer {
+        let (layer, bounds) = layer(source, table)?;
+        device.layer = Some(layer);
+        device.bounds = bounds;
+    }
+    device
+        .check()
+        .map_err(|fault| source.refuse("", "device", fault.to_string()))?;
+    Ok(device)
+}
+
+/// The layer in the middle of its bounds, and these where there are any.
+fn layer(
+    source: &CampaignFile,
+    table: &LayerTable,
+) -> Result<(Layer, Option<[JointStiffness; 2]>)> {
+    let refuse = |key: &str, what: &str| source.refuse("device.layer", key, what);
+    let ends = |key: &str, given: Option<Bounded>| {
+        let Some(given) = given else {
+            return Err(refuse(key, "is missing").with_hint(
+                "an adhesive has thickness_mm, young_GPa and poisson; any other contact normal_N_per_m3 and tangential_N_per_m3",
+            ));
+        };
+        let [low, high] = given.ends();
+        match low > 0.0 && high.is_finite() && low <= high {
+            true => Ok([low, high]),
+            false => Err(refuse(
+                key,
+                "must be a positive number, or an interval [least, largest] of two",
+            )),
+        }
+    };
+    // Stiffnesses and thicknesses are known to a factor: the middle is the geometric one.
+    let middle = |[low, high]: [f64; 2]| (low * high).sqrt();
+    let layers = if table.normal.is_some() || table.tangential.is_some() {
+        if table.thickness_mm.is_some()
+            || table.young_gpa.is_some()
+            || table.poisson.is_some()
+            || table.modulus.is_some()
+        {
+            return Err(refuse(
+                "normal_N_per_m3",
+                "a layer is given by its adhesive or by its stiffness over area, not by both",
+            ));
+        }
+        let normal = ends("normal_N_per_m3", table.normal)?;
+        let tangential = ends("tangential_N_per_m3", table.tangential)?;
+        let contact = |normal, tangential| Layer::Contact(JointStiffness { normal, tangential });
+        [
+            contact(normal[0], tangential[0]),
+            contact(middle(normal), middle(tangential)),
+            contact(normal[1], tangential[1]),
+        ]
+    } else {
+        let thickness = ends("thickness_mm", table.thickness_mm)?.map(|v| 1e-3 * v);
+        let young = ends("young_GPa", table.young_gpa)?.map(|v| 1e9 * v);
+        let Some(poisson) = table.poisson else {
+            return Err(refuse("poisson", "is missing"));
+        };
+        let modulus = table.modulus.unwrap_or_default();
+        let adhesive = |thickness, young| Layer::Adhesive {
+            thickness,
+            young,
+            poisson,
+            modulus,
+        };
+        [
+            adhesive(thickness[1], young[0]),
+            adhesive(middle(thickness), middle(young)),
+            adhesive(thickness[0], young[1]),
+        ]
+    };
+    let [soft, layer, stiff] = layers;
+    let bounds = (soft != stiff).then(|| [soft.stiffness(), stiff.stiffness()]);
+    Ok((layer, bounds))
 }
 
 fn support(source: &CampaignFile, table: Option<&SupportTable>) -> Result<Support> {

@@ -5,8 +5,8 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_fixture::{
-    BodyMesh, Convergence, Damping, Effort, Found, FrequencySensitivity, Level, LineMotion,
-    NaturalMode, Search, TransferPoint, Update, round,
+    BodyMesh, Convergence, Damping, Effort, Found, FrequencySensitivity, JointStiffness, Level,
+    LineMotion, NaturalMode, Search, TransferPoint, Update, round,
 };
 use proofmass_io::{StatedQuantity, VtuField, vtu};
 use proofmass_report::Report;
@@ -35,10 +35,47 @@ pub struct ModesOutcome {
     pub(super) transfer: Vec<TransferPoint>,
     pub(super) plotted: Vec<TransferPoint>,
     pub(super) usable: Option<f64>,
+    pub(super) below: Option<BelowDevice>,
+    pub(super) ends: Option<[LayerEnd; 2]>,
     pub(super) lines: Vec<LineMotion>,
     pub(super) body: BodyMesh,
     pub(super) search: Option<(Search, Found)>,
+    pub(super) beside: Option<Box<BesideOutcome>>,
     pub(super) findings: Vec<Finding>,
+}
+
+/// Another fixture in the same report.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BesideOutcome {
+    /// What the two are called.
+    pub names: [String; 2],
+    /// The other one.
+    pub other: ModesOutcome,
+}
+
+/// Motion of the gluing point under a device.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct BelowDevice {
+    /// At the frequencies that were asked for.
+    pub transfer: Vec<TransferPoint>,
+    pub(super) plotted: Vec<TransferPoint>,
+    /// Highest frequency with less spurious motion than the share asked for; `None` beyond the last mode.
+    pub usable: Option<f64>,
+}
+
+/// The fixture with the softest or the stiffest layer that is possible.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LayerEnd {
+    /// Stiffness over area.
+    pub stiffness: JointStiffness,
+    /// Frequencies, Hz.
+    pub frequencies: Vec<f64>,
+    /// Highest frequency with less spurious motion of the device than the share asked for; `None` beyond the last mode.
+    pub usable: Option<f64>,
+    pub(super) plotted: Vec<TransferPoint>,
 }
 
 /// What a campaign on a fixture needs of its modes.
@@ -102,6 +139,21 @@ impl ModesOutcome {
         self.usable
     }
 
+    /// Motion of the gluing point under the device; `None` where nothing is glued on.
+    pub fn below(&self) -> Option<&BelowDevice> {
+        self.below.as_ref()
+    }
+
+    /// The fixture with the softest and the stiffest layer, where its stiffness has bounds.
+    pub fn layer_ends(&self) -> Option<&[LayerEnd; 2]> {
+        self.ends.as_ref()
+    }
+
+    /// The other fixture of the report, where one was given.
+    pub fn beside(&self) -> Option<&BesideOutcome> {
+        self.beside.as_deref()
+    }
+
     /// Inclination of the face of the gluing point, rad.
     pub fn inclination(&self) -> f64 {
         self.inclination
@@ -157,7 +209,11 @@ impl Outcome for ModesOutcome {
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {
-        Ok(vec![section(FixtureModes::SECTION, &self.fixture())?])
+        let mut sections = vec![section(FixtureModes::SECTION, &self.fixture())?];
+        if let Some(beside) = &self.beside {
+            sections.push(section("beside", &beside.other.fixture())?);
+        }
+        Ok(sections)
     }
 
     fn page(&self, page: Report) -> Report {

@@ -1,12 +1,12 @@
 //! The report of the modes of a fixture.
 
-use super::outcome::ModesOutcome;
+use super::outcome::{BesideOutcome, LayerEnd, ModesOutcome};
 use crate::page::AXES;
 use crate::page::answer::stated_as;
 use crate::page::columns::{filed, number};
 use crate::page::words::words;
 use proofmass_fixture::{
-    Convergence, Found, FrequencySensitivity, Level, LineMotion, NaturalMode, Search,
+    Convergence, Found, FrequencySensitivity, Goal, Level, LineMotion, NaturalMode, Search,
     TransferPoint, Trial, Update, round,
 };
 use proofmass_io::StatedQuantity;
@@ -43,12 +43,22 @@ pub(super) fn add(page: Report, outcome: &ModesOutcome) -> Report {
         .section(outcome.frequencies(&quantities).summarised());
     let mut files = Vec::new();
     if !outcome.free {
-        files.push(outcome.table_of_transfer());
+        let table = |points: &[TransferPoint], file| outcome.table_of_transfer(points).file(file);
+        files.push(table(&outcome.transfer, "spurious.csv"));
+        if let Some(below) = &outcome.below {
+            files.push(table(&below.transfer, "gluing.csv"));
+        }
     }
     let lines = outcome.lines.iter().zip(["slope.csv", "across.csv"]);
     files.extend(lines.map(|(line, name)| table_of_line(line).file(name)));
+    if let Some(ends) = &outcome.ends {
+        page = page.section(outcome.layer(ends).summarised());
+    }
     if let Some(update) = &outcome.update {
         page = page.section(updated(update).summarised());
+    }
+    if let Some(beside) = &outcome.beside {
+        page = page.section(side_by_side(outcome, beside).summarised());
     }
     if let Some((wanted, found)) = &outcome.search {
         page = page.section(searched(wanted, found).summarised());
@@ -129,8 +139,9 @@ impl ModesOutcome {
         let mut table = self.table_of_modes(quantities);
         if !self.free {
             table = table.note(format!(
-                "Weight: the residue of the mode, what it adds to the acceleration of the gluing point, over that of the base along z′, far above its resonance; at \
+                "Weight: the residue of the mode, what it adds to the acceleration of the {}, over that of the base along z′, far above its resonance; at \
                  resonance it is 1/(2ζ) = {:.0} times as much. A mode is relevant from {} % on.",
+                self.point(),
                 0.5 / self.damping.ratio,
                 percent(self.weight)
             ));
@@ -199,7 +210,7 @@ impl ModesOutcome {
         Table::of("", fields, rows).file("modes.csv")
     }
 
-    fn table_of_transfer(&self) -> Table {
+    fn table_of_transfer(&self, points: &[TransferPoint]) -> Table {
         let inclination = round(self.inclination.to_degrees(), 9);
         let mut fields = vec![
             filed("inclination_deg", move |_: &TransferPoint| inclination),
@@ -234,7 +245,7 @@ impl ModesOutcome {
             fields
                 .extend(names.map(|(i, name)| filed(name, move |p: &TransferPoint| spread(p)[i])));
         }
-        Table::of("", fields, &self.transfer).file("spurious.csv")
+        Table::of("", fields, points)
     }
 
     fn deformed(&self, quantities: &[StatedQuantity]) -> Section {
@@ -259,26 +270,10 @@ impl ModesOutcome {
     }
 
     fn above_base(&self) -> Section {
-        let f: Vec<f64> = self.plotted.iter().map(|p| p.frequency).collect();
-        let floor = 1e-6;
-        let mut plot = XyPlot::new(
-            Axis::log("frequency", "Hz"),
-            Axis::log("spurious acceleration over that of the base", ""),
-        )
-        .height(320.0);
-        let mut silent = vec![];
-        for (k, name) in ["x′", "y′", "z′"].into_iter().enumerate() {
-            let y: Vec<f64> = self.plotted.iter().map(|p| p.spurious()[k]).collect();
-            if y.iter().all(|v| *v < floor) {
-                silent.push(name);
-                continue;
-            }
-            let y: Vec<f64> = y.into_iter().map(|v| v.max(floor)).collect();
-            plot = plot.series(Series::line(format!("along {name}"), &f, &y).look(k));
-        }
-        plot = plot.horizontal(self.share, format!("{} %", percent(self.share)));
+        let (plot, silent) = self.spurious_plot(&self.plotted);
+        let point = self.point();
         let mut words = format!(
-            "Acceleration of the gluing point beyond the wanted one, per unit acceleration of the base along z′, with ζ = {} for every mode \
+            "Acceleration of the {point} beyond the wanted one, per unit acceleration of the base along z′, with ζ = {} for every mode \
              (u(ζ) = {}). The part along z′ is the departure from one.",
             scientific(self.damping.ratio, 2),
             scientific(self.damping.u, 2)
@@ -289,9 +284,124 @@ impl ModesOutcome {
                 silent.join(", ")
             ));
         }
-        Section::new("From base to gluing point")
+        let mut section = Section::new(format!("From base to {point}"))
             .paragraph(words)
-            .figure("Spurious motion over frequency", plot)
+            .figure("Spurious motion over frequency", plot);
+        if let Some(below) = &self.below {
+            let (plot, _) = self.spurious_plot(&below.plotted);
+            section = section
+                .paragraph(format!(
+                    "The wedge under the device moves otherwise: below {} % up to {}.",
+                    percent(self.share),
+                    self.reach(below.usable)
+                ))
+                .figure(
+                    "The same of the gluing point on the wedge, under the layer",
+                    plot,
+                );
+        }
+        section
+    }
+
+    /// What the motion is that of.
+    fn point(&self) -> &'static str {
+        match self.below {
+            Some(_) => "device",
+            None => "gluing point",
+        }
+    }
+
+    fn reach(&self, usable: Option<f64>) -> String {
+        match usable {
+            Some(f) => hertz(f),
+            None => "the last mode calculated".into(),
+        }
+    }
+
+    /// Spurious motion along every axis that has any, and the axes that have none.
+    fn spurious_plot(&self, points: &[TransferPoint]) -> (XyPlot, Vec<&'static str>) {
+        let f: Vec<f64> = points.iter().map(|p| p.frequency).collect();
+        let floor = 1e-6;
+        let mut plot = XyPlot::new(
+            Axis::log("frequency", "Hz"),
+            Axis::log("spurious acceleration over that of the base", ""),
+        )
+        .height(320.0);
+        let mut silent = vec![];
+        for (k, name) in ["x′", "y′", "z′"].into_iter().enumerate() {
+            let y: Vec<f64> = points.iter().map(|p| p.spurious()[k]).collect();
+            if y.iter().all(|v| *v < floor) {
+                silent.push(name);
+                continue;
+            }
+            let y: Vec<f64> = y.into_iter().map(|v| v.max(floor)).collect();
+            plot = plot.series(Series::line(format!("along {name}"), &f, &y).look(k));
+        }
+        let plot = plot.horizontal(self.share, format!("{} %", percent(self.share)));
+        (plot, silent)
+    }
+
+    /// Frequencies and motion from the softest to the stiffest layer.
+    fn layer(&self, ends: &[LayerEnd; 2]) -> Section {
+        let [soft, stiff] = ends;
+        let row = |m: usize| (m, self.modes[m].frequency);
+        type Row = (usize, f64);
+        let end = |end: &'static str, of: &LayerEnd| {
+            let frequencies = of.frequencies.clone();
+            number(
+                format!("{end}_Hz"),
+                (&format!("{end} layer"), "Hz"),
+                Decimals(0),
+                move |(m, _): &Row| frequencies.get(*m).copied(),
+            )
+        };
+        let fields = vec![
+            number("mode", ("mode", ""), Decimals(0), |(m, _): &Row| {
+                (m + 1) as f64
+            }),
+            end("softest", soft),
+            number(
+                "middle_Hz",
+                ("as calculated", "Hz"),
+                Decimals(0),
+                |(_, f): &Row| *f,
+            ),
+            end("stiffest", stiff),
+        ];
+        let table = Table::of("", fields, (0..self.modes.len()).map(row)).file("layer.csv");
+        let section = Section::new("From the softest to the stiffest layer").paragraph(
+            "A stiffer layer lowers no frequency, so that the two ends enclose what lies between. Half the interval, the farther              end of the two, is part of U as a rectangular distribution.",
+        );
+        if !self.free {
+            let section = section.paragraph(format!(
+                "The device moves as wanted up to {} on the softest layer, {} as calculated, {} on the stiffest.",
+                self.reach(soft.usable),
+                self.reach(self.usable),
+                self.reach(stiff.usable)
+            ));
+            let y = |p: &TransferPoint| p.spurious().into_iter().fold(1e-6, f64::max);
+            let mut plot = XyPlot::new(
+                Axis::log("frequency", "Hz"),
+                Axis::log("largest spurious acceleration over that of the base", ""),
+            )
+            .height(260.0);
+            let three = [
+                ("softest layer", &soft.plotted),
+                ("as calculated", &self.plotted),
+                ("stiffest layer", &stiff.plotted),
+            ];
+            for (k, (name, points)) in three.into_iter().enumerate() {
+                let f: Vec<f64> = points.iter().map(|p| p.frequency).collect();
+                let y: Vec<f64> = points.iter().map(y).collect();
+                plot = plot.series(Series::line(name, &f, &y).look(k));
+            }
+            let plot = plot.horizontal(self.share, format!("{} %", percent(self.share)));
+            return section.table(table).figure(
+                "Spurious motion of the device by stiffness of the layer",
+                plot,
+            );
+        }
+        section.table(table)
     }
 
     fn along(&self) -> Section {
@@ -423,6 +533,148 @@ impl ModesOutcome {
     }
 }
 
+/// Two fixtures: frequencies, spurious motion, displacement along the slope.
+fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
+    let both = [first, &beside.other];
+    let names = &beside.names;
+    let stated = both.map(ModesOutcome::stated);
+    let mut fields: Vec<Field<'_, usize>> =
+        vec![number("mode", ("mode", ""), Decimals(0), |m: &usize| {
+            (*m + 1) as f64
+        })];
+    for (k, key) in ["first", "second"].into_iter().enumerate() {
+        let quantities = stated[k].clone();
+        let uncertain = quantities.clone();
+        let outcome = both[k];
+        fields.push(
+            Field::new(format!("{key}_Hz"), move |m: &usize| {
+                match quantities.get(*m) {
+                    Some(q) => Cell::printed(q.value, rounded(q.value, q.expanded).0),
+                    None => Cell::Empty,
+                }
+            })
+            .page(names[k].clone(), "Hz"),
+        );
+        fields.push(
+            Field::new(format!("{key}_U_Hz"), move |m: &usize| {
+                match uncertain.get(*m) {
+                    Some(q) => Cell::printed(q.expanded, rounded(q.value, q.expanded).1),
+                    None => Cell::Empty,
+                }
+            })
+            .page("U", "Hz"),
+        );
+        fields.push(
+            number(
+                format!("{key}_weight"),
+                ("weight", "%"),
+                Decimals(2),
+                move |m: &usize| outcome.modes.get(*m).map(NaturalMode::weight),
+            )
+            .scaled(1e2),
+        );
+    }
+    let count = first.modes.len().max(beside.other.modes.len());
+    let table = Table::of("Natural frequencies", fields, 0..count).file("beside.csv");
+    let whole = [
+        (
+            "first relevant mode",
+            both.map(|o| {
+                let relevant = o.modes.iter().find(|m| m.weight() >= o.weight);
+                relevant.map_or("none of those calculated".into(), |m| hertz(m.frequency))
+            }),
+        ),
+        (
+            "usable up to",
+            both.map(|o| format!("{}, below {} %", o.reach(o.usable), percent(o.share))),
+        ),
+        (
+            "mass, accelerometer included",
+            both.map(|o| format!("{} g", round(1e3 * o.mass, 1))),
+        ),
+    ];
+    let rows = whole.map(|(what, [a, b])| [what.to_owned(), a, b]);
+    let mut section = Section::new("Side by side").table(words(
+        "",
+        ["what", names[0].as_str(), names[1].as_str()],
+        rows,
+    ));
+    section = section.table(table);
+    if first.free || beside.other.free {
+        return section;
+    }
+    let largest = |p: &TransferPoint| p.spurious().into_iter().fold(0.0, f64::max);
+    let mut plot = XyPlot::new(
+        Axis::log("frequency", "Hz"),
+        Axis::log("largest spurious acceleration over that of the base", ""),
+    )
+    .height(260.0);
+    for (k, outcome) in both.into_iter().enumerate() {
+        let f: Vec<f64> = outcome.plotted.iter().map(|p| p.frequency).collect();
+        let y: Vec<f64> = outcome
+            .plotted
+            .iter()
+            .map(|p| largest(p).max(1e-6))
+            .collect();
+        plot = plot.series(Series::line(names[k].clone(), &f, &y).look(k));
+    }
+    let plot = plot.horizontal(first.share, format!("{} %", percent(first.share)));
+    // Frequencies that both tables have.
+    let rows: Vec<(f64, [f64; 2])> = first
+        .transfer
+        .iter()
+        .filter_map(|p| {
+            let mut others = beside.other.transfer.iter();
+            let other = others.find(|o| o.frequency == p.frequency)?;
+            Some((p.frequency, [largest(p), largest(other)]))
+        })
+        .collect();
+    type Row = (f64, [f64; 2]);
+    let mut fields = vec![number("frequency_Hz", ("f", "Hz"), Plain, |r: &Row| r.0)];
+    for (k, key) in ["first", "second"].into_iter().enumerate() {
+        fields.push(number(key, (&names[k], "%"), TwoDigits, move |r: &Row| r.1[k]).scaled(1e2));
+    }
+    let motion =
+        Table::of("Largest spurious motion along any axis", fields, rows).file("beside-motion.csv");
+    section = section
+        .figure("Spurious motion of the two over frequency", plot)
+        .table(motion);
+    // The first relevant modes along the slope, from the gluing point, at resonance.
+    let mut plot = XyPlot::new(
+        Axis::linear("distance from the gluing point", "mm"),
+        Axis::linear("displacement at resonance", "nm/(m/s²)"),
+    )
+    .height(240.0);
+    let mut look = 0;
+    for (outcome, name) in both.into_iter().zip(names) {
+        let Some(line) = outcome.lines.first() else {
+            continue;
+        };
+        let x: Vec<f64> = line
+            .distance
+            .iter()
+            .map(|d| 1e3 * (d - line.gluing))
+            .collect();
+        let relevant = outcome.modes.iter().enumerate();
+        for (m, mode) in relevant
+            .filter(|(_, m)| m.weight() >= outcome.weight)
+            .take(2)
+        {
+            let Some(response) = line.response.get(m) else {
+                continue;
+            };
+            let y: Vec<f64> = response.iter().map(|v| 1e9 * v).collect();
+            let label = format!("{name}, {}", hertz(mode.frequency));
+            plot = plot.series(Series::line(label, &x, &y).look(look));
+            look += 1;
+        }
+    }
+    match look {
+        0 => section,
+        _ => section.figure("The first two relevant modes along the slope", plot),
+    }
+}
+
 fn updated(update: &Update) -> Section {
     let rows = update.parameters.iter().map(|p| {
         let value = |v: f64| with_unit(v, &p.unit);
@@ -490,6 +742,18 @@ fn search_fields<'a>(wanted: &Search, found: &'a Found) -> Vec<Field<'a, Trial>>
         number(file, (&heading, shown), Plain, move |t: &Trial| t.values[k]).scaled(scale)
     });
     let mut fields: Vec<Field<'a, Trial>> = varied.collect();
+    if let Goal::LeastMotion { up_to, .. } = wanted.goal {
+        let heading = format!("largest spurious motion up to {}", hertz(up_to));
+        fields.push(
+            Field::new("largest_motion", |t: &Trial| match t.motion {
+                Some(motion) => motion.into(),
+                None => Cell::Empty,
+            })
+            .page(heading, "%")
+            .scaled(1e2)
+            .rounded(TwoDigits),
+        );
+    }
     fields.extend([
         number(
             "first_Hz",
@@ -534,22 +798,40 @@ fn searched(wanted: &Search, found: &Found) -> Section {
     if let Some(best) = best.filter(|b| !rows.contains(b)) {
         rows.push(best);
     }
+    let impossible = match found.impossible {
+        0 => String::new(),
+        n => format!(", {n} could not be made"),
+    };
+    let [what, trade] = match wanted.goal {
+        Goal::LeastMotion { .. } => ["motion", "Trade of motion against mass"],
+        _ => ["frequency", "Trade of frequency against mass"],
+    };
     let table = Table::of(
-        "Shapes that no other beats in frequency without being heavier; the first and the best shape marked",
+        format!(
+            "Shapes that no other beats in {what} without being heavier; the first and the best shape marked"
+        ),
         search_fields(wanted, found),
         rows,
     );
+    let motion = |t: Option<&Trial>| t.and_then(|t| t.motion);
+    let still = match (motion(found.trials.first()), motion(best), wanted.goal) {
+        (Some(before), Some(after), Goal::LeastMotion { up_to, .. }) => Some(format!(
+            "{} shapes solved on one coarse mesh size{impossible}. The largest spurious motion up to {} falls from {} % to {} % of the \
+             acceleration of the base, {:+.0} %.",
+            found.trials.len(),
+            hertz(up_to),
+            percent(before),
+            percent(after),
+            1e2 * (after / before - 1.0)
+        )),
+        _ => None,
+    };
     let gain = match (found.trials.first(), best) {
         (Some(first), Some(best)) => {
             let f = |t: &proofmass_fixture::Trial| t.matters.unwrap_or(t.first);
             format!(
-                "{} shapes solved on one coarse mesh size{}. The first relevant mode rises from {} to {}, {:+.0} %.",
+                "{} shapes solved on one coarse mesh size{impossible}. The first relevant mode rises from {} to {}, {:+.0} %.",
                 found.trials.len(),
-                if found.impossible > 0 {
-                    format!(", {} could not be made", found.impossible)
-                } else {
-                    String::new()
-                },
                 hertz(f(first)),
                 hertz(f(best)),
                 1e2 * (f(best) / f(first) - 1.0)
@@ -558,6 +840,6 @@ fn searched(wanted: &Search, found: &Found) -> Section {
         _ => String::new(),
     };
     Section::new("Search for a better shape")
-        .paragraph(gain)
-        .folded("Trade of frequency against mass", [Block::Table(table)])
+        .paragraph(still.unwrap_or(gain))
+        .folded(trade, [Block::Table(table)])
 }

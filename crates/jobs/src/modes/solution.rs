@@ -1,16 +1,18 @@
 //! From a request to an outcome: meshes, modes, uncertainty, transfer.
 
-use super::outcome::ModesOutcome;
+use super::outcome::{BelowDevice, LayerEnd, ModesOutcome};
 use super::{Body, MeshedBody, ModesData, ModesJob, trouble};
 use crate::findings;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_fixture::{
-    BodyMesh, Design, Face, FiniteElementModel, Fixture, LineDirection, LineMotion, Material, Mesh,
-    Solved, Support, close_modes, frequency_estimate, lowest_faces, mass_and_centre,
+    BodyMesh, Design, Device, Face, FiniteElementModel, Fixture, JointStiffness, Layer,
+    LayerModulus, LineDirection, LineMotion, Material, Mesh, Observed, Solved, Support,
+    close_modes, frequency_estimate, layer_range, lowest_faces, mass_and_centre, modes,
     relative_covariance, round, search, sensitivities, thirds_of_octave, update,
 };
 use proofmass_io::GmshMesh;
+use proofmass_report::scientific;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
@@ -48,9 +50,14 @@ pub(super) fn solve(
     if found.is_some() {
         watch.step("search", 1, 1)?;
     }
-    let (support, materials, accelerometer) = match &job.body {
-        Body::Wedge(d) => (d.support, d.materials(), d.accelerometer),
-        Body::Mesh(b) => (b.support, mesh_materials(b, data)?, b.accelerometer),
+    let (support, materials, accelerometer, device) = match &job.body {
+        Body::Wedge(d) => (d.support, d.materials(), d.accelerometer, &d.device),
+        Body::Mesh(b) => (
+            b.support,
+            mesh_materials(b, data)?,
+            b.accelerometer,
+            &b.device,
+        ),
     };
     let solved = match &job.body {
         Body::Wedge(design) => wedge(job, design, watch)?,
@@ -63,12 +70,25 @@ pub(super) fn solve(
         support: &support,
         accelerometer,
     };
-    let sensitivities = sensitivities(&model, solved.wedge.as_ref(), &solved.modes, &job.causes)
-        .map_err(trouble)?;
+    let mut sensitivities =
+        sensitivities(&model, solved.wedge.as_ref(), &solved.modes, &job.causes)
+            .map_err(trouble)?;
     let frequencies: Vec<f64> = solved.modes.modes.iter().map(|m| m.frequency).collect();
+    let bounds = device.as_ref().and_then(|d| d.bounds);
+    let ends = match bounds {
+        Some(bounds) => Some(layer_ends(job, &model, bounds, watch)?),
+        None => None,
+    };
+    if let Some([soft, stiff]) = &ends {
+        sensitivities.push(layer_range(
+            &frequencies,
+            [&soft.frequencies, &stiff.frequencies],
+        ));
+    }
     let errors: Vec<f64> = solved.convergence.iter().map(|c| c.error).collect();
     let mut estimate = frequency_estimate(&frequencies, &sensitivities, &errors)?;
     let mut findings = solved.findings.clone();
+    findings.extend(device.iter().flat_map(Device::layer_findings));
     if solved.modes.effort.complete == Some(false) {
         findings.push(findings::modes_missing(
             "the count by the signs of the factorisation disagrees with the modes found",
@@ -89,12 +109,16 @@ pub(super) fn solve(
     let relative = relative_covariance(&estimate, &frequencies);
     // Resonances where they were measured, not where the model has them.
     let mut driven = solved.modes.clone();
+    let mut gluing = driven.at_gluing_point();
     if let Some(updated) = &updated {
         driven.set_frequencies(&updated.frequencies);
+        if let Some(gluing) = &mut gluing {
+            gluing.set_frequencies(&updated.frequencies);
+        }
     }
     let last = frequencies[frequencies.len() - 1];
-    let (transfer, plotted, usable) = if free {
-        (vec![], vec![], None)
+    let (transfer, plotted, usable, below) = if free {
+        (vec![], vec![], None, None)
     } else {
         let list = if job.frequencies.is_empty() {
             thirds_of_octave(10.0, 0.9 * last)
@@ -105,6 +129,11 @@ pub(super) fn solve(
             driven.transfer_table(job.damping, &list, Some(&relative)),
             driven.plotted_transfer(job.damping, last),
             driven.usable_frequency(job.damping.ratio, job.share),
+            gluing.map(|gluing| BelowDevice {
+                transfer: gluing.transfer_table(job.damping, &list, Some(&relative)),
+                plotted: gluing.plotted_transfer(job.damping, last),
+                usable: gluing.usable_frequency(job.damping.ratio, job.share),
+            }),
         )
     };
     if let Some(beyond) = transfer.iter().map(|t| t.frequency).find(|f| *f > last) {
@@ -142,10 +171,53 @@ pub(super) fn solve(
         transfer,
         plotted,
         usable,
+        below,
+        ends,
         body,
         search: job.search.clone().zip(found),
+        beside: None,
         findings,
     })
+}
+
+/// The same mesh with the softest and the stiffest layer.
+fn layer_ends(
+    job: &ModesJob,
+    model: &FiniteElementModel<'_>,
+    bounds: [JointStiffness; 2],
+    watch: &dyn Watch,
+) -> Result<[LayerEnd; 2]> {
+    let mut fixture = model.fixture.clone();
+    let mut end = |stiffness: JointStiffness| -> Result<LayerEnd> {
+        if let Some(glued) = &mut fixture.glued {
+            glued.stiffness = Some(stiffness);
+        }
+        let model = FiniteElementModel {
+            fixture: &fixture,
+            ..*model
+        };
+        let found = modes(&model, job.count, &mut |done, of| {
+            goes_on(watch, "layer", done, of)
+        })
+        .map_err(trouble)?;
+        let free = matches!(model.support, Support::Free);
+        let last = found.modes.last().map_or(0.0, |m| m.frequency);
+        Ok(LayerEnd {
+            stiffness,
+            frequencies: found.modes.iter().map(|m| m.frequency).collect(),
+            usable: match free {
+                true => None,
+                false => found.usable_frequency(job.damping.ratio, job.share),
+            },
+            plotted: match free {
+                true => vec![],
+                false => found.plotted_transfer(job.damping, last),
+            },
+        })
+    };
+    let ends = [end(bounds[0])?, end(bounds[1])?];
+    watch.step("layer", 1, 1)?;
+    Ok(ends)
 }
 
 fn wedge(job: &ModesJob, design: &Design, watch: &dyn Watch) -> Result<Solved> {
@@ -201,6 +273,7 @@ fn mesh_materials(body: &MeshedBody, data: &ModesData<'_>) -> Result<Vec<Materia
     Ok(names
         .iter()
         .map(|name| body.materials.get(name).unwrap_or(&body.material).clone())
+        .chain(body.device.as_ref().map(|d| d.material.clone()))
         .collect())
 }
 
@@ -256,7 +329,12 @@ fn meshed(
     } else {
         base_faces(body, file, &nodes, &mesh)?
     };
-    let given = Fixture::new(mesh, base, body.point, body.footprint).map_err(trouble)?;
+    let mut given = Fixture::new(mesh, base, body.point, body.footprint).map_err(trouble)?;
+    if let Some(device) = &body.device {
+        // As fine as the faces that it stands on.
+        let layers = (device.size[2] / given.seat_step()).round().min(1e3) as usize;
+        given = given.glue(device, layers).map_err(trouble)?;
+    }
     let unknowns = 8 * 3 * given.mesh.nodes().len();
     if unknowns > job.refine.limit {
         return Err(Trouble::request(format!(
@@ -322,7 +400,7 @@ fn description(
     let mut say = |label: &str, value: String| list.push((label.to_owned(), value));
     let degrees = round(solved.fixture.inclination().to_degrees(), 3);
     say("inclination", format!("{degrees}°"));
-    let (support, accelerometer) = match &job.body {
+    let (support, accelerometer, device) = match &job.body {
         Body::Wedge(design) => {
             let w = &design.wedge;
             say(
@@ -334,10 +412,12 @@ fn description(
                 format!("{} and {}", mm(w.toe), mm(w.surface(0.5 * w.length))),
             );
             say("gluing point along the base, from the axis", mm(w.gluing));
-            say(
-                "footprint of the accelerometer",
-                format!("{} × {}", mm(w.footprint[0]), mm(w.footprint[1])),
-            );
+            if design.device.is_none() {
+                say(
+                    "footprint of the accelerometer",
+                    format!("{} × {}", mm(w.footprint[0]), mm(w.footprint[1])),
+                );
+            }
             if let Some(foot) = &w.foot {
                 say(
                     "foot",
@@ -367,11 +447,11 @@ fn description(
                     format!("{} wide, {} deep", mm(bore.diameter), mm(bore.depth)),
                 );
             }
-            (design.support, design.accelerometer)
+            (design.support, design.accelerometer, &design.device)
         }
         Body::Mesh(body) => {
             say("shape", "from a mesh".into());
-            (body.support, body.accelerometer)
+            (body.support, body.accelerometer, &body.device)
         }
     };
     for (name, m) in solved.fixture.mesh.region_names().iter().zip(materials) {
@@ -422,6 +502,21 @@ fn description(
             ),
         );
     }
+    if let Some(device) = device {
+        let [a, b, h] = device.size.map(mm);
+        say(
+            "device",
+            format!(
+                "{a} up the slope, {b} across, {h} high, {} g, its motion taken at {}",
+                round(1e3 * device.mass(), 3),
+                match device.observed {
+                    Observed::Centre => "its centre",
+                    Observed::Top => "its upper face",
+                }
+            ),
+        );
+        say("layer below it", layer_words(device));
+    }
     say(
         "mass, accelerometer included",
         format!("{} g", round(1e3 * mass, 1)),
@@ -433,4 +528,43 @@ fn description(
         .sqrt();
     say("centre of mass from the gluing point", mm(offset));
     list
+}
+
+fn layer_words(device: &Device) -> String {
+    let Some(layer) = &device.layer else {
+        return "none, it is one with the fixture".into();
+    };
+    let over_area = |k: &JointStiffness| {
+        format!(
+            "{} N/m³ along the normal and {} N/m³ along the face",
+            scientific(k.normal, 3),
+            scientific(k.tangential, 3)
+        )
+    };
+    let mut words = match layer {
+        Layer::Adhesive {
+            thickness,
+            young,
+            poisson,
+            modulus,
+        } => format!(
+            "{} mm of E = {} GPa, ν = {poisson}, {} modulus: ",
+            round(1e3 * thickness, 4),
+            round(1e-9 * young, 4),
+            match modulus {
+                LayerModulus::Constrained => "constrained",
+                LayerModulus::Free => "free",
+            }
+        ),
+        Layer::Contact(_) => String::new(),
+    };
+    words.push_str(&over_area(&layer.stiffness()));
+    if let Some([soft, stiff]) = &device.bounds {
+        words.push_str(&format!(
+            "; softest {}, stiffest {}",
+            over_area(soft),
+            over_area(stiff)
+        ));
+    }
+    words
 }

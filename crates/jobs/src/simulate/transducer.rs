@@ -1,8 +1,9 @@
 //! A transducer of any principle under a shock, noise, a sweep or a step.
 
 use super::Desk;
+use super::construction::TransducerConstruction;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::Table;
+use proofmass_io::{StatedQuantity, Table};
 use proofmass_rig::{
     ProofMass, Transducer, TransducerBench, TransducerMotion, TransducerRecording,
 };
@@ -39,6 +40,10 @@ pub struct SimulatedTransducer {
     /// Damping ratio of the mass [default: that of the example]
     #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive, value_name = "RATIO"))]
     pub damping: Option<f64>,
+    /// The device by its construction, in place of an example
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub construction: Option<TransducerConstruction>,
     /// Sampling rate, Hz [default: fifty times the natural frequency]
     #[cfg_attr(feature = "clap", arg(long, value_parser = crate::arguments::positive))]
     pub rate: Option<f64>,
@@ -71,6 +76,7 @@ impl Default for SimulatedTransducer {
             pulse: None,
             natural_frequency: None,
             damping: None,
+            construction: None,
             rate: None,
             duration: None,
             temperature: 0.0,
@@ -132,11 +138,26 @@ struct Truth<'a> {
     high_pass_hz: Option<f64>,
     low_pass_hz: Option<f64>,
     samples_beyond_range: usize,
+    /// What the construction says of the device, with uncertainties.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<Vec<StatedQuantity>>,
 }
 
 impl SimulatedTransducer {
     /// The device that is simulated.
-    pub fn device(&self) -> Transducer {
+    ///
+    /// # Errors
+    /// A construction that makes no device, or one beside a natural frequency or a damping ratio.
+    pub fn device(&self) -> Result<Transducer> {
+        if let Some(construction) = &self.construction {
+            if self.natural_frequency.is_some() || self.damping.is_some() {
+                return Err(Trouble::request(
+                    "natural frequency and damping of a device by its construction are what it makes them",
+                )
+                .with_hint("change its mass, stiffness or gap, or leave the construction out"));
+            }
+            return construction.build();
+        }
         let mut examples = Transducer::examples();
         let mut device = examples.swap_remove(self.principle as usize);
         if self.natural_frequency.is_some() || self.damping.is_some() {
@@ -148,36 +169,45 @@ impl SimulatedTransducer {
                 old.stop,
             );
         }
-        device
+        Ok(device)
     }
 
     pub(super) fn simulate(&self, desk: &Desk<'_>) -> Result<serde_json::Value> {
-        let bench = self.bench();
+        let bench = self.bench()?;
         let recording = bench.simulate(self.seed).map_err(|e| {
             Trouble::from(e)
                 .with_hint("see `proofmass simulate transducer --help` for what each setting means")
         })?;
         let device = &bench.transducer;
         let (unit, factor) = recorded(device.unit(), &recording.output);
-        let slope = |a: f64| Some(factor * (device.output(a)? - device.output(-a)?) / (2.0 * a));
+        let model = match &self.construction {
+            Some(construction) => {
+                desk.write("transfer.csv", construction.transfer()?.to_csv()?)?;
+                let figures = construction.figures()?.quantities();
+                let stated = figures.iter().map(|q| StatedQuantity::new(q, 0.95));
+                Some(stated.collect())
+            }
+            None => None,
+        };
         let truth = Truth {
             scenario: "transducer",
             seed: self.seed,
             unit,
             natural_frequency_hz: device.mass.natural_frequency(),
             damping_ratio: device.mass.damping_ratio(),
-            sensitivity: slope(1e-3 * device.limits().acceleration),
+            sensitivity: device.sensitivity().map(|s| factor * s),
             high_pass_hz: device.principle.high_pass(),
             low_pass_hz: device.principle.low_pass(),
             samples_beyond_range: recording.beyond,
+            model,
             bench: &bench,
         };
         write(&recording, unit, factor, desk)?;
         desk.truth(&truth)
     }
 
-    fn bench(&self) -> TransducerBench {
-        let device = self.device();
+    fn bench(&self) -> Result<TransducerBench> {
+        let device = self.device()?;
         let natural = device.mass.natural_frequency();
         // A sweep rests at the resonance, which raises it by 1/2ζ.
         let raised = match self.motion {
@@ -202,7 +232,7 @@ impl SimulatedTransducer {
             },
             SimulatedExcitation::Step => TransducerMotion::Step { height: level },
         };
-        TransducerBench {
+        Ok(TransducerBench {
             motion,
             rate,
             duration: self.duration.unwrap_or(65_536.0 / rate),
@@ -211,12 +241,12 @@ impl SimulatedTransducer {
             reference_noise: self.reference_noise,
             bits: self.bits,
             transducer: device,
-        }
+        })
     }
 }
 
 /// Unit in which an output is recorded, and its number in one of the device's own: farads and amperes are too large.
-fn recorded(unit: &'static str, output: &[f64]) -> (&'static str, f64) {
+pub(super) fn recorded(unit: &'static str, output: &[f64]) -> (&'static str, f64) {
     let greatest = output.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     match unit {
         "F" => ("pF", 1e12),

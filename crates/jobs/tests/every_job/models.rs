@@ -309,10 +309,20 @@ pub fn modes(kind: &str) {
                 [modes]\ncount = 2\nunknowns = 3000\naccuracy = 0.3\nsize_mm = 40\n\
                 [uncertainty]\nyoung_percent = 2\n";
     let search = format!("{text}[search]\ntrials = 2\n[search.vary]\nwidth_mm = [45, 55]\n");
-    for text in [text, &search] {
+    let still = search.replace(
+        "[search]",
+        "[search]\ngoal = \"least-motion\"\nup_to_Hz = 500",
+    );
+    let glued = format!(
+        "{still}[device]\nsize_mm = [10, 10, 10]\n[device.layer]\nthickness_mm = 0.1\nyoung_GPa = [0.5, 2]\npoisson = 0.38\n"
+    );
+    let read = |text: &str| {
         let store = Memory::new().file("wedge.toml", text);
         let source = CampaignFile::read(Arc::new(store), "wedge.toml").expect("a file");
-        let file = ModesFile::of(source).expect("a wedge");
+        ModesFile::of(source).expect("a wedge")
+    };
+    let two = read(&glued).beside(read(text));
+    for file in [read(text), read(&search), two] {
         check(kind, &|watch| {
             ask(file.job.clone(), &AnyData::Modes(file.data()), watch)
         });

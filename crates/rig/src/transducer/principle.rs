@@ -1,6 +1,7 @@
 //! From the displacement of a proof mass to something electrical, and back.
 
 use super::ProofMass;
+use super::plates::tilting;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -31,6 +32,44 @@ pub enum Principle {
         rest_capacitance: f64,
         /// d, m.
         gap: f64,
+    },
+    /// Differential comb whose fingers slide along each other: ΔC = 2C₀x/l, F.
+    AreaComb {
+        /// C₀ of each side at rest, F.
+        rest_capacitance: f64,
+        /// l by which the fingers overlap at rest, m.
+        overlap: f64,
+    },
+    /// One plate that comes nearer to a fixed one, and may turn as it does: ΔC = C₀ (d/(d − x) · artanh(z)/z − 1), z = ux/(d − x), F.
+    Plate {
+        /// C₀ at rest, F.
+        rest_capacitance: f64,
+        /// d, m.
+        gap: f64,
+        /// u: half the length of the plate by its rotation per displacement of its centre; 0 without rotation.
+        tilt: f64,
+    },
+    /// Gauges in series with one that is not strained, fed by one current: V = IR(1 + αT)(nKε + δ), and without (1 + αT) where it is
+    /// taken relative to the voltage of the unstrained one.
+    SeriesGauges {
+        /// K.
+        gauge_factor: f64,
+        /// ε/x, 1/m.
+        strain_per_metre: f64,
+        /// n: gauges that add up.
+        active: f64,
+        /// R of one, Ω.
+        resistance: f64,
+        /// I, A.
+        current: f64,
+        /// δ: sum of the relative differences of the gauges at rest.
+        mismatch: f64,
+        /// α of all resistances, 1/K.
+        drift: f64,
+        /// Relative change of the gauge factor, 1/K.
+        temperature: f64,
+        /// Whether the unstrained gauge takes the drift away.
+        compensated: bool,
     },
     /// Strain gauges or piezoresistors in a bridge: V.
     Bridge {
@@ -123,6 +162,24 @@ impl Principle {
                 rest_capacitance,
                 gap,
             } => 2.0 * rest_capacitance * gap * x / (gap * gap - x * x),
+            Self::AreaComb {
+                rest_capacitance,
+                overlap,
+            } => 2.0 * rest_capacitance * x / overlap,
+            Self::Plate {
+                rest_capacitance,
+                gap,
+                tilt,
+            } => rest_capacitance * (tilting(x, gap, tilt) - 1.0),
+            Self::SeriesGauges {
+                gauge_factor,
+                strain_per_metre,
+                active,
+                resistance,
+                current,
+                mismatch,
+                ..
+            } => current * resistance * (active * gauge_factor * strain_per_metre * x + mismatch),
             Self::Bridge {
                 gauge_factor,
                 strain_per_metre,
@@ -171,6 +228,23 @@ impl Principle {
                 rest_capacitance,
                 gap,
             } => gap * output / (rest_capacitance + rest_capacitance.hypot(output)),
+            Self::AreaComb {
+                rest_capacitance,
+                overlap,
+            } => output * overlap / (2.0 * rest_capacitance),
+            Self::Plate { .. } => self.plate_displacement(output, mass)?,
+            Self::SeriesGauges {
+                gauge_factor,
+                strain_per_metre,
+                active,
+                resistance,
+                current,
+                mismatch,
+                ..
+            } => {
+                (output / (current * resistance) - mismatch)
+                    / (active * gauge_factor * strain_per_metre)
+            }
             Self::Bridge {
                 gauge_factor,
                 strain_per_metre,
@@ -214,12 +288,61 @@ impl Principle {
         (x.abs() < self.reach()).then_some(x)
     }
 
+    /// Output at a temperature so many kelvins off that of the constants: the sensitivity changes by its coefficient, the output at rest
+    /// only with resistances that drift.
+    pub fn output_at(&self, x: f64, mass: &ProofMass, temperature: f64) -> Option<f64> {
+        let rest = self.output(0.0, mass).unwrap_or(0.0);
+        let change = self.output(x, mass)? - rest;
+        Some(match *self {
+            Self::SeriesGauges {
+                drift,
+                temperature: gauge,
+                compensated,
+                ..
+            } => {
+                let resistance = if compensated {
+                    1.0
+                } else {
+                    1.0 + drift * temperature
+                };
+                resistance * (rest + (1.0 + gauge * temperature) * change)
+            }
+            _ => rest + (1.0 + self.temperature_coefficient() * temperature) * change,
+        })
+    }
+
+    /// The relation of a plate has no inverse in closed form, but rises everywhere: halved until no number lies between.
+    fn plate_displacement(&self, output: f64, mass: &ProofMass) -> Option<f64> {
+        let reach = self.reach();
+        let (mut low, mut high) = (-reach, reach);
+        if !output.is_finite() || output < self.output(low * (1.0 - 1e-15), mass)? {
+            return None;
+        }
+        for _ in 0..2000 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            match self.output(middle, mass) {
+                Some(v) if v <= output => low = middle,
+                _ => high = middle,
+            }
+        }
+        Some(low)
+    }
+
     /// Displacement up to which the relation holds, m.
     pub fn reach(&self) -> f64 {
         match *self {
             Self::Comb { gap, .. } => gap,
+            Self::AreaComb { overlap, .. } => overlap,
+            // Its nearer edge meets the fixed plate.
+            Self::Plate { gap, tilt, .. } => gap / (1.0 + tilt),
             // A strain of 1 % breaks silicon and foil alike.
             Self::Bridge {
+                strain_per_metre, ..
+            }
+            | Self::SeriesGauges {
                 strain_per_metre, ..
             } => 0.01 / strain_per_metre,
             Self::Resonant { per_metre, .. } => 1.0 / per_metre,
@@ -256,6 +379,12 @@ impl Principle {
             | Self::Piezoelectric { temperature, .. }
             | Self::Hall { temperature, .. }
             | Self::Thermal { temperature, .. } => temperature,
+            Self::SeriesGauges {
+                drift,
+                temperature,
+                compensated,
+                ..
+            } => temperature + if compensated { 0.0 } else { drift },
             _ => 0.0,
         }
     }
@@ -263,11 +392,95 @@ impl Principle {
     /// Unit of the output.
     pub fn unit(&self) -> &'static str {
         match self {
-            Self::Comb { .. } => "F",
+            Self::Comb { .. } | Self::AreaComb { .. } | Self::Plate { .. } => "F",
             Self::Resonant { .. } => "Hz",
             Self::Tunnelling { .. } | Self::Shutter { .. } => "A",
             Self::Interferometer { .. } => "rad",
             _ => "V",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MASS: ProofMass = ProofMass {
+        mass: 1e-8,
+        stiffness: 10.0,
+        damping: 1e-4,
+        stop: 1e-6,
+    };
+
+    /// A parallel plate: C₀ d/(d − x); one that turns is the mean over its length of that.
+    #[test]
+    fn known_plates() {
+        let of = |tilt| Principle::Plate {
+            rest_capacitance: 1e-12,
+            gap: 2e-6,
+            tilt,
+        };
+        let x = 0.5e-6;
+        let flat = of(0.0).output(x, &MASS).unwrap();
+        assert!((flat / (1e-12 * (2.0 / 1.5 - 1.0)) - 1.0).abs() < 1e-12);
+        let (u, n) = (0.6, 10_000);
+        let mean: f64 = (0..n)
+            .map(|k| 2.0 * (f64::from(k) + 0.5) / f64::from(n) - 1.0)
+            .map(|s| 2e-6 / (2e-6 - x * (1.0 + u * s)))
+            .sum::<f64>()
+            / f64::from(n);
+        let tilted = of(u).output(x, &MASS).unwrap();
+        assert!(
+            (tilted / (1e-12 * (mean - 1.0)) - 1.0).abs() < 1e-7,
+            "{tilted} {mean}"
+        );
+        for tilt in [0.0, 1e-6, u] {
+            let p = of(tilt);
+            for share in [-0.99, -0.3, 1e-7, 0.5, 0.99] {
+                let x = share * p.reach();
+                let back = p.displacement(p.output(x, &MASS).unwrap(), &MASS).unwrap();
+                assert!((back - x).abs() < 1e-9 * p.reach(), "{tilt} {x} {back}");
+            }
+            assert_eq!(p.displacement(f64::NAN, &MASS), None);
+            assert_eq!(p.displacement(-1e-11, &MASS), None);
+        }
+    }
+
+    #[test]
+    fn known_area_comb_is_linear() {
+        let p = Principle::AreaComb {
+            rest_capacitance: 1e-12,
+            overlap: 50e-6,
+        };
+        assert!((p.output(5e-6, &MASS).unwrap() / 0.2e-12 - 1.0).abs() < 1e-12);
+        assert_eq!(p.output(60e-6, &MASS), None);
+    }
+
+    /// The gauge that is not strained takes the drift of all resistances away, not that of the gauge factor.
+    #[test]
+    fn known_drift_and_its_compensation() {
+        let of = |compensated| Principle::SeriesGauges {
+            gauge_factor: 100.0,
+            strain_per_metre: 1000.0,
+            active: 2.0,
+            resistance: 2e3,
+            current: 1e-3,
+            mismatch: 0.01,
+            drift: 2e-3,
+            temperature: -1e-3,
+            compensated,
+        };
+        let x = 1e-7;
+        // IR = 2 V; nKε = 0.02.
+        let cold = of(false).output(x, &MASS).unwrap();
+        assert!((cold / 0.06 - 1.0).abs() < 1e-12);
+        let warm = of(false).output_at(x, &MASS, 10.0).unwrap();
+        assert!((warm / (2.0 * 1.02 * (0.02 * 0.99 + 0.01)) - 1.0).abs() < 1e-12);
+        let held = of(true).output_at(x, &MASS, 10.0).unwrap();
+        assert!((held / (2.0 * (0.02 * 0.99 + 0.01)) - 1.0).abs() < 1e-12);
+        let rest = |c| of(c).output_at(0.0, &MASS, 10.0).unwrap();
+        assert!(
+            (rest(true) / 0.02 - 1.0).abs() < 1e-12 && (rest(false) / 0.0204 - 1.0).abs() < 1e-12
+        );
     }
 }

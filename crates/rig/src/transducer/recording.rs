@@ -168,16 +168,16 @@ impl TransducerBench {
             }
         };
         let principle = &self.transducer.principle;
-        let gain = 1.0 + principle.temperature_coefficient() * self.temperature;
-        let rest = principle.output(0.0, mass).unwrap_or(0.0);
+        let at = |x| principle.output_at(x, mass, self.temperature);
+        let rest = at(0.0).unwrap_or(0.0);
         let (mut beyond, mut last) = (0, rest);
         let mut output: Vec<f64> = moved
             .iter()
             .map(|x| {
                 // The mass lags behind the base: a positive acceleration deflects it backwards.
                 let inside = (x.abs() < mass.stop).then_some(-x);
-                match inside.and_then(|x| principle.output(x, mass)) {
-                    Some(v) => last = rest + gain * (v - rest),
+                match inside.and_then(at) {
+                    Some(v) => last = v,
                     None => beyond += 1,
                 }
                 last
