@@ -27,7 +27,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_dynamic::input_noise::InputNoise;
 use proofmass_dynamic::measured::{
-    CommonInput, Lead, by_standard, driven_band, leaking, swept_band,
+    CommonInput, Lead, by_standard, driven_band, leaking, swept_band, swept_over,
 };
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
@@ -253,6 +253,9 @@ impl ResponseJob {
             let few = matches!(e, proofmass_core::Error::TooFew { .. });
             let trouble = Trouble::from(e).detail(data.name);
             match few {
+                true if self.excitation == Excitation::Sweep => trouble.with_hint(
+                    "record the sweep with more samples, or give fewer lines to join with --smoothing",
+                ),
                 true => trouble.with_hint("record longer, or choose a shorter --segment"),
                 false => trouble,
             }
@@ -342,6 +345,11 @@ impl Job for ResponseJob {
         }
         let judged = self.judged(x, data)?;
         findings.extend(judged.as_ref().and_then(JudgedDensity::finding));
+        if self.excitation == Excitation::Random
+            && let Some([from, to]) = swept_over(x.data, data.rate)
+        {
+            findings.push(findings::input_is_swept(x.name, from, to));
+        }
         let driven = driven_band(x.data, data.rate);
         let (response, spectra) = self.estimate(data, driven, watch, &mut findings)?;
         let input_unit = match &self.standard {
@@ -435,7 +443,8 @@ impl Job for ResponseJob {
         }
         let low = response.frequency.first().copied().unwrap_or(0.0);
         let high = response.frequency.last().copied().unwrap_or(0.0);
-        let modes = resonances(&response, low, high);
+        let smearing = spectra.as_ref().map(|s| s.smearing(self.estimator()));
+        let modes = resonances(&response, smearing.as_ref(), low, high);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let channels = [(x.name, input_unit), (y.name, y.unit)];
         Ok(ResponseOutcome {

@@ -53,7 +53,7 @@ pub(super) struct ChannelArguments {
     /// Column of the sensor, by name or number (from 1)
     #[arg(long, value_name = "COLUMN", alias = "output-column")]
     column: ColumnRef,
-    /// Its unit, where the heading does not say it
+    /// Unit of the column, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
     #[command(flatten)]

@@ -20,7 +20,7 @@ pub(super) struct Common {
     /// Column of the input (reference acceleration, force; volts with --standard), by name or number (from 1)
     #[arg(long, value_name = "COLUMN")]
     input: ColumnRef,
-    /// Its unit, where the heading does not say it: m/s², g, N, …
+    /// Unit of the input, where the heading does not say it: m/s², g, N, …
     #[arg(long, value_name = "UNIT")]
     input_unit: Option<Unit>,
     /// Relative standard uncertainty of the input, in per cent, common to all frequencies
@@ -29,7 +29,7 @@ pub(super) struct Common {
     /// Column of the device
     #[arg(long, value_name = "COLUMN", alias = "column")]
     output_column: ColumnRef,
-    /// Its unit, where the heading does not say it
+    /// Unit of the output, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     output_unit: Option<Unit>,
     /// Lowest and highest frequency in hertz

@@ -25,13 +25,13 @@ pub(super) struct Shock {
     /// Column of the device, by name or number (from 1)
     #[arg(long, value_name = "COLUMN", alias = "output-column")]
     column: ColumnRef,
-    /// Its unit, where the heading does not say it: V, mV, count, m/s², g, …
+    /// Unit of the column, where the heading does not say it: V, mV, count, m/s², g, …
     #[arg(long, value_name = "UNIT", alias = "output-unit")]
     unit: Option<Unit>,
     /// Column of the reference acceleration, or of its volts with --standard
     #[arg(long, value_name = "COLUMN")]
     reference: Option<ColumnRef>,
-    /// Its unit, where the heading does not say it: m/s², g, …
+    /// Unit of the reference, where the heading does not say it: m/s², g, …
     #[arg(long, value_name = "UNIT", requires = "reference")]
     reference_unit: Option<Unit>,
     /// Relative standard uncertainty of the reference, or of the one channel where there is none, in per cent
