@@ -233,6 +233,114 @@ fn known_random_response_from_a_file() {
     assert!(said.contains("independent averages"), "{said}");
 }
 
+/// White noise through an oscillator with the poles of f₀ = 900 Hz and ζ at 10 kHz, or through nothing, and noise of the output.
+fn write_noise(path: &Path, damping: Option<f64>, seed: u64) {
+    let mut chance = Chance(seed);
+    let (mut y1, mut y2) = (0.0, 0.0);
+    let mut lines = String::from("in_m/s2,out_m/s2\n");
+    for _ in 0..60_000 {
+        let x = chance.normal();
+        let y = damping.map_or(x, |zeta| {
+            let step = std::f64::consts::TAU * 900.0 / 1e4;
+            let radius = (-zeta * step).exp();
+            let turn = step * (1.0 - zeta * zeta).sqrt();
+            2.0 * radius * turn.cos() * y1 - radius * radius * y2 + 0.3 * x
+        });
+        (y2, y1) = (y1, y);
+        writeln!(lines, "{x:.6},{:.6}", y + 0.1 * chance.normal()).unwrap();
+    }
+    std::fs::write(path, lines).unwrap();
+}
+
+#[test]
+fn coverage_resonances_of_every_width_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("noise.csv");
+    let run = |segment: Option<&str>| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "random", text(&recording), "--rate", "10000"];
+        call.extend(["--input", "in", "--output-column", "out"]);
+        call.extend(["--band", "30,3000", "-o", text(&place)]);
+        call.extend(segment.iter().flat_map(|s| ["--segment", s]));
+        succeed(&call);
+        let result = json(&place.join("result.json"));
+        std::fs::remove_dir_all(&place).unwrap();
+        result
+    };
+    let (mut held, mut all) = (0, 0);
+    for (k, zeta) in [0.003, 0.01, 0.04, 0.15].into_iter().enumerate() {
+        for seed in 0..4 {
+            write_noise(&recording, Some(zeta), 100 * k as u64 + seed + 1);
+            for segment in [None, Some("1024"), Some("16384")] {
+                let result = run(segment);
+                for (name, truth) in [("resonance.frequency", 900.0), ("resonance.damping", zeta)] {
+                    let (value, _, expanded) = quantity(&result, name);
+                    held += usize::from((value - truth).abs() <= expanded);
+                    all += 1;
+                }
+            }
+        }
+    }
+    // 96 intervals of 95 %: fewer than 85 once in a thousand times.
+    assert!(all == 96 && held >= 85, "{held} of {all}");
+    for seed in 0..4 {
+        write_noise(&recording, None, 900 + seed);
+        for segment in [None, Some("1024"), Some("16384")] {
+            let result = run(segment).to_string();
+            assert!(!result.contains("resonance.frequency"), "{result}");
+        }
+    }
+}
+
+#[test]
+fn known_sweep_given_to_a_test_with_noise_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("sweep.csv");
+    let mut chance = Chance(3);
+    let mut lines = String::from("in_m/s2,out_m/s2\n");
+    let mut phase = 0.0f64;
+    for k in 0..40_000 {
+        let frequency = 20.0 * 20f64.powf(f64::from(k) / 4e4);
+        phase += std::f64::consts::TAU * frequency / 2000.0;
+        let x = phase.sin();
+        writeln!(lines, "{x:.6},{:.6}", x + 1e-3 * chance.normal()).unwrap();
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let place = folder.path().join("out");
+    let mut call = vec!["test", "random", text(&recording), "--rate", "2000"];
+    call.extend(["--input", "in", "--output-column", "out", "-o", text(&place)]);
+    succeed(&call);
+    let result = json(&place.join("result.json"));
+    assert!(codes(&result).contains(&"input-is-swept".to_owned()), "{result}");
+}
+
+#[test]
+fn known_pulse_in_volts_is_not_judged_and_a_missed_one_is_a_decision() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("shock.csv");
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 4000);
+    let run = |column: &str, peak: &str| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "shock", text(&recording), "--column", column];
+        call.extend(["--nominal", "half-sine", "--nominal-peak", peak]);
+        call.extend(["--nominal-duration", "0.002", "-o", text(&place)]);
+        succeed(&call);
+        let page = std::fs::read_to_string(place.join("report.html")).unwrap();
+        let result = json(&place.join("result.json"));
+        std::fs::remove_dir_all(&place).unwrap();
+        (page, codes(&result))
+    };
+    let (page, found) = run("dut", "1000");
+    assert!(page.contains("Tolerance of the pulse: not judged"));
+    assert!(found.contains(&"tolerance-not-judged".to_owned()), "{found:?}");
+    let (page, found) = run("ref", "2000");
+    assert!(page.contains("Tolerance of the pulse: missed"));
+    assert!(found.contains(&"tolerance-missed".to_owned()), "{found:?}");
+    let (page, found) = run("ref", "1000");
+    assert!(page.contains("Tolerance of the pulse: kept"));
+    assert!(!found.contains(&"tolerance-missed".to_owned()), "{found:?}");
+}
+
 /// Two blows of a hammer, one in each file.
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]

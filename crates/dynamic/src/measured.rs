@@ -420,3 +420,48 @@ pub fn leaking(response: &ResponseEstimate) -> Option<(f64, f64)> {
     let told = share > 0.02 && response.leakage[k].norm() > 3.0 * noise;
     told.then(|| (response.frequency[k], share))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn known_sweeps_and_what_is_none() {
+        let rate = 1000.0;
+        for seed in 0..100 {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+            let white: Vec<f64> = (0..20_000).map(|_| normal()).collect();
+            // Poles of Q = 20 at 100 Hz.
+            let (mut y1, mut y2) = (0.0, 0.0);
+            let narrow = white.iter().map(|x| {
+                let step = TAU * 0.1;
+                let radius = (-0.025 * step).exp();
+                (y1, y2) = (2.0 * radius * step.cos() * y1 - radius * radius * y2 + x, y1);
+                y1
+            });
+            let narrow: Vec<f64> = narrow.collect();
+            let sines = |second: f64| -> Vec<f64> {
+                let at = |k: usize| TAU * k as f64 / rate;
+                let noise = white.iter().enumerate();
+                noise
+                    .map(|(k, n)| (50.0 * at(k)).sin() + second * (137.0 * at(k)).sin() + 0.02 * n)
+                    .collect()
+            };
+            for record in [&white, &narrow, &sines(0.0), &sines(0.8)] {
+                assert_eq!(swept_over(record, rate), None, "{seed}");
+            }
+            let mut phase = 0.0;
+            let swept = white.iter().enumerate().map(|(k, n)| {
+                phase += TAU * 5.0 * 40f64.powf(k as f64 / 2e4) / rate;
+                phase.sin() + 0.05 * n
+            });
+            let swept: Vec<f64> = swept.collect();
+            let [low, high] = swept_over(&swept, rate).unwrap();
+            assert!(low > 4.5 && low < 20.0 && high > 150.0 && high < 210.0, "{low} {high}");
+        }
+    }
+}
