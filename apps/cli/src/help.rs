@@ -614,6 +614,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "standard-model",
             "accept-unchecked-signature",
             "reference-frequency",
+            "sensitivity-uncertainty",
         ],
     ),
     (

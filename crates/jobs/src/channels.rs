@@ -3,7 +3,10 @@
 use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, SaidBy, Source, TimeUnit, Unit};
+use proofmass_io::{
+    ColumnRef, Input, Recording, RecordingOptions, SaidBy, Sensitivity, Source, TimeUnit, Unit,
+};
+use proofmass_report::number::plain;
 use proofmass_uncertainty::Finding;
 
 /// A channel that is wanted, and its unit where the heading does not say it.
@@ -16,6 +19,8 @@ pub struct WantedChannel {
     pub(crate) unit: Option<Unit>,
     /// The option that says this unit, by which it is asked for; none where the numbers need no unit.
     pub(crate) option: Option<&'static str>,
+    /// What turns it into an acceleration, with its relative standard uncertainty.
+    pub(crate) sensitivity: Option<(Sensitivity, f64)>,
 }
 
 impl WantedChannel {
@@ -25,7 +30,15 @@ impl WantedChannel {
             column,
             unit,
             option: Some(option),
+            sensitivity: None,
         }
+    }
+
+    /// As an acceleration, by the sensitivity of its transducer and the relative standard uncertainty of that.
+    #[must_use]
+    pub fn by(mut self, sensitivity: Sensitivity, relative_uncertainty: f64) -> Self {
+        self.sensitivity = Some((sensitivity, relative_uncertainty));
+        self
     }
 
     /// Numbers that need no unit, or have it from elsewhere.
@@ -34,6 +47,7 @@ impl WantedChannel {
             column,
             unit: None,
             option: None,
+            sensitivity: None,
         }
     }
 }
@@ -162,8 +176,29 @@ impl ChannelReading {
             .collect();
         recording.need_units(&options)?;
         let mut channels = Vec::with_capacity(wanted.len());
-        for column in &recording.columns {
-            let (si, factor) = column.unit.unwrap_or(Unit::One).si();
+        let mut input = recording.input();
+        for (i, (column, wanted)) in recording.columns.iter().zip(wanted).enumerate() {
+            let (mut si, mut factor) = column.unit.unwrap_or(Unit::One).si();
+            if let Some((sensitivity, relative)) = &wanted.sensitivity {
+                if si != sensitivity.unit {
+                    return Err(Trouble::data(format!(
+                        "a sensitivity of {sensitivity} turns {} into an acceleration, and the column {:?} is in {si}",
+                        sensitivity.unit, column.name
+                    ))
+                    .detail(name)
+                    .with_hint("state the unit of the column (--unit), or leave --sensitivity out"));
+                }
+                factor /= sensitivity.value;
+                si = Unit::MetrePerSecondSquared;
+                let read = input.reading.as_mut().and_then(|r| r.columns.get_mut(i));
+                if let Some(read) = read {
+                    let u = match *relative {
+                        0.0 => "no uncertainty stated".to_owned(),
+                        u => format!("u = {} %", plain(100.0 * u)),
+                    };
+                    read.sensitivity = Some(format!("{sensitivity} ({u})"));
+                }
+            }
             let data = match factor {
                 1.0 => column.data.clone(),
                 f => column.data.iter().map(|v| f * v).collect(),
@@ -178,7 +213,7 @@ impl ChannelReading {
             channels,
             rate,
             findings: recording.findings().to_vec(),
-            input: recording.input(),
+            input,
             name,
         })
     }

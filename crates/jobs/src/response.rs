@@ -35,6 +35,7 @@ use proofmass_dynamic::model::{
 use proofmass_dynamic::modes::resonances;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_dynamic::required_density::RequiredDensity;
+use proofmass_report::scientific;
 use proofmass_signal::saturation;
 use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
 use proofmass_signal::{Welch, Window};
@@ -497,12 +498,12 @@ fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
             proofmass_dynamic::findings::output_leads(
                 "input",
                 &format!(
-                    "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {:.2e} s early; standard uncertainty {:.1e} s",
+                    "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {} s early; standard uncertainty {} s",
                     lead.rise,
                     lead.band[0],
                     lead.band[1],
-                    lead.time,
-                    lead.time_uncertainty
+                    scientific(lead.time, 3),
+                    scientific(lead.time_uncertainty, 2)
                 ),
             )
             .at(Severity::Warning),

@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use proofmass::dynamic::model::ModelStructure;
-use proofmass::io::{ColumnRef, Source, Unit};
+use proofmass::io::{ColumnRef, Sensitivity, Source, Unit};
 use proofmass::jobs::campaign::{Certificate, CertificateOptions};
 use proofmass::jobs::{ChannelReading, RecordedChannels, WantedChannel};
 use std::path::{Path, PathBuf};
@@ -47,6 +47,32 @@ impl StandardArguments {
     }
 }
 
+/// What turns volts or counts of the one channel into an acceleration.
+#[derive(clap::Args, Default)]
+pub(super) struct SensitivityArguments {
+    /// Sensitivity that turns volts or counts of the column into m/s², such as "0.5 mV/(m/s²)", "100 mV/g", "16384 LSB/g"
+    #[arg(long, value_name = "VALUE UNIT", allow_hyphen_values = true)]
+    sensitivity: Option<Sensitivity>,
+    /// Its relative standard uncertainty, in per cent
+    #[arg(long, value_name = "PERCENT", value_parser = crate::number_arguments::not_negative, requires = "sensitivity")]
+    sensitivity_uncertainty: Option<f64>,
+}
+
+impl SensitivityArguments {
+    /// A channel through it.
+    pub(super) fn of(&self, wanted: WantedChannel) -> WantedChannel {
+        match &self.sensitivity {
+            Some(sensitivity) => wanted.by(sensitivity.clone(), self.relative_uncertainty()),
+            None => wanted,
+        }
+    }
+
+    /// Relative standard uncertainty of the acceleration by it.
+    pub(super) fn relative_uncertainty(&self) -> f64 {
+        1e-2 * self.sensitivity_uncertainty.unwrap_or(0.0)
+    }
+}
+
 /// The one channel of a recording.
 #[derive(clap::Args)]
 pub(super) struct ChannelArguments {
@@ -63,7 +89,16 @@ pub(super) struct ChannelArguments {
 impl ChannelArguments {
     /// The recording with that channel alone.
     pub(super) fn read(&self, path: &Path) -> Result<RecordedChannels, Failure> {
-        let wanted = [WantedChannel::new(self.column.clone(), self.unit, "--unit")];
-        Ok(self.clock.read(Source::open(path)?, &wanted)?)
+        self.read_by(path, &SensitivityArguments::default())
+    }
+
+    /// The recording with that channel as an acceleration, where a sensitivity is stated.
+    pub(super) fn read_by(
+        &self,
+        path: &Path,
+        by: &SensitivityArguments,
+    ) -> Result<RecordedChannels, Failure> {
+        let wanted = WantedChannel::new(self.column.clone(), self.unit, "--unit");
+        Ok(self.clock.read(Source::open(path)?, &[by.of(wanted)])?)
     }
 }

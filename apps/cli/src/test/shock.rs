@@ -1,6 +1,6 @@
 //! `proofmass test shock`.
 
-use super::channel_arguments::StandardArguments;
+use super::channel_arguments::{SensitivityArguments, StandardArguments};
 use crate::clock::{self, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -28,8 +28,10 @@ pub(super) struct Shock {
     /// Unit of the column, where the heading does not say it: V, mV, count, m/s², g, …
     #[arg(long, value_name = "UNIT", alias = "output-unit")]
     unit: Option<Unit>,
+    #[command(flatten)]
+    by: SensitivityArguments,
     /// Column of the reference acceleration, or of its volts with --standard
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "sensitivity")]
     reference: Option<ColumnRef>,
     /// Unit of the reference, where the heading does not say it: m/s², g, …
     #[arg(long, value_name = "UNIT", requires = "reference")]
@@ -124,7 +126,8 @@ impl Shock {
         named.extend(self.required_spectrum.as_deref());
         let folder = self.delivery.begin(ShockOutcome::KIND, &named)?;
         let certificate = self.standard.read()?;
-        let mut channels = vec![WantedChannel::new(self.column.clone(), self.unit, "--unit")];
+        let output = WantedChannel::new(self.column.clone(), self.unit, "--unit");
+        let mut channels = vec![self.by.of(output)];
         if let Some(reference) = &self.reference {
             channels.push(WantedChannel::new(
                 reference.clone(),
@@ -168,7 +171,8 @@ impl Shock {
 
     fn job(&self) -> ShockJob {
         let mut job = ShockJob::default();
-        job.reference.relative_uncertainty = 1e-2 * self.reference_uncertainty;
+        let by = self.by.relative_uncertainty();
+        job.reference.relative_uncertainty = (1e-2 * self.reference_uncertainty).hypot(by);
         job.frequencies = self.frequencies;
         job.return_band = self.return_band;
         job.per_octave = self.per_octave;
