@@ -4,7 +4,8 @@ use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    ColumnRef, Input, Recording, RecordingOptions, SaidBy, Sensitivity, Source, TimeUnit, Unit,
+    ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Sensitivity, Source,
+    TimeUnit, Unit,
 };
 use proofmass_report::number::plain;
 use proofmass_uncertainty::Finding;
@@ -137,6 +138,46 @@ impl ChannelReading {
             table: true,
             ..Self::default()
         }
+    }
+
+    /// The columns of some roles, each with the option that names it: those that are not named are the ones that the file has besides, in its
+    /// order, where these are exactly so many.
+    ///
+    /// # Errors
+    /// A file that cannot be looked at; more columns than roles, or fewer.
+    pub fn columns(
+        &self,
+        source: &mut Source,
+        roles: &[(&str, Option<&ColumnRef>)],
+    ) -> Result<Vec<ColumnRef>> {
+        let open: Vec<&str> = roles.iter().filter(|r| r.1.is_none()).map(|r| r.0).collect();
+        if open.is_empty() {
+            return Ok(roles.iter().filter_map(|r| r.1.cloned()).collect());
+        }
+        let name = source.name().display().to_string();
+        let layout = Layout::of(source, &LayoutOptions::default())?;
+        let mut taken: Vec<usize> = layout.time_column().into_iter().collect();
+        let named = self.time.iter().chain(roles.iter().filter_map(|r| r.1));
+        taken.extend(named.filter_map(|column| layout.find(column).ok()));
+        let free: Vec<usize> = (0..layout.columns).filter(|i| !taken.contains(i)).collect();
+        if free.len() != open.len() {
+            let names: Vec<String> = free.iter().map(|i| layout.name(*i)).collect();
+            return Err(Trouble::request(format!(
+                "which column is meant by {} is not said",
+                open.join(" and ")
+            ))
+            .detail(name)
+            .with_hint(format!(
+                "add {}; the columns are {}",
+                open.iter().map(|o| format!("{o} COLUMN")).collect::<Vec<_>>().join(" "),
+                names.join(", ")
+            )));
+        }
+        let mut free = free.into_iter().map(|i| ColumnRef::Index(i + 1));
+        Ok(roles
+            .iter()
+            .filter_map(|r| r.1.cloned().or_else(|| free.next()))
+            .collect())
     }
 
     /// Reads the wanted channels.

@@ -76,9 +76,9 @@ impl SensitivityArguments {
 /// The one channel of a recording.
 #[derive(clap::Args)]
 pub(super) struct ChannelArguments {
-    /// Column of the sensor, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN", alias = "output-column")]
-    column: ColumnRef,
+    /// Column of the sensor, by name or number (from 1) [default: the only one beside the time]
+    #[arg(long, value_name = "COLUMN", aliases = ["output-column", "columns"])]
+    column: Option<ColumnRef>,
     /// Unit of the column, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
@@ -98,7 +98,11 @@ impl ChannelArguments {
         path: &Path,
         by: &SensitivityArguments,
     ) -> Result<RecordedChannels, Failure> {
-        let wanted = WantedChannel::new(self.column.clone(), self.unit, "--unit");
-        Ok(self.clock.read(Source::open(path)?, &[by.of(wanted)])?)
+        let mut source = Source::open(path)?;
+        let roles = [("--column", self.column.as_ref())];
+        let columns = self.clock.columns(&mut source, &roles)?.into_iter();
+        let wanted = columns.map(|c| by.of(WantedChannel::new(c, self.unit, "--unit")));
+        let wanted: Vec<_> = wanted.collect();
+        Ok(self.clock.read(source, &wanted)?)
     }
 }

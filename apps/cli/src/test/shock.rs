@@ -22,9 +22,9 @@ use std::path::{Path, PathBuf};
 pub(super) struct Shock {
     /// Recording with the shock
     recording: PathBuf,
-    /// Column of the device, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN", alias = "output-column")]
-    column: ColumnRef,
+    /// Column of the device, by name or number (from 1) [default: the only one that is left]
+    #[arg(long, value_name = "COLUMN", aliases = ["output-column", "columns"])]
+    column: Option<ColumnRef>,
     /// Unit of the column, where the heading does not say it: V, mV, count, m/s², g, …
     #[arg(long, value_name = "UNIT", alias = "output-unit")]
     unit: Option<Unit>,
@@ -126,8 +126,13 @@ impl Shock {
         named.extend(self.required_spectrum.as_deref());
         let folder = self.delivery.begin(ShockOutcome::KIND, &named)?;
         let certificate = self.standard.read()?;
-        let output = WantedChannel::new(self.column.clone(), self.unit, "--unit");
-        let mut channels = vec![self.by.of(output)];
+        let mut source = Source::open(&self.recording)?;
+        let mut roles = vec![("--column", self.column.as_ref())];
+        roles.extend(self.reference.iter().map(|r| ("--reference", Some(r))));
+        let columns = self.clock.columns(&mut source, &roles)?;
+        let output = columns.into_iter().take(1);
+        let output = output.map(|c| self.by.of(WantedChannel::new(c, self.unit, "--unit")));
+        let mut channels: Vec<_> = output.collect();
         if let Some(reference) = &self.reference {
             channels.push(WantedChannel::new(
                 reference.clone(),
@@ -135,7 +140,7 @@ impl Shock {
                 "--reference-unit",
             ));
         }
-        let recording = self.clock.read(Source::open(&self.recording)?, &channels)?;
+        let recording = self.clock.read(source, &channels)?;
         let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();
         let Some((output, reference)) = views.split_first() else {
             return Err(Failure::new("no column was chosen"));
