@@ -308,10 +308,20 @@ fn known_sweep_given_to_a_test_with_noise_is_told() {
     std::fs::write(&recording, lines).unwrap();
     let place = folder.path().join("out");
     let mut call = vec!["test", "random", text(&recording), "--rate", "2000"];
-    call.extend(["--input", "in", "--output-column", "out", "-o", text(&place)]);
+    call.extend([
+        "--input",
+        "in",
+        "--output-column",
+        "out",
+        "-o",
+        text(&place),
+    ]);
     succeed(&call);
     let result = json(&place.join("result.json"));
-    assert!(codes(&result).contains(&"input-is-swept".to_owned()), "{result}");
+    assert!(
+        codes(&result).contains(&"input-is-swept".to_owned()),
+        "{result}"
+    );
 }
 
 #[test]
@@ -332,13 +342,91 @@ fn known_pulse_in_volts_is_not_judged_and_a_missed_one_is_a_decision() {
     };
     let (page, found) = run("dut", "1000");
     assert!(page.contains("Tolerance of the pulse: not judged"));
-    assert!(found.contains(&"tolerance-not-judged".to_owned()), "{found:?}");
+    assert!(
+        found.contains(&"tolerance-not-judged".to_owned()),
+        "{found:?}"
+    );
     let (page, found) = run("ref", "2000");
     assert!(page.contains("Tolerance of the pulse: missed"));
     assert!(found.contains(&"tolerance-missed".to_owned()), "{found:?}");
     let (page, found) = run("ref", "1000");
     assert!(page.contains("Tolerance of the pulse: kept"));
     assert!(!found.contains(&"tolerance-missed".to_owned()), "{found:?}");
+}
+
+#[test]
+fn known_sensitivity_makes_an_acceleration_of_volts() {
+    let folder = tempfile::tempdir().unwrap();
+    let [volts, acceleration] = ["volts.csv", "acceleration.csv"].map(|f| folder.path().join(f));
+    // 0.5 mV/(m/s²) of the same pulse.
+    write_shock(&volts, "time_s,ref_m/s2,dut_V", 5e-4, 4000);
+    write_shock(&acceleration, "time_s,ref_m/s2,dut_m/s2", 1.0, 4000);
+    let run = |recording: &Path, more: &[&str]| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "shock", text(recording), "--column", "dut"];
+        call.extend(more);
+        call.extend(["--nominal", "half-sine", "--nominal-peak", "1000"]);
+        call.extend(["--nominal-duration", "0.002", "-o", text(&place)]);
+        succeed(&call);
+        let page = std::fs::read_to_string(place.join("report.html")).unwrap();
+        let result = json(&place.join("result.json"));
+        std::fs::remove_dir_all(&place).unwrap();
+        (page, result)
+    };
+    let (_, plain) = run(&acceleration, &[]);
+    let by = [
+        "--sensitivity",
+        "0.5 mV/(m/s²)",
+        "--sensitivity-uncertainty",
+        "2",
+    ];
+    let (page, scaled) = run(&volts, &by);
+    assert!(page.contains("to m/s² by 0.5 mV/(m/s²) (u = 2 %)"));
+    assert!(page.contains("Tolerance of the pulse: kept"));
+    let (value, u, _) = quantity(&scaled, "peak");
+    let (due, noise, _) = quantity(&plain, "peak");
+    // Eight decimals of a volt are 0.02 m/s².
+    assert!((value - due).abs() < 0.05, "{value} {due}");
+    assert!((u - noise.hypot(0.02 * value)).abs() < 0.01 * u, "{u}");
+    let said = refuse(&[
+        "test",
+        "shock",
+        text(&acceleration),
+        "--column",
+        "dut",
+        "--sensitivity",
+        "1 V/g",
+    ]);
+    assert!(said.contains("turns V into an acceleration"), "{said}");
+}
+
+#[test]
+fn known_columns_without_a_choice_need_no_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("noise.csv");
+    write_noise(&recording, Some(0.05), 1);
+    let run = |more: &[&str]| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "random", text(&recording), "--rate", "10000"];
+        call.extend(more);
+        call.extend(["-o", text(&place)]);
+        succeed(&call);
+        let table = std::fs::read_to_string(place.join("response.csv")).unwrap();
+        std::fs::remove_dir_all(&place).unwrap();
+        table
+    };
+    let named = run(&["--input", "in", "--output-column", "out"]);
+    assert_eq!(run(&[]), named);
+    assert_eq!(run(&["--output-column", "out"]), named);
+    let said = refuse(&["test", "step", text(&recording), "--rate", "10000"]);
+    assert!(
+        said.contains("add --column COLUMN; the columns are in, out"),
+        "{said}"
+    );
+    let bare = folder.path().join("bare.csv");
+    std::fs::write(&bare, "force,accel\n3,1\n-3,1\n3,-1\n3,1\n").unwrap();
+    let said = refuse(&["test", "random", text(&bare), "--rate", "10"]);
+    assert!(said.contains("the unit of force is not said; its root mean square at the beginning of the file is about 3"), "{said}");
 }
 
 /// Two blows of a hammer, one in each file.

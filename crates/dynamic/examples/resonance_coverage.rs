@@ -81,7 +81,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         }
     }
-    println!("\n| flat response: segment | noise | records | records with a resonance |\n|---|---|---|---|");
+    println!(
+        "\n| flat response: segment | noise | records | records with a resonance |\n|---|---|---|---|"
+    );
     for segment in [1024, 2048, 8192, 32_768] {
         for noise in [0.05, 1.0] {
             let mut found = 0;

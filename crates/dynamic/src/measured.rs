@@ -440,7 +440,10 @@ mod tests {
             let narrow = white.iter().map(|x| {
                 let step = TAU * 0.1;
                 let radius = (-0.025 * step).exp();
-                (y1, y2) = (2.0 * radius * step.cos() * y1 - radius * radius * y2 + x, y1);
+                (y1, y2) = (
+                    2.0 * radius * step.cos() * y1 - radius * radius * y2 + x,
+                    y1,
+                );
                 y1
             });
             let narrow: Vec<f64> = narrow.collect();
@@ -461,7 +464,10 @@ mod tests {
             });
             let swept: Vec<f64> = swept.collect();
             let [low, high] = swept_over(&swept, rate).unwrap();
-            assert!(low > 4.5 && low < 20.0 && high > 150.0 && high < 210.0, "{low} {high}");
+            assert!(
+                low > 4.5 && low < 20.0 && high > 150.0 && high < 210.0,
+                "{low} {high}"
+            );
         }
     }
 }

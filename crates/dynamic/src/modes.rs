@@ -182,7 +182,9 @@ impl Window<'_> {
                     let basis = match shape {
                         // For H₁ as it is; for the others near enough to begin with.
                         Some(shape) => match self.smearing {
-                            Some(s) => s.cross(f, |f| self.powers(f)[i] * self.oscillator(f, shape)),
+                            Some(s) => {
+                                s.cross(f, |f| self.powers(f)[i] * self.oscillator(f, shape))
+                            }
                             None => power * self.oscillator(f, shape),
                         },
                         None => Complex64::new(power, 0.0),
@@ -266,7 +268,10 @@ impl Window<'_> {
         Some(OneMode {
             frequency: self.frequency(solution.parameters[0]),
             damping,
-            standard: [self.centre * self.width * standard[0], damping * standard[1]],
+            standard: [
+                self.centre * self.width * standard[0],
+                damping * standard[1],
+            ],
             cost: e.residual.iter().map(|r| r * r).sum(),
         })
     }

@@ -50,7 +50,11 @@ impl FromStr for Sensitivity {
                 });
             }
         }
-        let valid: Vec<&str> = kinds.iter().flat_map(|(_, e)| e.iter()).map(|(e, _)| *e).collect();
+        let valid: Vec<&str> = kinds
+            .iter()
+            .flat_map(|(_, e)| e.iter())
+            .map(|(e, _)| *e)
+            .collect();
         Err(format!(
             "{:?} is no unit of a sensitivity; valid are {}",
             unit.trim(),

@@ -4,8 +4,8 @@ use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Sensitivity, Source,
-    TimeUnit, Unit,
+    ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Sensitivity,
+    Source, TimeUnit, Unit,
 };
 use proofmass_report::number::plain;
 use proofmass_uncertainty::Finding;
@@ -32,6 +32,14 @@ impl WantedChannel {
             unit,
             option: Some(option),
             sensitivity: None,
+        }
+    }
+
+    /// In a unit that is assumed, and said to be, where the heading has none.
+    pub fn assumed(column: ColumnRef, unit: Unit) -> Self {
+        Self {
+            unit: Some(unit),
+            ..Self::bare(column)
         }
     }
 
@@ -150,7 +158,11 @@ impl ChannelReading {
         source: &mut Source,
         roles: &[(&str, Option<&ColumnRef>)],
     ) -> Result<Vec<ColumnRef>> {
-        let open: Vec<&str> = roles.iter().filter(|r| r.1.is_none()).map(|r| r.0).collect();
+        let open: Vec<&str> = roles
+            .iter()
+            .filter(|r| r.1.is_none())
+            .map(|r| r.0)
+            .collect();
         if open.is_empty() {
             return Ok(roles.iter().filter_map(|r| r.1.cloned()).collect());
         }
@@ -169,7 +181,10 @@ impl ChannelReading {
             .detail(name)
             .with_hint(format!(
                 "add {}; the columns are {}",
-                open.iter().map(|o| format!("{o} COLUMN")).collect::<Vec<_>>().join(" "),
+                open.iter()
+                    .map(|o| format!("{o} COLUMN"))
+                    .collect::<Vec<_>>()
+                    .join(" "),
                 names.join(", ")
             )));
         }

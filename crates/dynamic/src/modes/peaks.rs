@@ -37,7 +37,9 @@ impl Curve {
             .map(|k| {
                 let [rr, _, ii] = response.covariance[k];
                 let leakage = response.leakage.get(k).map_or(0.0, |b| b.norm_sqr());
-                (0.5 * (rr + ii - leakage)).max(1e-9 * (rr + ii)).max(f64::MIN_POSITIVE)
+                (0.5 * (rr + ii - leakage))
+                    .max(1e-9 * (rr + ii))
+                    .max(f64::MIN_POSITIVE)
             })
             .collect();
         let dof = response.dof.iter().copied().fold(f64::INFINITY, f64::min);

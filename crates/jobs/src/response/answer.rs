@@ -177,9 +177,9 @@ impl ResponseOutcome {
         });
         let lowest = first.frequency;
         match (peaks.len(), coherence.as_str()) {
-            (1, _) => format!(
-                " A peak near {lowest:.0} Hz{coherence} is not supported by the data."
-            ),
+            (1, _) => {
+                format!(" A peak near {lowest:.0} Hz{coherence} is not supported by the data.")
+            }
             (n, "") => format!(
                 " {n} peaks, the lowest near {lowest:.0} Hz, are not supported by the data."
             ),

@@ -78,7 +78,11 @@ fn verdict(shock: &ShockOutcome) -> String {
     if shock.request.tolerance.is_some() || !shock.request.required.is_empty() {
         let of_spectrum = shock.spectrum_tolerance();
         let of_spectrum = of_spectrum.map_or(NOT_JUDGED, |t| kept(t.result.kept));
-        let the = if says.is_empty() { "Tolerance" } else { "tolerance" };
+        let the = if says.is_empty() {
+            "Tolerance"
+        } else {
+            "tolerance"
+        };
         says.push(format!("{the} of the shock spectrum: {of_spectrum}"));
     }
     let ways = shock.shock_calibration().map(|c| c.estimate.quantities());

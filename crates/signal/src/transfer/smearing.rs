@@ -86,7 +86,11 @@ pub(super) fn weights(window: &[f64]) -> Vec<f64> {
     let mut long = window.to_vec();
     long.resize(STEPS * window.len(), 0.0);
     let spectrum = crate::fourier::forward_owned(long);
-    let mut powers: Vec<f64> = spectrum.iter().map(|w| w.norm_sqr()).take(32 * STEPS).collect();
+    let mut powers: Vec<f64> = spectrum
+        .iter()
+        .map(|w| w.norm_sqr())
+        .take(32 * STEPS)
+        .collect();
     let first = powers.first().copied().unwrap_or(1.0);
     let last = powers.iter().rposition(|p| *p > 1e-6 * first).unwrap_or(0);
     powers.truncate(last + 1);
