@@ -596,6 +596,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
         &[
             "return-band",
             "per-octave",
+            "quality",
             "band",
             "required-spectrum",
             "reference-unit",

@@ -50,10 +50,10 @@ impl StandardArguments {
 /// What turns volts or counts of the one channel into an acceleration.
 #[derive(clap::Args, Default)]
 pub(super) struct SensitivityArguments {
-    /// Sensitivity that turns volts or counts of the column into m/s², such as "0.5 mV/(m/s²)", "100 mV/g", "16384 LSB/g"
+    /// What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", …
     #[arg(long, value_name = "VALUE UNIT", allow_hyphen_values = true)]
     sensitivity: Option<Sensitivity>,
-    /// Its relative standard uncertainty, in per cent
+    /// Relative standard uncertainty of the sensitivity, in per cent
     #[arg(long, value_name = "PERCENT", value_parser = crate::number_arguments::not_negative, requires = "sensitivity")]
     sensitivity_uncertainty: Option<f64>,
 }
