@@ -596,6 +596,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
         &[
             "return-band",
             "per-octave",
+            "quality",
             "band",
             "required-spectrum",
             "reference-unit",
@@ -614,6 +615,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "standard-model",
             "accept-unchecked-signature",
             "reference-frequency",
+            "sensitivity-uncertainty",
         ],
     ),
     (

@@ -233,6 +233,202 @@ fn known_random_response_from_a_file() {
     assert!(said.contains("independent averages"), "{said}");
 }
 
+/// White noise through an oscillator with the poles of f₀ = 900 Hz and ζ at 10 kHz, or through nothing, and noise of the output.
+fn write_noise(path: &Path, damping: Option<f64>, seed: u64) {
+    let mut chance = Chance(seed);
+    let (mut y1, mut y2) = (0.0, 0.0);
+    let mut lines = String::from("in_m/s2,out_m/s2\n");
+    for _ in 0..60_000 {
+        let x = chance.normal();
+        let y = damping.map_or(x, |zeta| {
+            let step = std::f64::consts::TAU * 900.0 / 1e4;
+            let radius = (-zeta * step).exp();
+            let turn = step * (1.0 - zeta * zeta).sqrt();
+            2.0 * radius * turn.cos() * y1 - radius * radius * y2 + 0.3 * x
+        });
+        (y2, y1) = (y1, y);
+        writeln!(lines, "{x:.6},{:.6}", y + 0.1 * chance.normal()).unwrap();
+    }
+    std::fs::write(path, lines).unwrap();
+}
+
+#[test]
+fn coverage_resonances_of_every_width_from_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("noise.csv");
+    let run = |segment: Option<&str>| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "random", text(&recording), "--rate", "10000"];
+        call.extend(["--input", "in", "--output-column", "out"]);
+        call.extend(["--band", "30,3000", "-o", text(&place)]);
+        call.extend(segment.iter().flat_map(|s| ["--segment", s]));
+        succeed(&call);
+        let result = json(&place.join("result.json"));
+        std::fs::remove_dir_all(&place).unwrap();
+        result
+    };
+    let (mut held, mut all) = (0, 0);
+    for (k, zeta) in [0.003, 0.01, 0.04, 0.15].into_iter().enumerate() {
+        for seed in 0..4 {
+            write_noise(&recording, Some(zeta), 100 * k as u64 + seed + 1);
+            for segment in [None, Some("1024"), Some("16384")] {
+                let result = run(segment);
+                for (name, truth) in [("resonance.frequency", 900.0), ("resonance.damping", zeta)] {
+                    let (value, _, expanded) = quantity(&result, name);
+                    held += usize::from((value - truth).abs() <= expanded);
+                    all += 1;
+                }
+            }
+        }
+    }
+    // 96 intervals of 95 %: fewer than 85 once in a thousand times.
+    assert!(all == 96 && held >= 85, "{held} of {all}");
+    for seed in 0..4 {
+        write_noise(&recording, None, 900 + seed);
+        for segment in [None, Some("1024"), Some("16384")] {
+            let result = run(segment).to_string();
+            assert!(!result.contains("resonance.frequency"), "{result}");
+        }
+    }
+}
+
+#[test]
+fn known_sweep_given_to_a_test_with_noise_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("sweep.csv");
+    let mut chance = Chance(3);
+    let mut lines = String::from("in_m/s2,out_m/s2\n");
+    let mut phase = 0.0f64;
+    for k in 0..40_000 {
+        let frequency = 20.0 * 20f64.powf(f64::from(k) / 4e4);
+        phase += std::f64::consts::TAU * frequency / 2000.0;
+        let x = phase.sin();
+        writeln!(lines, "{x:.6},{:.6}", x + 1e-3 * chance.normal()).unwrap();
+    }
+    std::fs::write(&recording, lines).unwrap();
+    let place = folder.path().join("out");
+    let mut call = vec!["test", "random", text(&recording), "--rate", "2000"];
+    call.extend([
+        "--input",
+        "in",
+        "--output-column",
+        "out",
+        "-o",
+        text(&place),
+    ]);
+    succeed(&call);
+    let result = json(&place.join("result.json"));
+    assert!(
+        codes(&result).contains(&"input-is-swept".to_owned()),
+        "{result}"
+    );
+}
+
+#[test]
+fn known_pulse_in_volts_is_not_judged_and_a_missed_one_is_a_decision() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("shock.csv");
+    write_shock(&recording, "time_s,ref_m/s2,dut_V", 0.01, 4000);
+    let run = |column: &str, peak: &str| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "shock", text(&recording), "--column", column];
+        call.extend(["--nominal", "half-sine", "--nominal-peak", peak]);
+        call.extend(["--nominal-duration", "0.002", "-o", text(&place)]);
+        succeed(&call);
+        let page = std::fs::read_to_string(place.join("report.html")).unwrap();
+        let result = json(&place.join("result.json"));
+        std::fs::remove_dir_all(&place).unwrap();
+        (page, codes(&result))
+    };
+    let (page, found) = run("dut", "1000");
+    assert!(page.contains("Tolerance of the pulse: not judged"));
+    assert!(
+        found.contains(&"tolerance-not-judged".to_owned()),
+        "{found:?}"
+    );
+    let (page, found) = run("ref", "2000");
+    assert!(page.contains("Tolerance of the pulse: missed"));
+    assert!(found.contains(&"tolerance-missed".to_owned()), "{found:?}");
+    let (page, found) = run("ref", "1000");
+    assert!(page.contains("Tolerance of the pulse: kept"));
+    assert!(!found.contains(&"tolerance-missed".to_owned()), "{found:?}");
+}
+
+#[test]
+fn known_sensitivity_makes_an_acceleration_of_volts() {
+    let folder = tempfile::tempdir().unwrap();
+    let [volts, acceleration] = ["volts.csv", "acceleration.csv"].map(|f| folder.path().join(f));
+    // 0.5 mV/(m/s²) of the same pulse.
+    write_shock(&volts, "time_s,ref_m/s2,dut_V", 5e-4, 4000);
+    write_shock(&acceleration, "time_s,ref_m/s2,dut_m/s2", 1.0, 4000);
+    let run = |recording: &Path, more: &[&str]| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "shock", text(recording), "--column", "dut"];
+        call.extend(more);
+        call.extend(["--nominal", "half-sine", "--nominal-peak", "1000"]);
+        call.extend(["--nominal-duration", "0.002", "-o", text(&place)]);
+        succeed(&call);
+        let page = std::fs::read_to_string(place.join("report.html")).unwrap();
+        let result = json(&place.join("result.json"));
+        std::fs::remove_dir_all(&place).unwrap();
+        (page, result)
+    };
+    let (_, plain) = run(&acceleration, &[]);
+    let by = [
+        "--sensitivity",
+        "0.5 mV/(m/s²)",
+        "--sensitivity-uncertainty",
+        "2",
+    ];
+    let (page, scaled) = run(&volts, &by);
+    assert!(page.contains("to m/s² by 0.5 mV/(m/s²) (u = 2 %)"));
+    assert!(page.contains("Tolerance of the pulse: kept"));
+    let (value, u, _) = quantity(&scaled, "peak");
+    let (due, noise, _) = quantity(&plain, "peak");
+    // Eight decimals of a volt are 0.02 m/s².
+    assert!((value - due).abs() < 0.05, "{value} {due}");
+    assert!((u - noise.hypot(0.02 * value)).abs() < 0.01 * u, "{u}");
+    let said = refuse(&[
+        "test",
+        "shock",
+        text(&acceleration),
+        "--column",
+        "dut",
+        "--sensitivity",
+        "1 V/g",
+    ]);
+    assert!(said.contains("turns V into an acceleration"), "{said}");
+}
+
+#[test]
+fn known_columns_without_a_choice_need_no_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("noise.csv");
+    write_noise(&recording, Some(0.05), 1);
+    let run = |more: &[&str]| {
+        let place = folder.path().join("out");
+        let mut call = vec!["test", "random", text(&recording), "--rate", "10000"];
+        call.extend(more);
+        call.extend(["-o", text(&place)]);
+        succeed(&call);
+        let table = std::fs::read_to_string(place.join("response.csv")).unwrap();
+        std::fs::remove_dir_all(&place).unwrap();
+        table
+    };
+    let named = run(&["--input", "in", "--output-column", "out"]);
+    assert_eq!(run(&[]), named);
+    assert_eq!(run(&["--output-column", "out"]), named);
+    let said = refuse(&["test", "step", text(&recording), "--rate", "10000"]);
+    assert!(
+        said.contains("add --column COLUMN; the columns are in, out"),
+        "{said}"
+    );
+    let bare = folder.path().join("bare.csv");
+    std::fs::write(&bare, "force,accel\n3,1\n-3,1\n3,-1\n3,1\n").unwrap();
+    let said = refuse(&["test", "random", text(&bare), "--rate", "10"]);
+    assert!(said.contains("the unit of force is not said; its root mean square at the beginning of the file is about 3"), "{said}");
+}
+
 /// Two blows of a hammer, one in each file.
 #[test]
 #[ignore = "needs PROOFMASS_REFERENCE_DATA, see docs/reference-data.md"]

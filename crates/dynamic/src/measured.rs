@@ -266,9 +266,36 @@ pub fn swept_band(input: &[f64], rate: f64) -> Option<[f64; 2]> {
     Some([low, passed.iter().copied().fold(0.0, f64::max)])
 }
 
-/// Frequencies of a sweep in their order, Hz: the median of so many periods between rising passages, those that noise would make left out
-/// by a band of a quarter of the largest values. `None` with less than eight periods.
+/// Least and greatest frequency of an input that is a swept sine, Hz: from one period to the next it changes by less than a tenth, in
+/// nine periods of ten, and over all of them by a half and more. Of white noise neighbouring periods differ by half of their length, of
+/// narrow-band noise all are alike.
+pub fn swept_over(input: &[f64], rate: f64) -> Option<[f64; 2]> {
+    let periods = periods(input)?;
+    let pairs = periods.windows(2);
+    let steady = pairs.filter(|w| (w[1] / w[0] - 1.0).abs() < 0.1).count();
+    let mut sorted = periods.clone();
+    sorted.sort_by(f64::total_cmp);
+    let at = |share: f64| sorted[(share * (sorted.len() - 1) as f64) as usize];
+    let (short, long) = (at(0.02), at(0.98));
+    (10 * steady > 9 * (periods.len() - 1) && long > 1.5 * short)
+        .then_some([rate / long, rate / short])
+}
+
+/// Frequencies of a sweep in their order, Hz: the median of so many periods. `None` with less than eight.
 fn passed(input: &[f64], rate: f64) -> Option<Vec<f64>> {
+    let periods = periods(input)?;
+    let wide = (periods.len() / 100).clamp(3, 51);
+    let medians = periods.windows(wide).map(|some| {
+        let mut some = some.to_vec();
+        let (_, middle, _) = some.select_nth_unstable_by(wide / 2, f64::total_cmp);
+        rate / *middle
+    });
+    Some(medians.collect())
+}
+
+/// Periods between rising passages, in samples, those that noise would make left out by a band of a quarter of the largest values. `None`
+/// with less than eight.
+fn periods(input: &[f64]) -> Option<Vec<f64>> {
     let mean = input.iter().sum::<f64>() / input.len().max(1) as f64;
     let mut sizes: Vec<f64> = input.iter().map(|v| (v - mean).abs()).collect();
     let largest = sizes.len().checked_sub(1 + sizes.len() / 20)?;
@@ -287,16 +314,7 @@ fn passed(input: &[f64], rate: f64) -> Option<Vec<f64>> {
         }
     }
     let periods: Vec<f64> = passages.windows(2).map(|w| w[1] - w[0]).collect();
-    if periods.len() < 8 {
-        return None;
-    }
-    let wide = (periods.len() / 100).clamp(3, 51);
-    let medians = periods.windows(wide).map(|some| {
-        let mut some = some.to_vec();
-        let (_, middle, _) = some.select_nth_unstable_by(wide / 2, f64::total_cmp);
-        rate / *middle
-    });
-    Some(medians.collect())
+    (periods.len() >= 8).then_some(periods)
 }
 
 /// The end of the record of a sweep.
@@ -401,4 +419,55 @@ pub fn leaking(response: &ResponseEstimate) -> Option<(f64, f64)> {
     .sqrt();
     let told = share > 0.02 && response.leakage[k].norm() > 3.0 * noise;
     told.then(|| (response.frequency[k], share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    #[test]
+    fn known_sweeps_and_what_is_none() {
+        let rate = 1000.0;
+        for seed in 0..100 {
+            let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+            let white: Vec<f64> = (0..20_000).map(|_| normal()).collect();
+            // Poles of Q = 20 at 100 Hz.
+            let (mut y1, mut y2) = (0.0, 0.0);
+            let narrow = white.iter().map(|x| {
+                let step = TAU * 0.1;
+                let radius = (-0.025 * step).exp();
+                (y1, y2) = (
+                    2.0 * radius * step.cos() * y1 - radius * radius * y2 + x,
+                    y1,
+                );
+                y1
+            });
+            let narrow: Vec<f64> = narrow.collect();
+            let sines = |second: f64| -> Vec<f64> {
+                let at = |k: usize| TAU * k as f64 / rate;
+                let noise = white.iter().enumerate();
+                noise
+                    .map(|(k, n)| (50.0 * at(k)).sin() + second * (137.0 * at(k)).sin() + 0.02 * n)
+                    .collect()
+            };
+            for record in [&white, &narrow, &sines(0.0), &sines(0.8)] {
+                assert_eq!(swept_over(record, rate), None, "{seed}");
+            }
+            let mut phase = 0.0;
+            let swept = white.iter().enumerate().map(|(k, n)| {
+                phase += TAU * 5.0 * 40f64.powf(k as f64 / 2e4) / rate;
+                phase.sin() + 0.05 * n
+            });
+            let swept: Vec<f64> = swept.collect();
+            let [low, high] = swept_over(&swept, rate).unwrap();
+            assert!(
+                low > 4.5 && low < 20.0 && high > 150.0 && high < 210.0,
+                "{low} {high}"
+            );
+        }
+    }
 }

@@ -316,10 +316,21 @@ impl Layout {
         let (mut what, mut options, mut likely) = (Vec::new(), Vec::new(), Vec::new());
         for (option, indices) in &groups {
             let names: Vec<String> = indices.iter().map(|&i| self.name(i)).collect();
-            let norm = crate::time_unit::short(self.norm(indices));
-            let size = match indices.len() {
-                1 => format!("its root mean square is about {norm}"),
-                _ => format!("their norm is about {norm}"),
+            let size = |columns: &[usize]| crate::time_unit::short(self.norm(columns));
+            // Three are the axes of one sensor, others need not be alike.
+            let size = match indices.as_slice() {
+                [_] => format!(
+                    "its root mean square at the beginning of the file is about {}",
+                    size(indices)
+                ),
+                [_, _, _] => format!("their norm is about {}", size(indices)),
+                several => {
+                    let each: Vec<String> = several.iter().map(|i| size(&[*i])).collect();
+                    format!(
+                        "their root mean squares at the beginning of the file are about {}",
+                        each.join(", ")
+                    )
+                }
             };
             what.push(format!(
                 "the unit of {} is not said; {size}",

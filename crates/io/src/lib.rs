@@ -61,6 +61,7 @@ mod result_document;
 mod rewriter;
 mod rows;
 mod segments;
+mod sensitivity;
 pub mod sheet;
 mod signature;
 mod software;
@@ -146,6 +147,7 @@ pub use result_document::{
 pub use rewriter::Rewriter;
 pub use rows::{BadRow, RowBlock, RowReader};
 pub use segments::SegmentRow;
+pub use sensitivity::Sensitivity;
 pub use signature::{Signature, SigningKey, VerifyingKey};
 pub use software::{Schema, Software};
 pub use source::{LARGEST_DOCUMENT, Source};

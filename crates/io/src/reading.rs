@@ -53,6 +53,9 @@ pub struct ReadColumn {
     pub unit: Option<Unit>,
     /// Who says the unit.
     pub unit_by: SaidBy,
+    /// The sensitivity by which an acceleration was made of it, such as `0.5 mV/(m/s²)`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensitivity: Option<String>,
 }
 
 /// Size of one count or volt.
@@ -202,6 +205,7 @@ impl Reading {
                         (None, Some(_)) => SaidBy::Person,
                         (None, None) => SaidBy::Nobody,
                     },
+                    sensitivity: None,
                 }
             })
             .collect();
@@ -239,6 +243,7 @@ impl Reading {
             heading: layout.header.is_some().then(|| layout.name(index)),
             unit: Some(thermometer.unit),
             unit_by: thermometer.said_by,
+            sensitivity: None,
         }
     }
 
@@ -314,7 +319,8 @@ impl fmt::Display for Reading {
             let skipped =
                 self.columns.len() > SHOWN && i >= SHOWN - 1 && i + 1 < self.columns.len();
             let next = self.columns.get(i + 1);
-            let same = |n: &ReadColumn| (n.unit, n.unit_by) == (column.unit, column.unit_by);
+            let how = |n: &ReadColumn| (n.unit, n.unit_by, n.sensitivity.clone());
+            let same = |n: &ReadColumn| how(n) == how(column);
             // Behind the last one that is shown only the end of the row is.
             let ends = self.columns.len() > SHOWN && i + 2 == SHOWN;
             let alike = match ends {
@@ -337,6 +343,9 @@ impl fmt::Display for Reading {
             match (column.unit, column.unit_by) {
                 (Some(unit), by) => write!(f, " in {unit} {by}")?,
                 (None, _) => write!(f, " in a unit that is not said")?,
+            }
+            if let Some(sensitivity) = &column.sensitivity {
+                write!(f, ", to m/s² by {sensitivity}")?;
             }
             if next.is_some() {
                 write!(f, ", ")?;

@@ -519,7 +519,7 @@ fn passed_over(line: &&[u8]) -> bool {
 }
 
 /// `x (mV)` and `x [mV]` as `x_mV`; signs that have an ASCII form in it.
-fn plain(heading: &str) -> String {
+pub(crate) fn plain(heading: &str) -> String {
     let mut text: String = heading
         .trim()
         .chars()

@@ -3,7 +3,11 @@
 use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{ColumnRef, Input, Recording, RecordingOptions, SaidBy, Source, TimeUnit, Unit};
+use proofmass_io::{
+    ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Sensitivity,
+    Source, TimeUnit, Unit,
+};
+use proofmass_report::number::plain;
 use proofmass_uncertainty::Finding;
 
 /// A channel that is wanted, and its unit where the heading does not say it.
@@ -16,6 +20,8 @@ pub struct WantedChannel {
     pub(crate) unit: Option<Unit>,
     /// The option that says this unit, by which it is asked for; none where the numbers need no unit.
     pub(crate) option: Option<&'static str>,
+    /// What turns it into an acceleration, with its relative standard uncertainty.
+    pub(crate) sensitivity: Option<(Sensitivity, f64)>,
 }
 
 impl WantedChannel {
@@ -25,7 +31,23 @@ impl WantedChannel {
             column,
             unit,
             option: Some(option),
+            sensitivity: None,
         }
+    }
+
+    /// In a unit that is assumed, and said to be, where the heading has none.
+    pub fn assumed(column: ColumnRef, unit: Unit) -> Self {
+        Self {
+            unit: Some(unit),
+            ..Self::bare(column)
+        }
+    }
+
+    /// As an acceleration, by the sensitivity of its transducer and the relative standard uncertainty of that.
+    #[must_use]
+    pub fn by(mut self, sensitivity: Sensitivity, relative_uncertainty: f64) -> Self {
+        self.sensitivity = Some((sensitivity, relative_uncertainty));
+        self
     }
 
     /// Numbers that need no unit, or have it from elsewhere.
@@ -34,6 +56,7 @@ impl WantedChannel {
             column,
             unit: None,
             option: None,
+            sensitivity: None,
         }
     }
 }
@@ -125,6 +148,53 @@ impl ChannelReading {
         }
     }
 
+    /// The columns of some roles, each with the option that names it: those that are not named are the ones that the file has besides, in its
+    /// order, where these are exactly so many.
+    ///
+    /// # Errors
+    /// A file that cannot be looked at; more columns than roles, or fewer.
+    pub fn columns(
+        &self,
+        source: &mut Source,
+        roles: &[(&str, Option<&ColumnRef>)],
+    ) -> Result<Vec<ColumnRef>> {
+        let open: Vec<&str> = roles
+            .iter()
+            .filter(|r| r.1.is_none())
+            .map(|r| r.0)
+            .collect();
+        if open.is_empty() {
+            return Ok(roles.iter().filter_map(|r| r.1.cloned()).collect());
+        }
+        let name = source.name().display().to_string();
+        let layout = Layout::of(source, &LayoutOptions::default())?;
+        let mut taken: Vec<usize> = layout.time_column().into_iter().collect();
+        let named = self.time.iter().chain(roles.iter().filter_map(|r| r.1));
+        taken.extend(named.filter_map(|column| layout.find(column).ok()));
+        let free: Vec<usize> = (0..layout.columns).filter(|i| !taken.contains(i)).collect();
+        if free.len() != open.len() {
+            let names: Vec<String> = free.iter().map(|i| layout.name(*i)).collect();
+            return Err(Trouble::request(format!(
+                "which column is meant by {} is not said",
+                open.join(" and ")
+            ))
+            .detail(name)
+            .with_hint(format!(
+                "add {}; the columns are {}",
+                open.iter()
+                    .map(|o| format!("{o} COLUMN"))
+                    .collect::<Vec<_>>()
+                    .join(" "),
+                names.join(", ")
+            )));
+        }
+        let mut free = free.into_iter().map(|i| ColumnRef::Index(i + 1));
+        Ok(roles
+            .iter()
+            .filter_map(|r| r.1.cloned().or_else(|| free.next()))
+            .collect())
+    }
+
     /// Reads the wanted channels.
     ///
     /// # Errors
@@ -162,8 +232,29 @@ impl ChannelReading {
             .collect();
         recording.need_units(&options)?;
         let mut channels = Vec::with_capacity(wanted.len());
-        for column in &recording.columns {
-            let (si, factor) = column.unit.unwrap_or(Unit::One).si();
+        let mut input = recording.input();
+        for (i, (column, wanted)) in recording.columns.iter().zip(wanted).enumerate() {
+            let (mut si, mut factor) = column.unit.unwrap_or(Unit::One).si();
+            if let Some((sensitivity, relative)) = &wanted.sensitivity {
+                if si != sensitivity.unit {
+                    return Err(Trouble::data(format!(
+                        "a sensitivity of {sensitivity} turns {} into an acceleration, and the column {:?} is in {si}",
+                        sensitivity.unit, column.name
+                    ))
+                    .detail(name)
+                    .with_hint("state the unit of the column (--unit), or leave --sensitivity out"));
+                }
+                factor /= sensitivity.value;
+                si = Unit::MetrePerSecondSquared;
+                let read = input.reading.as_mut().and_then(|r| r.columns.get_mut(i));
+                if let Some(read) = read {
+                    let u = match *relative {
+                        0.0 => "no uncertainty stated".to_owned(),
+                        u => format!("u = {} %", plain(100.0 * u)),
+                    };
+                    read.sensitivity = Some(format!("{sensitivity} ({u})"));
+                }
+            }
             let data = match factor {
                 1.0 => column.data.clone(),
                 f => column.data.iter().map(|v| f * v).collect(),
@@ -178,7 +269,7 @@ impl ChannelReading {
             channels,
             rate,
             findings: recording.findings().to_vec(),
-            input: recording.input(),
+            input,
             name,
         })
     }

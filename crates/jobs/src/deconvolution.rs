@@ -16,7 +16,7 @@ use proofmass_dynamic::deconvolution::{Deconvolution, Deconvolved};
 use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
 use proofmass_dynamic::shock::PulseSearch;
 use proofmass_io::{AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source, StatedQuantity};
-use proofmass_report::Report;
+use proofmass_report::{Report, scientific};
 use proofmass_signal::saturation;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
 use serde::{Deserialize, Serialize};
@@ -282,9 +282,11 @@ impl Job for DeconvolutionJob {
         let below = result.corner < slowest.fold(f64::INFINITY, f64::min);
         if !(peak > 4.0 * blurred) || (below && 2.0 * (peak + 2.0 * u) < greatest) {
             return Err(Trouble::data(format!(
-                "the peak is not in what the low-pass of {:.4e} Hz leaves: {peak:.3e} with U = {:.1e}, where output over static sensitivity reaches {greatest:.3e}",
-                result.corner,
-                2.0 * u
+                "the peak is not in what the low-pass of {} Hz leaves: {} with U = {}, where output over static sensitivity reaches {}",
+                scientific(result.corner, 4),
+                scientific(peak, 4),
+                scientific(2.0 * u, 2),
+                scientific(greatest, 4)
             ))
             .detail(data.name)
             .with_hint(

@@ -15,7 +15,7 @@ use proofmass_io::{
     ColumnSummary, Inspection, Source, StatedQuantity, Statistics, StreamSummary, Trace,
     inspect_source, inspect_traced,
 };
-use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table};
+use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table, scientific};
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
@@ -286,7 +286,7 @@ fn head(page: Report, inspection: &Inspection) -> Report {
         .meta("resolution of the stamps", resolution)
         .answers([
             rate,
-            KeyFigure::new("duration", format!("{:.3}", time.duration_s), "s"),
+            KeyFigure::new("duration", duration(time.duration_s), "s"),
             KeyFigure::new("gaps", time.gap_count.to_string(), ""),
         ]);
     match time.jitter_s {
@@ -426,6 +426,14 @@ fn places(inspection: &Inspection) -> Section {
     });
     let headings = [("line", ""), ("column", ""), ("what", ""), ("text", "")];
     Section::new("Damage").table(lines("", headings, rows))
+}
+
+/// To a millisecond; a shorter one by its digits.
+fn duration(seconds: f64) -> String {
+    match seconds < 1.0 {
+        true => scientific(seconds, 4),
+        false => format!("{seconds:.3}"),
+    }
 }
 
 /// Six significant digits.

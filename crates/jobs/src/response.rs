@@ -27,7 +27,7 @@ use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_dynamic::input_noise::InputNoise;
 use proofmass_dynamic::measured::{
-    CommonInput, Lead, by_standard, driven_band, leaking, swept_band,
+    CommonInput, Lead, by_standard, driven_band, leaking, swept_band, swept_over,
 };
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
@@ -35,6 +35,7 @@ use proofmass_dynamic::model::{
 use proofmass_dynamic::modes::resonances;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_dynamic::required_density::RequiredDensity;
+use proofmass_report::scientific;
 use proofmass_signal::saturation;
 use proofmass_signal::transfer::{CrossSpectra, Estimator, Hit, LocalPolynomial, ResponseEstimate};
 use proofmass_signal::{Welch, Window};
@@ -253,6 +254,9 @@ impl ResponseJob {
             let few = matches!(e, proofmass_core::Error::TooFew { .. });
             let trouble = Trouble::from(e).detail(data.name);
             match few {
+                true if self.excitation == Excitation::Sweep => trouble.with_hint(
+                    "record the sweep with more samples, or give fewer lines to join with --smoothing",
+                ),
                 true => trouble.with_hint("record longer, or choose a shorter --segment"),
                 false => trouble,
             }
@@ -342,6 +346,11 @@ impl Job for ResponseJob {
         }
         let judged = self.judged(x, data)?;
         findings.extend(judged.as_ref().and_then(JudgedDensity::finding));
+        if self.excitation == Excitation::Random
+            && let Some([from, to]) = swept_over(x.data, data.rate)
+        {
+            findings.push(findings::input_is_swept(x.name, from, to));
+        }
         let driven = driven_band(x.data, data.rate);
         let (response, spectra) = self.estimate(data, driven, watch, &mut findings)?;
         let input_unit = match &self.standard {
@@ -435,7 +444,8 @@ impl Job for ResponseJob {
         }
         let low = response.frequency.first().copied().unwrap_or(0.0);
         let high = response.frequency.last().copied().unwrap_or(0.0);
-        let modes = resonances(&response, low, high);
+        let smearing = spectra.as_ref().map(|s| s.smearing(self.estimator()));
+        let modes = resonances(&response, smearing.as_ref(), low, high);
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let channels = [(x.name, input_unit), (y.name, y.unit)];
         Ok(ResponseOutcome {
@@ -488,12 +498,12 @@ fn order(response: &ResponseEstimate, findings: &mut Vec<Finding>) {
             proofmass_dynamic::findings::output_leads(
                 "input",
                 &format!(
-                    "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {:.2e} s early; standard uncertainty {:.1e} s",
+                    "the phase rises by {:.2} rad from {:.1} Hz to {:.1} Hz, as if {} s early; standard uncertainty {} s",
                     lead.rise,
                     lead.band[0],
                     lead.band[1],
-                    lead.time,
-                    lead.time_uncertainty
+                    scientific(lead.time, 3),
+                    scientific(lead.time_uncertainty, 2)
                 ),
             )
             .at(Severity::Warning),

@@ -16,8 +16,10 @@ use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_dynamic::shock::{
     FlatStandard, NoCalibration, NoPulse, Pulse, PulseContext, PulseSearch, ShockCalibration,
-    ShockReference, SpectrumRequest, SpectrumTolerance, Tolerance, pulse_findings, required_at,
+    ShockReference, SpectrumRequest, SpectrumTolerance, Tolerance, ToleranceResult, pulse_findings,
+    required_at,
 };
+use proofmass_report::number::{plain, scientific};
 use proofmass_signal::{Extremes, Peaks, Trace, octaves};
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -114,18 +116,37 @@ fn no_pulse(role: &str, why: NoPulse, name: &str) -> Trouble {
     Trouble::data(format!("there is no pulse in the {role}"))
         .detail(name)
         .detail(format!(
-            "the largest excursion is {:.4e}, the noise {:.4e}: a pulse has to be {} times the noise",
-            why.largest, why.noise, why.least_ratio
+            "the largest excursion is {}, the noise {}: a pulse has to be {} times the noise",
+            scientific(why.largest, 4),
+            scientific(why.noise, 4),
+            why.least_ratio
         ))
         .with_hint("check trigger and columns; the recording must begin with a quiet interval before the pulse")
 }
 
-/// The standard as one number, refused in words.
+/// By how much a pulse leaves its nominal one.
+fn out_of_band(missed: &ToleranceResult) -> String {
+    let band = format!(
+        "off the nominal pulse by {:.1} % of its peak where {} % are allowed",
+        100.0 * missed.largest_departure,
+        plain(100.0 * missed.tolerance.band)
+    );
+    match missed.velocity_departure {
+        Some(d) => format!(
+            "{band}; velocity change {:+.1} % where ±{} % are",
+            100.0 * d,
+            plain(100.0 * missed.tolerance.velocity)
+        ),
+        None => band,
+    }
+}
+
 /// Unit of the integral over time of what has this unit.
 pub(crate) fn integral_unit(unit: &str) -> String {
     format!("{unit}·s").replace("m/s²·s", "m/s")
 }
 
+/// The standard as one number, refused in words.
 fn flat(standard: &ReferenceTable, duration: f64) -> Result<FlatStandard> {
     FlatStandard::of(standard, duration).map_err(|e| match e {
         Error::OutOfRange { value: wanted, .. } => {
@@ -280,6 +301,14 @@ impl ShockJob {
         }
         let judged = data.reference.unwrap_or(output);
         let tolerance = match &self.tolerance {
+            Some(_) if judged.unit != "m/s²" => {
+                findings.push(findings::tolerance_not_judged(
+                    "pulse",
+                    &format!("channel in {}, nominal peak in m/s²", judged.unit),
+                    "the channel must be an acceleration: state what it gives to one with --sensitivity",
+                ));
+                None
+            }
             Some(t) => {
                 let result = t.judge(&pulse, judged.data, data.rate, measures.velocity_change);
                 if result.is_none() {
@@ -288,6 +317,9 @@ impl ShockJob {
                         "",
                         "the pulse must be whole, the nominal peak and duration positive",
                     ));
+                }
+                if let Some(missed) = result.as_ref().filter(|r| !r.kept) {
+                    findings.push(findings::tolerance_missed("pulse", &out_of_band(missed)));
                 }
                 result
             }
@@ -318,6 +350,13 @@ impl ShockJob {
             Some(judged) => self.judge_spectrum(judged, data.rate, &mut findings, watch)?,
             None => None,
         };
+        if let Some(missed) = spectrum_tolerance.as_ref().filter(|s| !s.result.kept) {
+            let (within, of) = (missed.result.within, missed.result.compared);
+            findings.push(findings::tolerance_missed(
+                "shock spectrum",
+                &format!("{within} of {of} frequencies within the band"),
+            ));
+        }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         findings.dedup();
         let channels = channels

@@ -11,7 +11,7 @@ use proofmass_dynamic::step::{FirstOrderStep, StepFit};
 use proofmass_io::StatedQuantity;
 use proofmass_report::{Report, scientific};
 use proofmass_signal::{Trace, saturation};
-use proofmass_uncertainty::{Estimate, Finding};
+use proofmass_uncertainty::{Effect, Estimate, Finding, Influence};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -40,7 +40,10 @@ use std::f64::consts::TAU;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
-pub struct StepJob {}
+pub struct StepJob {
+    /// Relative standard uncertainty of the scale of the channel, an acceleration.
+    pub relative_uncertainty: f64,
+}
 
 /// A recorded step.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +79,7 @@ impl Job for StepJob {
         let fit = StepFit::of(record, data.rate, data.channel.unit)
             .map_err(|e| refused(e, record, data.rate).detail(data.name))?;
         watch.step("step", 1, 1)?;
+        let estimate = with_scale(fit.estimate, data.channel.unit, self.relative_uncertainty)?;
         let mut findings = data.findings.to_vec();
         let consequence = "damping and natural frequency come out wrong";
         findings.extend(saturation::clipped(data.name, record, consequence));
@@ -89,11 +93,30 @@ impl Job for StepJob {
             figures: [fit.rise_time, fit.overshoot],
             settling_time: fit.settling_time,
             residual_ratio: fit.residual_ratio,
-            estimate: fit.estimate,
+            estimate,
             traces,
             findings,
         })
     }
+}
+
+/// With the error of the scale in all that has the unit of the channel.
+fn with_scale(estimate: Estimate, unit: &str, relative: f64) -> Result<Estimate> {
+    if relative == 0.0 {
+        return Ok(estimate);
+    }
+    let components = estimate.components().to_vec();
+    let scaled = components.iter().map(|c| match c.unit == unit {
+        true => c.value,
+        false => 0.0,
+    });
+    let mut influences = estimate.influences().to_vec();
+    influences.push(Influence::normal(
+        "sensitivity",
+        "relative error of the sensitivity",
+        Effect::of_zero("1", relative, scaled.collect()),
+    ));
+    Ok(Estimate::new(components, influences)?)
 }
 
 /// Why no oscillator is stated, as far as the record proves it.

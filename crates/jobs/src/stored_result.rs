@@ -81,6 +81,9 @@ pub(crate) fn result_extra_schemas(
     ]
 }
 
+/// Files that were read each in its own way and open the page; more stand with the conditions.
+const READINGS: usize = 3;
+
 impl StoredResult {
     /// The file of a result: itself, or result.json of a folder.
     pub fn place(path: &std::path::Path) -> std::path::PathBuf {
@@ -280,7 +283,7 @@ impl StoredResult {
             page.language = "en".to_owned();
         }
         let mut readings = self.record.readings().into_iter();
-        if let Some((_, first)) = readings.next() {
+        for (_, first) in readings.by_ref().take(READINGS) {
             page = page.reading(first);
         }
         page.meta = [readings.collect(), self.record.meta(), page.meta].concat();

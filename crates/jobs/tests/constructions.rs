@@ -266,9 +266,10 @@ fn crosscheck_uncertainty_by_changing_a_parameter() {
         let other = read(principle, &other, "");
         for name in ["sensitivity", "natural-frequency", "damping-ratio"] {
             let ((at, u), (changed, _)) = (figure(&device, name), figure(&other, name));
-            // Second order: a share of 10⁻³ of the change, times the powers of a gap.
+            // Second order: a share of 10⁻³ of the change, times the powers of a gap. Beside it the digits that a small change of a large
+            // frequency leaves.
             assert!(
-                ((changed - at).abs() - u).abs() < 5e-3 * u + 1e-9 * at.abs(),
+                ((changed - at).abs() - u).abs() < 5e-3 * u + 1e-7 * at.abs(),
                 "{principle} {name} by {key}: {at} {changed} {u}"
             );
         }

@@ -19,7 +19,7 @@ pub struct Report {
     /// One line under the title; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) subtitle: String,
-    /// What was read and how, in the first line under both; empty for none.
+    /// What was read and how, in the first lines under both; empty for none.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub(crate) read: String,
     /// Language of the text as a BCP 47 tag, `en` by default.
@@ -292,10 +292,13 @@ impl Report {
         }
     }
 
-    /// What was read and how.
+    /// What was read and how; a further call is a further line.
     #[must_use]
     pub fn reading(mut self, line: impl Into<String>) -> Self {
-        self.read = line.into();
+        if !self.read.is_empty() {
+            self.read.push('\n');
+        }
+        self.read.push_str(&line.into());
         self
     }
 

@@ -56,8 +56,7 @@ pub fn render(report: &Report) -> Result<String, Error> {
             marked(&report.subtitle)
         );
     }
-    if !report.read.is_empty() {
-        let read = escape(&report.read);
+    for read in report.read.lines().map(escape) {
         let _ = writeln!(page.out, "<p class=\"read\"><span>Read</span> {read}</p>");
     }
     page.out.push_str("</header>\n");

@@ -36,8 +36,8 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     if !report.subtitle.is_empty() {
         text.wrapped(&report.subtitle, "");
     }
-    if !report.read.is_empty() {
-        text.hanging("Read  ", &report.read);
+    for read in report.read.lines() {
+        text.hanging("Read  ", read);
     }
     text.key_figures(&report.answer.figures);
     if !report.says_nothing() {

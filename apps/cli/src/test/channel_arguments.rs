@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use proofmass::dynamic::model::ModelStructure;
-use proofmass::io::{ColumnRef, Source, Unit};
+use proofmass::io::{ColumnRef, Sensitivity, Source, Unit};
 use proofmass::jobs::campaign::{Certificate, CertificateOptions};
 use proofmass::jobs::{ChannelReading, RecordedChannels, WantedChannel};
 use std::path::{Path, PathBuf};
@@ -47,13 +47,39 @@ impl StandardArguments {
     }
 }
 
+/// What turns volts or counts of the one channel into an acceleration.
+#[derive(clap::Args, Default)]
+pub(super) struct SensitivityArguments {
+    /// What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", …
+    #[arg(long, value_name = "VALUE UNIT", allow_hyphen_values = true)]
+    sensitivity: Option<Sensitivity>,
+    /// Relative standard uncertainty of the sensitivity, in per cent
+    #[arg(long, value_name = "PERCENT", value_parser = crate::number_arguments::not_negative, requires = "sensitivity")]
+    sensitivity_uncertainty: Option<f64>,
+}
+
+impl SensitivityArguments {
+    /// A channel through it.
+    pub(super) fn of(&self, wanted: WantedChannel) -> WantedChannel {
+        match &self.sensitivity {
+            Some(sensitivity) => wanted.by(sensitivity.clone(), self.relative_uncertainty()),
+            None => wanted,
+        }
+    }
+
+    /// Relative standard uncertainty of the acceleration by it.
+    pub(super) fn relative_uncertainty(&self) -> f64 {
+        1e-2 * self.sensitivity_uncertainty.unwrap_or(0.0)
+    }
+}
+
 /// The one channel of a recording.
 #[derive(clap::Args)]
 pub(super) struct ChannelArguments {
-    /// Column of the sensor, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN", alias = "output-column")]
-    column: ColumnRef,
-    /// Its unit, where the heading does not say it
+    /// Column of the sensor, by name or number (from 1) [default: the only one beside the time]
+    #[arg(long, value_name = "COLUMN", aliases = ["output-column", "columns"])]
+    column: Option<ColumnRef>,
+    /// Unit of the column, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
     #[command(flatten)]
@@ -63,7 +89,20 @@ pub(super) struct ChannelArguments {
 impl ChannelArguments {
     /// The recording with that channel alone.
     pub(super) fn read(&self, path: &Path) -> Result<RecordedChannels, Failure> {
-        let wanted = [WantedChannel::new(self.column.clone(), self.unit, "--unit")];
-        Ok(self.clock.read(Source::open(path)?, &wanted)?)
+        self.read_by(path, &SensitivityArguments::default())
+    }
+
+    /// The recording with that channel as an acceleration, where a sensitivity is stated.
+    pub(super) fn read_by(
+        &self,
+        path: &Path,
+        by: &SensitivityArguments,
+    ) -> Result<RecordedChannels, Failure> {
+        let mut source = Source::open(path)?;
+        let roles = [("--column", self.column.as_ref())];
+        let columns = self.clock.columns(&mut source, &roles)?.into_iter();
+        let wanted = columns.map(|c| by.of(WantedChannel::new(c, self.unit, "--unit")));
+        let wanted: Vec<_> = wanted.collect();
+        Ok(self.clock.read(source, &wanted)?)
     }
 }

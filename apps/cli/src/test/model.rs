@@ -38,9 +38,9 @@ pub(super) struct Model {
     /// Column of its standard uncertainty
     #[arg(long, value_name = "COLUMN")]
     phase_u: Option<String>,
-    /// Unit of phase and its uncertainty, where the headings do not say it
-    #[arg(long, value_enum, default_value = "rad")]
-    phase_unit: PhaseUnit,
+    /// Unit of phase and its uncertainty, where the headings do not say it [default: rad]
+    #[arg(long, value_enum)]
+    phase_unit: Option<PhaseUnit>,
     /// Unit of the modulus, for the report
     #[arg(long, value_name = "UNIT", default_value = "1")]
     unit: String,
@@ -91,6 +91,12 @@ impl Model {
             ("phase-u", &self.phase_u),
         ];
         if named.iter().all(|(_, column)| column.is_none()) {
+            if self.phase_unit.is_some() {
+                return Err(Failure::new(
+                    "--phase-unit says the unit of a column that --phase names, and none is named",
+                )
+                .hint("name all five columns (--frequency, --modulus, --modulus-u, --phase, --phase-u), or write the unit into the heading, as phase_rad"));
+            }
             let source = Source::open(&self.table)?;
             return Ok(RecordedPoints::of_calibration(source, self.coverage)?);
         }
@@ -113,7 +119,7 @@ impl Model {
             modulus_uncertainty,
             phase,
             phase_uncertainty,
-            degrees: self.phase_unit == PhaseUnit::Deg,
+            degrees: self.phase_unit == Some(PhaseUnit::Deg),
             unit: self.unit.clone(),
         };
         let source = Source::open(&self.table)?;

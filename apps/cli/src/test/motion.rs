@@ -1,6 +1,6 @@
 //! `proofmass test motion`.
 
-use super::channel_arguments::ChannelArguments;
+use super::channel_arguments::{ChannelArguments, SensitivityArguments};
 use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -19,6 +19,8 @@ pub(super) struct Motion {
     recording: PathBuf,
     #[command(flatten)]
     channel: ChannelArguments,
+    #[command(flatten)]
+    by: SensitivityArguments,
     /// Relative standard uncertainty of the acceleration, in per cent, from the sensor's calibration
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     uncertainty: f64,
@@ -59,12 +61,12 @@ impl Motion {
             named_files.push(Path::new(word));
         }
         let folder = self.delivery.begin(MotionOutcome::KIND, &named_files)?;
-        let recording = self.channel.read(&self.recording)?;
+        let recording = self.channel.read_by(&self.recording, &self.by)?;
         let Some(channel) = recording.channels.first() else {
             return Err(Failure::new("no column was chosen"));
         };
         let mut job = MotionJob::default();
-        job.relative_uncertainty = 1e-2 * self.uncertainty;
+        job.relative_uncertainty = (1e-2 * self.uncertainty).hypot(self.by.relative_uncertainty());
         job.baseline = self.baseline;
         job.gravity = self.gravity;
         job.damping = 1e-2 * self.damping;

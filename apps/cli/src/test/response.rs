@@ -17,19 +17,20 @@ use std::path::{Path, PathBuf};
 /// Channels, estimator, model: what all excitations have in common.
 #[derive(clap::Args)]
 pub(super) struct Common {
-    /// Column of the input (reference acceleration, force; volts with --standard), by name or number (from 1)
+    /// Column of the input (reference acceleration, force; volts with --standard), by name or number (from 1) [default: the first of
+    /// two beside the time]
     #[arg(long, value_name = "COLUMN")]
-    input: ColumnRef,
-    /// Its unit, where the heading does not say it: m/s², g, N, …
+    input: Option<ColumnRef>,
+    /// Unit of the input, where the heading does not say it: m/s², g, N, …
     #[arg(long, value_name = "UNIT")]
     input_unit: Option<Unit>,
     /// Relative standard uncertainty of the input, in per cent, common to all frequencies
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     input_uncertainty: f64,
-    /// Column of the device
+    /// Column of the device [default: the other one]
     #[arg(long, value_name = "COLUMN", alias = "column")]
-    output_column: ColumnRef,
-    /// Its unit, where the heading does not say it
+    output_column: Option<ColumnRef>,
+    /// Unit of the output, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     output_unit: Option<Unit>,
     /// Lowest and highest frequency in hertz
@@ -204,16 +205,22 @@ impl Common {
         job.input_uncertainty = 1e-2 * self.input_uncertainty;
         let certificate = self.standard.read()?;
         job.standard = certificate.as_ref().map(|c| c.table.clone());
-        let columns = [
-            WantedChannel::new(self.input.clone(), self.input_unit, "--input-unit"),
-            WantedChannel::new(
-                self.output_column.clone(),
-                self.output_unit,
-                "--output-unit",
-            ),
-        ];
         let sources = paths.iter().map(Source::open);
-        let sources = sources.collect::<Result<Vec<_>, _>>()?;
+        let mut sources = sources.collect::<Result<Vec<_>, _>>()?;
+        let roles = [
+            ("--input", self.input.as_ref()),
+            ("--output-column", self.output_column.as_ref()),
+        ];
+        let Some(first) = sources.first_mut() else {
+            return Err(Failure::new("no recording was given"));
+        };
+        let chosen = self.clock.columns(first, &roles)?;
+        let [input, output] = <[ColumnRef; 2]>::try_from(chosen)
+            .map_err(|_| Failure::new("input and output are two columns"))?;
+        let columns = [
+            WantedChannel::new(input, self.input_unit, "--input-unit"),
+            WantedChannel::new(output, self.output_unit, "--output-unit"),
+        ];
         let recordings = ResponseRecordings::read(sources, &self.clock, &columns)?;
         let mut data = recordings.data();
         let mut findings = data.findings.to_vec();

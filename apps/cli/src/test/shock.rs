@@ -1,6 +1,6 @@
 //! `proofmass test shock`.
 
-use super::channel_arguments::StandardArguments;
+use super::channel_arguments::{SensitivityArguments, StandardArguments};
 use crate::clock::{self, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -22,16 +22,18 @@ use std::path::{Path, PathBuf};
 pub(super) struct Shock {
     /// Recording with the shock
     recording: PathBuf,
-    /// Column of the device, by name or number (from 1)
-    #[arg(long, value_name = "COLUMN", alias = "output-column")]
-    column: ColumnRef,
-    /// Its unit, where the heading does not say it: V, mV, count, m/s², g, …
+    /// Column of the device, by name or number (from 1) [default: the only one that is left]
+    #[arg(long, value_name = "COLUMN", aliases = ["output-column", "columns"])]
+    column: Option<ColumnRef>,
+    /// Unit of the column, where the heading does not say it: V, mV, count, m/s², g, …
     #[arg(long, value_name = "UNIT", alias = "output-unit")]
     unit: Option<Unit>,
+    #[command(flatten)]
+    by: SensitivityArguments,
     /// Column of the reference acceleration, or of its volts with --standard
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", conflicts_with = "sensitivity")]
     reference: Option<ColumnRef>,
-    /// Its unit, where the heading does not say it: m/s², g, …
+    /// Unit of the reference, where the heading does not say it: m/s², g, …
     #[arg(long, value_name = "UNIT", requires = "reference")]
     reference_unit: Option<Unit>,
     /// Relative standard uncertainty of the reference, or of the one channel where there is none, in per cent
@@ -124,7 +126,13 @@ impl Shock {
         named.extend(self.required_spectrum.as_deref());
         let folder = self.delivery.begin(ShockOutcome::KIND, &named)?;
         let certificate = self.standard.read()?;
-        let mut channels = vec![WantedChannel::new(self.column.clone(), self.unit, "--unit")];
+        let mut source = Source::open(&self.recording)?;
+        let mut roles = vec![("--column", self.column.as_ref())];
+        roles.extend(self.reference.iter().map(|r| ("--reference", Some(r))));
+        let columns = self.clock.columns(&mut source, &roles)?;
+        let output = columns.into_iter().take(1);
+        let output = output.map(|c| self.by.of(WantedChannel::new(c, self.unit, "--unit")));
+        let mut channels: Vec<_> = output.collect();
         if let Some(reference) = &self.reference {
             channels.push(WantedChannel::new(
                 reference.clone(),
@@ -132,7 +140,7 @@ impl Shock {
                 "--reference-unit",
             ));
         }
-        let recording = self.clock.read(Source::open(&self.recording)?, &channels)?;
+        let recording = self.clock.read(source, &channels)?;
         let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();
         let Some((output, reference)) = views.split_first() else {
             return Err(Failure::new("no column was chosen"));
@@ -168,7 +176,8 @@ impl Shock {
 
     fn job(&self) -> ShockJob {
         let mut job = ShockJob::default();
-        job.reference.relative_uncertainty = 1e-2 * self.reference_uncertainty;
+        let by = self.by.relative_uncertainty();
+        job.reference.relative_uncertainty = (1e-2 * self.reference_uncertainty).hypot(by);
         job.frequencies = self.frequencies;
         job.return_band = self.return_band;
         job.per_octave = self.per_octave;

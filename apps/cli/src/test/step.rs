@@ -1,6 +1,6 @@
 //! `proofmass test step`.
 
-use super::channel_arguments::ChannelArguments;
+use super::channel_arguments::{ChannelArguments, SensitivityArguments};
 use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
@@ -17,13 +17,15 @@ pub(super) struct Step {
     #[command(flatten)]
     channel: ChannelArguments,
     #[command(flatten)]
+    by: SensitivityArguments,
+    #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Step {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
         let folder = self.delivery.begin(StepOutcome::KIND, &[&self.recording])?;
-        let recording = self.channel.read(&self.recording)?;
+        let recording = self.channel.read_by(&self.recording, &self.by)?;
         let Some(channel) = recording.channels.first() else {
             return Err(Failure::new("no column was chosen"));
         };
@@ -33,7 +35,9 @@ impl Step {
             findings: &recording.findings,
             name: &recording.name,
         };
-        let outcome = StepJob::default().evaluate(&data, &Progress::new())?;
+        let mut job = StepJob::default();
+        job.relative_uncertainty = self.by.relative_uncertainty();
+        let outcome = job.evaluate(&data, &Progress::new())?;
         let record = record(
             format!("Step response, {}", named(&self.recording)),
             vec![recording.input.clone()],

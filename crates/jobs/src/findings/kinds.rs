@@ -335,6 +335,14 @@ findings! {
         evidence "{input} in V, {output} in m/s²",
         advice "this is normal for an exciter; of a device the two columns may be swapped, or --standard gives the acceleration from the volts";
 
+    /// A response to noise is asked for, and the input is a swept sine.
+    input_is_swept(input: &str, from: f64, to: f64) =
+        "input-is-swept", [Warning],
+        what "the input is a swept sine, not noise",
+        evidence "{input}: its frequency goes steadily between {from:.1} Hz and {to:.1} Hz",
+        advice "a segment holds a part of the sweep alone, and its window cuts off the response: evaluate it with `proofmass test sweep`",
+        false_alarms "none of 400 records of white noise, of narrow-band noise, of one sine and of two";
+
     /// Input and output are in one unit, and not of one size: of a device beside its reference one unit is wrong.
     gain_not_one(unit: &str, gain: f64) =
         "gain-not-one", [Warning, Note],
@@ -390,6 +398,13 @@ findings! {
         what "the tolerance of the {subject} cannot be judged",
         evidence "{evidence}",
         advice "{remedy}";
+
+    /// A pulse or a shock spectrum lies outside its tolerance.
+    tolerance_missed(subject: &str, evidence: &str) =
+        "tolerance-missed", [Decision],
+        what "the {subject} does not keep its tolerance",
+        evidence "{evidence}",
+        advice "change level, pulse former or mounting and repeat the shock, or state another tolerance";
 
     /// A measured density is beyond a required one.
     spectrum_beyond(profile: &str, by: f64, frequency: f64, lines: usize, all: usize) =

@@ -12,16 +12,23 @@ use proofmass_uncertainty::{DegreesOfFreedom, Quantity, student_quantile};
 pub(super) const EXPLAINED: f64 = 0.75;
 /// Chance with which unrelated signals reach the coherence that is asked for.
 const CHANCE: f64 = 1e-3;
+/// Times the modulus of the lowest line from which on a greatest one is told where there is no resonance.
+const TALL: f64 = 1.25;
 
-/// The coherence that a line needs: of n independent averages, unrelated signals reach 1 − p^(1/(n−1)) with the chance p.
+/// What a resonance needs: of n independent averages, unrelated signals reach a coherence of 1 − p^(1/(n−1)) with the chance p.
 ///
-/// Their coherence is distributed as Beta(1, n − 1). **Source** `[BendatPiersol2010] 9.2`.
-fn needed(averages: f64) -> f64 {
-    let by_chance = match averages > 1.0 {
+/// Their coherence is distributed as Beta(1, n − 1). It is told from noise by all its lines, and its intervals have the noise; a line that is
+/// wider than the resonance lowers its coherence. **Source** `[BendatPiersol2010] 9.2`.
+fn by_chance(averages: f64) -> f64 {
+    match averages > 1.0 {
         true => 1.0 - CHANCE.powf(1.0 / (averages - 1.0)),
         false => 0.0,
-    };
-    EXPLAINED.max(by_chance)
+    }
+}
+
+/// The coherence that a single line needs.
+fn needed(averages: f64) -> f64 {
+    EXPLAINED.max(by_chance(averages))
 }
 
 /// Points of single sines have no coherence: each was measured by itself.
@@ -73,12 +80,16 @@ impl ResponseOutcome {
         self.response.polar_uncertainty(k).0.hypot(common)
     }
 
-    /// The lowest resonance that the input explains and whose damping is told from zero.
+    /// Whether the input explains a resonance, and its damping is told from zero.
+    pub(super) fn supported(&self, mode: &Resonance) -> bool {
+        let expanded = student_quantile(0.975, mode.freedom) * mode.damping_uncertainty;
+        let least = by_chance(self.independent);
+        mode.coherence.is_none_or(|c| c >= least) && expanded < mode.damping
+    }
+
+    /// The lowest resonance that the data support.
     fn first_resonance(&self) -> Option<&Resonance> {
-        self.modes.iter().find(|mode| {
-            let expanded = student_quantile(0.975, mode.freedom) * mode.damping_uncertainty;
-            explained(mode.coherence, self.independent) && expanded < mode.damping
-        })
+        self.modes.iter().find(|mode| self.supported(mode))
     }
 
     /// The lowest resonance, and the modulus and phase of one line.
@@ -130,11 +141,24 @@ impl ResponseOutcome {
             ),
             _ if self.response.lines() == 1 => format!("{}.", modulus_in_words(modulus)),
             _ => format!(
-                "No resonance was found in the band. {}.",
+                "No resonance was found in the band{}. {}.",
+                self.greatest(),
                 modulus_in_words(modulus)
             ),
         };
         resonance + &self.unexplained()
+    }
+
+    /// What is seen of a peak to which no oscillator could be fitted.
+    fn greatest(&self) -> String {
+        let peak = self.figures.as_ref().and_then(|f| f.resonance);
+        match peak.filter(|(_, gain)| *gain > TALL) {
+            Some((frequency, gain)) => format!(
+                ", though the modulus at {} Hz is {gain:.2} times that of the lowest line: no oscillator fits the lines there",
+                plain(frequency)
+            ),
+            None => String::new(),
+        }
     }
 
     /// Peaks below the first resonance that is stated, or all of them, where the data do not show one.
@@ -146,15 +170,22 @@ impl ResponseOutcome {
         let Some(first) = peaks.first() else {
             return String::new();
         };
-        let needed = needed(self.independent);
+        let needed = by_chance(self.independent);
         let coherence = first.coherence.filter(|c| *c < needed);
         let coherence = coherence.map_or(String::new(), |c| {
-            format!(", where the coherence is {c:.3} and {needed:.3} is needed")
+            format!(", where the coherence is {c:.3} and {needed:.3} is needed,")
         });
-        let lowest = format!("{:.0} Hz{coherence}", first.frequency);
-        match peaks.len() {
-            1 => format!(" A peak near {lowest}, is not supported by the data."),
-            n => format!(" {n} peaks, the lowest near {lowest}, are not supported by the data."),
+        let lowest = first.frequency;
+        match (peaks.len(), coherence.as_str()) {
+            (1, _) => {
+                format!(" A peak near {lowest:.0} Hz{coherence} is not supported by the data.")
+            }
+            (n, "") => format!(
+                " {n} peaks, the lowest near {lowest:.0} Hz, are not supported by the data."
+            ),
+            (n, _) => format!(
+                " {n} peaks, the lowest near {lowest:.0} Hz{coherence} are not supported by the data."
+            ),
         }
     }
 

@@ -5,6 +5,7 @@ use crate::findings;
 use crate::plural::count;
 use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::blows::{BlowFault, Blows};
+use proofmass_report::scientific;
 use proofmass_uncertainty::{Finding, Severity};
 
 /// Stretches of input and output, one for each blow, and their common length.
@@ -36,8 +37,9 @@ pub(super) fn find<'a>(
         Trouble::data(format!("{name} holds no impact"))
             .detail(data.name)
             .detail(format!(
-                "greatest {:.4e}, median {:.4e}",
-                e.greatest, e.noise
+                "greatest {}, median {}",
+                scientific(e.greatest, 4),
+                scientific(e.noise, 4)
             ))
             .with_hint("the force comes first: check --input and --output-column")
     })?;

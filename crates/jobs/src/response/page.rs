@@ -103,7 +103,7 @@ impl ResponseOutcome {
             section = section.table(fitted(fit));
         }
         if !self.modes.is_empty() {
-            section = section.table(modes(&self.modes));
+            section = section.table(self.resonances());
         }
         if let Some(figures) = &self.figures {
             section = section.table(bandwidths(figures, &self.unit));
@@ -302,22 +302,27 @@ fn fitted(fit: &ModelFit) -> Table {
     ))
 }
 
-fn modes(modes: &[Resonance]) -> Table {
-    let fields = [
-        Field::estimate("frequency_Hz", "u_Hz", |m: &Resonance| {
-            Some((m.frequency, m.frequency_uncertainty))
-        })
-        .page("frequency", "Hz"),
-        Field::estimate("damping", "u", |m: &Resonance| {
-            Some((m.damping, m.damping_uncertainty))
-        })
-        .page("damping ratio", "%")
-        .scaled(100.0),
-        filed("coherence", |m: &Resonance| m.coherence)
-            .page("coherence", "")
-            .decimals(4),
-    ];
-    Table::of("Resonances", fields, modes).file("modes.csv")
+impl ResponseOutcome {
+    fn resonances(&self) -> Table {
+        let fields = [
+            Field::estimate("frequency_Hz", "u_Hz", |m: &Resonance| {
+                Some((m.frequency, m.frequency_uncertainty))
+            })
+            .page("frequency", "Hz"),
+            Field::estimate("damping", "u", |m: &Resonance| {
+                Some((m.damping, m.damping_uncertainty))
+            })
+            .page("damping ratio", "%")
+            .scaled(100.0),
+            filed("coherence", |m: &Resonance| m.coherence)
+                .page("coherence", "")
+                .decimals(4),
+            Field::shown("supported by the data", "", |m: &Resonance| {
+                if self.supported(m) { "yes" } else { "no" }.into()
+            }),
+        ];
+        Table::of("Resonances", fields, &self.modes).file("modes.csv")
+    }
 }
 
 fn damping(figures: &ResponseFigures) -> Table {

@@ -1,11 +1,11 @@
 //! Points of a frequency response as files have them: a table, a certificate, a calibration.
 
 use super::ModelData;
-use crate::channels::{ChannelReading, RecordedChannel, WantedChannel};
+use crate::channels::{ChannelReading, WantedChannel};
 use crate::frequency_response;
 use crate::trouble::{Result, Trouble};
 use proofmass_dynamic::model::ResponsePoints;
-use proofmass_io::{AnyCalibration, ColumnRef, Input, Source};
+use proofmass_io::{AnyCalibration, ColumnRef, Input, Source, Unit};
 use proofmass_uncertainty::Finding;
 
 /// Columns of a table of points.
@@ -42,30 +42,27 @@ impl RecordedPoints {
     /// # Errors
     /// As [`ChannelReading::read`]; an uncertainty that is not positive.
     pub fn of_table(source: Source, columns: &PointColumns) -> Result<Self> {
+        let angle = |column: &ColumnRef| match columns.degrees {
+            true => WantedChannel::new(column.clone(), Some(Unit::Degree), "--phase-unit"),
+            false => WantedChannel::assumed(column.clone(), Unit::Radian),
+        };
         let wanted = [
-            &columns.frequency,
-            &columns.modulus,
-            &columns.modulus_uncertainty,
-            &columns.phase,
-            &columns.phase_uncertainty,
-        ]
-        .map(|column| WantedChannel::bare(column.clone()));
+            WantedChannel::assumed(columns.frequency.clone(), Unit::Hertz),
+            WantedChannel::bare(columns.modulus.clone()),
+            WantedChannel::bare(columns.modulus_uncertainty.clone()),
+            angle(&columns.phase),
+            angle(&columns.phase_uncertainty),
+        ];
         let table = ChannelReading::table().read(source, &wanted)?;
         let [f, modulus, u_modulus, phase, u_phase] = table.channels.as_slice() else {
             return Err(Trouble::data("five columns are needed").detail(&table.name));
-        };
-        let radians = |c: &RecordedChannel| -> Vec<f64> {
-            // A heading in degrees has been turned into radians by the reader.
-            let degrees = columns.degrees && c.unit != "rad";
-            let factor = if degrees { 1f64.to_radians() } else { 1.0 };
-            c.data.iter().map(|v| factor * v).collect()
         };
         let points = ResponsePoints::polar(
             f.data.clone(),
             &modulus.data,
             &u_modulus.data,
-            &radians(phase),
-            &radians(u_phase),
+            &phase.data,
+            &u_phase.data,
             &columns.unit,
         )
         .map_err(|e| Trouble::from(e).detail(&table.name))?;

@@ -129,10 +129,7 @@ impl Outcome for ShockOutcome {
         }
         if let Some(u) = self.measures.peak_uncertainty {
             let unit = self.channels.first().map_or("U", |c| c.unit.as_str());
-            let relative = match &self.calibration {
-                Some(_) => self.request.reference.relative_uncertainty,
-                None => 0.0,
-            };
+            let relative = self.request.reference.relative_uncertainty;
             let peak = Quantity {
                 name: "peak".into(),
                 unit: unit.into(),

@@ -64,20 +64,28 @@ fn result(shock: &ShockOutcome) -> Section {
     section.table(pulse(shock))
 }
 
+/// A tolerance that was asked for and could not be judged: a finding says why.
+const NOT_JUDGED: &str = "not judged";
+
 /// Whether the tolerances that were asked for are kept, and whether the ways to the sensitivity agree.
 fn verdict(shock: &ShockOutcome) -> String {
     let mut says = Vec::new();
     let kept = |kept: bool| if kept { "kept" } else { "missed" };
-    says.extend(
-        shock
-            .tolerance()
-            .map(|t| format!("Tolerance of the pulse: {}", kept(t.kept))),
-    );
-    says.extend(
-        shock
-            .spectrum_tolerance()
-            .map(|t| format!("tolerance of the shock spectrum: {}", kept(t.result.kept))),
-    );
+    // A nominal pulse asks for both.
+    if shock.request.tolerance.is_some() {
+        let of_pulse = shock.tolerance().map_or(NOT_JUDGED, |t| kept(t.kept));
+        says.push(format!("Tolerance of the pulse: {of_pulse}"));
+    }
+    if shock.request.tolerance.is_some() || !shock.request.required.is_empty() {
+        let of_spectrum = shock.spectrum_tolerance();
+        let of_spectrum = of_spectrum.map_or(NOT_JUDGED, |t| kept(t.result.kept));
+        let the = if says.is_empty() {
+            "Tolerance"
+        } else {
+            "tolerance"
+        };
+        says.push(format!("{the} of the shock spectrum: {of_spectrum}"));
+    }
     let ways = shock.shock_calibration().map(|c| c.estimate.quantities());
     if let Some([first, others @ ..]) = ways.as_deref() {
         let of = match shock.request.reference.relative_uncertainty {

@@ -941,11 +941,11 @@ impl TransducerConstruction {
             if u == 0.0 {
                 continue;
             }
-            // Smooth relations: the difference over 10⁻⁵ of a value is exact to 10⁻⁹.
+            // Smooth relations: the difference over 10⁻⁴ of a value is exact to 10⁻⁷ and leaves enough digits.
             let step = if value == 0.0 {
                 1e-3 * u
             } else {
-                1e-5 * value.abs()
+                1e-4 * value.abs()
             };
             let up = values(&self.with(key, value + step)?)?;
             let down = values(&self.with(key, value - step)?)?;

@@ -158,6 +158,7 @@ impl TransducerBench {
             TransducerMotion::Shock { .. } | TransducerMotion::Step { .. } => None,
         };
         let moved = match padding {
+            None if zeta > 1.0 => overdamped(&truth, self.rate, f0, zeta),
             None => relative_displacement(&truth, self.rate, f0, zeta)?,
             Some(padding) => {
                 positive("natural frequency", f0, f64::MAX)?;
@@ -240,6 +241,23 @@ fn band_limited(
     filtered
 }
 
+/// Relative displacement of a mass that does not swing, exact for straight lines between samples: with the poles
+/// p = ω(ζ ∓ √(ζ² − 1)), −1/(s² + 2ζωs + ω²) = −(1/(s + p₁) − 1/(s + p₂))/(p₂ − p₁).
+fn overdamped(truth: &[f64], rate: f64, f0: f64, zeta: f64) -> Vec<f64> {
+    let root = (zeta * zeta - 1.0).sqrt();
+    // p₁ p₂ = ω²: the difference ζ − √(ζ² − 1) would lose digits.
+    let high = TAU * f0 * (zeta + root);
+    let low = (TAU * f0).powi(2) / high;
+    let [slow, fast] = [low, high].map(|pole| {
+        let mut passed = truth.to_vec();
+        first_order(&mut passed, 0.0, pole / TAU, rate, None, false);
+        passed.into_iter().map(move |v| v / pole)
+    });
+    slow.zip(fast)
+        .map(|(a, b)| (b - a) / (high - low))
+        .collect()
+}
+
 /// First-order filter about a level: without frequencies above half the rate where `padding` is given, else exact for straight
 /// lines between samples.
 fn first_order(
@@ -314,6 +332,23 @@ mod tests {
             );
             assert_eq!(recording.beyond, 0, "{}", device.name);
         }
+    }
+
+    /// Just above ζ = 1 as just below it, and a step settles at −a/ω² whatever the damping.
+    #[test]
+    fn law_a_mass_that_does_not_swing() {
+        let truth: Vec<f64> = (0..4000)
+            .map(|k| f64::from(u8::from(k > 400)) * f64::from(k % 700) / 700.0)
+            .collect();
+        let below = relative_displacement(&truth, 1e5, 1000.0, 1.0 - 1e-7).unwrap();
+        let above = overdamped(&truth, 1e5, 1000.0, 1.0 + 1e-7);
+        let top = below.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        for (a, b) in below.iter().zip(&above) {
+            assert!((a - b).abs() < 1e-5 * top, "{a} {b}");
+        }
+        let settled = overdamped(&[2.0; 20_000], 1e5, 1000.0, 5.0);
+        let due = -2.0 / (TAU * 1000.0).powi(2);
+        assert!((settled[19_999] / due - 1.0).abs() < 1e-9);
     }
 
     #[test]

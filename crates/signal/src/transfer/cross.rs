@@ -36,7 +36,7 @@ pub struct CrossSpectra {
     pub independent: f64,
     /// Bias by smoothing in units of the second difference between neighbouring lines; 1/6 for a Hann window.
     pub(crate) smoothing: f64,
-    /// Weights of a response at its own line and at half lines to either side, by which a window smooths it; empty without one.
+    /// Weights of a response at its own line and at quarters of lines to either side, by which a window smooths it; empty without one.
     pub(crate) kernel: Vec<f64>,
 }
 

@@ -296,7 +296,11 @@ impl Head {
         let mut figures = vec![
             KeyFigure::new(
                 "delay of the method",
-                scientific(1e3 * result.trace.stated_delay, 3),
+                // What is left of a sum of weights is no delay.
+                match result.trace.stated_delay {
+                    rounding if rounding.abs() < 1e-12 => "0".to_owned(),
+                    delay => scientific(1e3 * delay, 3),
+                },
                 "ms",
             )
             .note("of slow motion"),
