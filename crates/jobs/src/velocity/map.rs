@@ -147,7 +147,9 @@ impl StoredMap {
     const SECTION: &'static str = "encoder_map";
 
     pub(crate) fn read(bytes: &[u8]) -> Result<Self> {
-        Ok(read_section(bytes, VelocityMap::KIND, Self::SECTION)?.0)
+        let stored: Self = read_section(bytes, VelocityMap::KIND, Self::SECTION)?.0;
+        stored.map.check()?;
+        Ok(stored)
     }
 
     pub(crate) fn firmware(&self) -> Firmware {
