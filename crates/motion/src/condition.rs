@@ -2,7 +2,7 @@
 //! motion.
 
 use crate::findings;
-use crate::{MotionRecord, ReadingSource};
+use crate::{MotionRecord, ReadingSource, held};
 use proofmass_uncertainty::Finding;
 use proofmass_uncertainty::findings::repeated_samples;
 
@@ -136,6 +136,10 @@ pub fn repetition(record: &MotionRecord) -> Option<usize> {
         return None;
     }
     let readings: Vec<f64> = record.reading.iter().flatten().copied().collect();
+    // Changes that all come in step, however many steps lie between two.
+    if let Some(steady) = held(&readings) {
+        return Some(steady.rows);
+    }
     let runs: Vec<&[f64]> = readings.chunk_by(|a, b| a == b).collect();
     // The ends are cut off anywhere.
     let inner: Vec<usize> = runs

@@ -175,7 +175,7 @@ fn law_words_of_any_width_are_suspected_and_continued() {
                 .collect();
             let found = rollover(&words).unwrap();
             assert!(
-                found.advice_text().contains(&format!("{bits} bits")),
+                found.advice_text().contains(&format!("--bits {bits}")),
                 "{found}"
             );
             let words: Vec<f64> = words.iter().map(|w| *w as f64).collect();

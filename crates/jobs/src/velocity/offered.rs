@@ -1,5 +1,6 @@
 //! The columns of a recording in which nobody named one, and what they may be by their headings.
 
+use crate::trouble::Trouble;
 use proofmass_io::{Layout, LayoutOptions, Source, Unit, split_heading};
 
 /// Most columns that are listed.
@@ -46,9 +47,10 @@ impl Sense {
     }
 }
 
-/// "columns of the file: t, enc, acc; such as --position enc --acceleration acc"; nothing where the file cannot be read.
-pub(super) fn offered(mut source: Source) -> Option<String> {
-    let layout = Layout::of(&mut source, &LayoutOptions::default()).ok()?;
+/// "columns of the file: t, enc, acc; such as --position enc --acceleration acc"; of several streams one has to be
+/// chosen before.
+pub(super) fn offered(mut source: Source) -> Result<String, Trouble> {
+    let layout = Layout::of(&mut source, &LayoutOptions::default())?;
     let time = layout.time_column();
     let bare = |i: usize| split_heading(&layout.name(i)).0.to_owned();
     let all: Vec<String> = (0..layout.columns.min(MOST)).map(bare).collect();
@@ -74,7 +76,7 @@ pub(super) fn offered(mut source: Source) -> Option<String> {
         true => String::new(),
         false => format!("; such as {}", told.join(" ")),
     };
-    Some(format!(
+    Ok(format!(
         "columns of the file: {}{more}{such}",
         all.join(", ")
     ))

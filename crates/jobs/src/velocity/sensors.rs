@@ -322,13 +322,13 @@ impl AxisSensors {
             return Err(Trouble::data(
                 "an accelerometer alone drifts: an interval at rest is needed, and no position or speed is named",
             )
-            .with_hint(self.hint("add --still FROM,TO, or --position COLUMN or --speed COLUMN", store)));
+            .with_hint(self.hint("add --still FROM,TO, or --position COLUMN or --speed COLUMN", store)?));
         }
         let mut columns = match resting {
             true => Vec::new(),
             false if !self.reading.is_named() => {
                 return Err(Trouble::data("no column of a position or a speed is named")
-                    .with_hint(self.hint(NAMED, store)));
+                    .with_hint(self.hint(NAMED, store)?));
             }
             false => self.reading.columns()?,
         };
@@ -599,13 +599,9 @@ impl AxisSensors {
     }
 
     /// What to do where no column is named, with the columns that there are.
-    fn hint(&self, todo: &str, store: &dyn Store) -> String {
-        let source = store.open(&self.recording).ok();
-        let columns = source.and_then(|source| offered(self.choice.stream_of(source)));
-        match columns {
-            Some(columns) => format!("{todo}; {columns}"),
-            None => todo.to_owned(),
-        }
+    fn hint(&self, todo: &str, store: &dyn Store) -> Result<String, Trouble> {
+        let source = self.choice.stream_of(store.open(&self.recording)?);
+        Ok(format!("{todo}; {}", offered(source)?))
     }
 
     /// The velocity at the first sample with its standard uncertainty, where it is stated.

@@ -312,7 +312,7 @@ impl Head {
                     self.unit("m/s"),
                 )
                 .note(format!(
-                    "of the method ({}), median over the samples",
+                    "of the method, {}; median over the samples",
                     kind(&result.trace)
                 )),
             );
