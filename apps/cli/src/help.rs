@@ -180,6 +180,7 @@ const HEADINGS: &[(&str, &[Group])] = &[
                     "acceleration",
                     "acceleration-unit",
                     "acceleration-file",
+                    "acceleration-source",
                     "acceleration-time",
                     "acceleration-rate",
                     "calibration",
@@ -517,6 +518,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
             "yaw-rate-unit",
             "track",
             "acceleration-file",
+            "acceleration-source",
             "acceleration-time",
             "acceleration-rate",
             "calibration",
@@ -684,7 +686,7 @@ fn laid_out(command: Command, path: &str) -> Command {
         (0, _) => command.after_long_help(ARGUMENT_FILES),
         (n, _) => command
             .after_help(format!(
-                "`--help` explains {n} more option{}.",
+                "`--help` explains {n} more option{}; @FILE stands for arguments in a file.",
                 if n == 1 { "" } else { "s" }
             ))
             .after_long_help(ARGUMENT_FILES),

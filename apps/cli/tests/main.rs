@@ -52,6 +52,7 @@ mod transducers;
 mod uncertainty;
 mod velocity;
 mod velocity_car;
+mod velocity_digits;
 mod velocity_edges;
 mod velocity_shared;
 mod velocity_single_sensor;

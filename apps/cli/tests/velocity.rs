@@ -578,3 +578,89 @@ fn known_counts_put_back_at_the_index() {
     ];
     assert!(refuse(&wrong).contains("no whole number"));
 }
+
+/// A counter of twelve bits that rolls over: what is said of it can be typed, and --wraps is about angles.
+#[test]
+fn known_options_of_a_counter_that_rolls_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("axis.csv");
+    let mut text = String::from("time_s,enc,acc_m/s2\n");
+    for k in 0..4000 {
+        let t = 1e-3 * f64::from(k);
+        let count = (9000.0 + 6000.0 * (2.0 * t).sin()).floor() as i64 % 4096;
+        let wobble = 0.01 * f64::from(k * 7919 % 101 - 50) / 50.0;
+        let a = -6000.0 * 4.0 * (2.0 * t).sin() / 8192.0 + wobble;
+        writeln!(text, "{t:.3},{count},{a:.4}").unwrap();
+    }
+    std::fs::write(&file, text).unwrap();
+    let scale = ["--position", "enc", "--counts-per-metre", "8192"];
+    let out = folder.path().join("out");
+    let result = estimate(
+        &file,
+        &out,
+        &[&scale[..], &["--acceleration", "acc"]].concat(),
+    );
+    let found = result["findings"].as_array().unwrap();
+    let told = found.iter().find(|f| f["code"] == "rollover-suspected");
+    let told = told.expect("rollover-suspected").to_string();
+    assert!(told.contains("--bits 12"), "{told}");
+    let result = estimate(
+        &file,
+        &out,
+        &[&scale[..], &["--acceleration", "acc", "--bits", "12"]].concat(),
+    );
+    assert!(!codes(&result).iter().any(|c| c == "rollover-suspected"));
+    let mut all = run("estimate", &file, &scale);
+    all.push("--wraps".to_owned());
+    let said = refuse(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("--wraps is about angles"), "{said}");
+    // Nothing is named: the columns are offered.
+    let all = run("estimate", &file, &[]);
+    let said = refuse(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("--position enc --acceleration acc"), "{said}");
+    let all = run(
+        "estimate",
+        &file,
+        &[&scale[..], &["--between", "10", "20"]].concat(),
+    );
+    let said = refuse(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(said.contains("the last time is 3.999 s"), "{said}");
+}
+
+/// The speed that is stated is that of the method that was asked for, at the sample where the smoother is fastest.
+#[test]
+fn law_the_stated_speed_is_that_of_the_method() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = axis(folder.path(), &["--motion", "motor", "--duration", "4"]);
+    let recording = place.join("recording.csv");
+    let out = folder.path().join("out");
+    let of = |with: &[&str], columns: [&str; 2]| {
+        let result = estimate(&recording, &out, &[&SENSORS[..], with].concat());
+        let (stated, _, expanded) = quantity(&result, "largest_speed");
+        let table = out.join("velocity.csv");
+        let smoothed = column(&table, "smoothed_m/s");
+        let u = column(&table, "smoothed_standard_uncertainty_m/s");
+        let sure = |k: &usize| smoothed[*k].abs() - 2.0 * u[*k];
+        let at = (0..u.len())
+            .max_by(|i, j| sure(i).total_cmp(&sure(j)))
+            .unwrap();
+        let (v, u) = (
+            column(&table, columns[0])[at],
+            column(&table, columns[1])[at],
+        );
+        // The table is rounded to a hundredth of its smallest uncertainty.
+        assert!((stated - v.abs()).abs() < 0.02 * u, "{stated} {v} {u}");
+        assert!((expanded / (1.96 * u) - 1.0).abs() < 0.02, "{expanded} {u}");
+        result["extra"]["largest_speed_by"]
+            .as_str()
+            .unwrap()
+            .to_owned()
+    };
+    let by = of(
+        &["--method", "savitzky-golay:9,2"],
+        ["velocity_m/s", "standard_uncertainty_m/s"],
+    );
+    assert!(by.contains("the method asked for"), "{by}");
+    let by = of(&[], ["smoothed_m/s", "smoothed_standard_uncertainty_m/s"]);
+    assert!(by.contains("the smoother"), "{by}");
+}

@@ -46,8 +46,7 @@ pub fn firmware(bytes: &[u8], gains: GainsOf) -> Result<Firmware> {
             Ok(filter.firmware())
         }
         VelocityTuning::KIND => {
-            let (tuned, _) = read_section::<TunedGains>(bytes, &kind, TunedGains::SECTION)?;
-            tuned.firmware(gains)
+            TunedGains::read(bytes)?.firmware(gains)
         }
         VelocityMap::KIND => Ok(StoredMap::read(bytes)?.firmware()),
         other => Err(Trouble::data(format!(

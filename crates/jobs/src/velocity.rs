@@ -5,6 +5,7 @@ mod drift;
 mod drift_results;
 mod integrator;
 mod map;
+mod offered;
 mod outcome;
 mod page;
 mod reading;
@@ -45,6 +46,8 @@ pub struct AxisData<'a> {
     pub angular: bool,
     /// Way or angle of one turn of the encoder, where the reading says it.
     pub turn: Option<f64>,
+    /// What was stated of the encoder, in words: counts of a turn, radius.
+    pub encoder: Option<&'a str>,
     /// Time by which the accelerometer was stated to be late, s: it was shifted back by it.
     pub latency: f64,
     /// Reference velocity per sample, m/s.
@@ -63,6 +66,7 @@ impl<'a> AxisData<'a> {
             start: 0.0,
             angular: false,
             turn: None,
+            encoder: None,
             latency: 0.0,
             reference: None,
             findings: &[],
@@ -117,7 +121,7 @@ impl Job for VelocityEstimateJob {
         let (own, turn) = (self.circumference, data.turn);
         let result = estimate_turning(data.record, self.method, own, turn, watch)
             .map_err(|e| explain(e, data.name))?;
-        Ok(VelocityEstimate::new(data, result))
+        Ok(VelocityEstimate::new(data, result, self.method.is_some()))
     }
 }
 

@@ -6,6 +6,7 @@ pub use search::{FoundMap, MapSearch};
 
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
+use proofmass_core::check::{finite, within};
 use proofmass_core::encoder::ErrorLine;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -90,10 +91,33 @@ impl EncoderMap {
         parts.sum::<f64>().max(0.0).sqrt()
     }
 
+    /// Turn, orders and coefficients are numbers that a search finds, and the lines together are a map.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`], [`Error::NotFinite`] with the name of the field.
+    pub fn check(&self) -> Result<(), Error> {
+        check_turn(self.turn)?;
+        for line in &self.lines {
+            within("order of the encoder map", line.order, 1e-6, 1e9)?;
+            finite("cosine of the encoder map", &[line.cosine])?;
+            finite("sine of the encoder map", &[line.sine])?;
+            finite(
+                "covariance of the encoder map",
+                line.covariance.as_flattened(),
+            )?;
+        }
+        let steepest = self.steepest();
+        within("slope of the encoder map", steepest, 0.0, 1.0)
+    }
+
+    fn steepest(&self) -> f64 {
+        let steepest = |l: &MapLine| TAU * l.order * l.amplitude() / self.turn;
+        self.lines.iter().map(steepest).sum()
+    }
+
     /// Whether the reading rises with the position everywhere: what runs backwards is no map.
     pub(crate) fn is_map(&self) -> bool {
-        let steepest = |l: &MapLine| TAU * l.order * l.amplitude() / self.turn;
-        self.lines.iter().map(steepest).sum::<f64>() < 1.0
+        self.steepest() < 1.0
     }
 
     /// Standard uncertainty of its slope at a reading: of what it adds to a velocity, over that velocity.

@@ -272,18 +272,18 @@ findings! {
         evidence "{lost} of {samples} samples below a third of the usual amplitude of {usual:.4} V, the first is sample {first}",
         advice "check windings, connectors and the excitation";
 
-    /// Single readings are outliers.
-    glitches(count: usize, readings: usize, first: usize, largest: f64, ratio: f64) =
+    /// Single readings or samples of the accelerometer are outliers.
+    glitches(which: &str, treatment: &str, count: usize, all: usize, first: usize, largest: f64, ratio: f64) =
         "glitches", [Warning],
-        what "single readings are outliers of the motion and were left out",
-        evidence "{count} of {readings}; the first at sample {first}; off by up to {largest:.3e}, {ratio:.0} times the scatter of the readings",
+        what "single {which} are outliers of the motion and were left out{treatment}",
+        evidence "{count} of {all}; the first at sample {first}; off by up to {largest:.3e}, {ratio:.0} times their scatter",
         advice "look for a word that is read while it changes, a flipped bit, or a disturbed cable";
 
     /// Readings and accelerometer have opposite signs.
     opposite_sense(gain: f64, uncertainty: f64, correlation: f64, window: f64) =
         "opposite-sense", [Decision],
         what "readings and accelerometer are positive in opposite senses",
-        evidence "velocity changes of the readings over those of the accelerometer: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
+        evidence "velocity changes of the accelerometer over those of the readings: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
         advice "reverse one of them";
 
 }

@@ -90,7 +90,7 @@ pub use episode::Episode;
 pub use excerpt::excerpt;
 pub use filtering::{KalmanModel, KalmanRun};
 pub use findings::CATALOGUE;
-pub use glitch::drop_glitches;
+pub use glitch::{drop_glitches, drop_wild_accelerations};
 pub use held::{Held, held};
 pub use index_pulse::{IndexPassage, Indexed, indexed};
 pub use integration::{HighPass, OffLineIntegration, integrate};

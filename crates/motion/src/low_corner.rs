@@ -53,6 +53,12 @@ impl LowCorner {
         })
     }
 
+    /// The highest corner beside samples of this time, Hz: a twentieth of their rate. What lies above is no slow acceleration, and a corner
+    /// is not known by its samples there.
+    pub fn highest(sample_time: f64) -> f64 {
+        0.05 / sample_time
+    }
+
     /// 2πf.
     pub(crate) fn rate(&self) -> f64 {
         TAU * self.frequency

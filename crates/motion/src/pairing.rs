@@ -5,6 +5,7 @@ use crate::findings;
 use crate::step_input::curve;
 use crate::{KalmanModel, MotionRecord, ReadingSource};
 use proofmass_core::{Error, STANDARD_GRAVITY};
+use proofmass_signal::saturation::rails;
 use proofmass_uncertainty::{Finding, Severity};
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -13,7 +14,7 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Pairing {
-    /// Velocity changes of the readings over those of the accelerometer: one when units, axes and calibration agree.
+    /// Gain of the accelerometer: its velocity changes over those of the readings, one when units, axes and calibration agree.
     pub gain: f64,
     /// Its standard uncertainty.
     pub gain_uncertainty: f64,
@@ -29,7 +30,7 @@ pub struct Pairing {
     pub findings: Vec<Finding>,
 }
 
-/// Factors between units that are mistaken for each other: gain, and what it stands for.
+/// Factors between units that are mistaken for each other: one over the gain, and what it stands for.
 const MISTAKEN: [(f64, &str); 8] = [
     (STANDARD_GRAVITY, "the acceleration is in g, not in m/s²"),
     (
@@ -55,6 +56,9 @@ const MISTAKEN: [(f64, &str); 8] = [
     ),
     (3.6, "the readings are in km/h, not in m/s"),
 ];
+
+/// What a gain is of, in words.
+pub(crate) const OVER: &str = "velocity changes of the accelerometer over those of the readings";
 
 impl Pairing {
     /// Compares velocity changes over adjacent windows.
@@ -114,7 +118,7 @@ impl Pairing {
         let coarse = record.source == ReadingSource::Position
             && record.increment.is_some_and(|d| high - low < 20.0 * d);
         if !coarse {
-            found.findings = found.judged(stride as f64 * dt);
+            found.findings = found.judged(stride as f64 * dt, &record.acceleration);
         }
         Ok(found)
     }
@@ -124,21 +128,22 @@ impl Pairing {
         self.correlation.abs() > 0.7
     }
 
-    fn judged(&self, step: f64) -> Vec<Finding> {
+    fn judged(&self, step: f64, acceleration: &[f64]) -> Vec<Finding> {
         let mut findings = Vec::new();
         if !self.is_clear() {
             return findings;
         }
         let gain_mismatch = || {
             let details = format!(
-                "correlation {:.3} in windows of {:.3} s; velocity changes of the readings over those of the accelerometer",
+                "correlation {:.3} in windows of {:.3} s; {OVER}",
                 self.correlation, self.window
             );
             findings::gain_mismatch("", self.gain, self.gain_uncertainty, &details)
         };
-        let allowed =
-            (4.0 * self.gain_uncertainty + 1.0 - self.correlation * self.correlation).max(0.03);
-        let size = self.gain.abs();
+        // Of the readings over the accelerometer.
+        let size = 1.0 / self.gain.abs();
+        let u = self.gain_uncertainty * size * size;
+        let allowed = (4.0 * u + 1.0 - self.correlation * self.correlation).max(0.03);
         if self.gain < -4.0 * self.gain_uncertainty {
             findings.push(findings::opposite_sense(
                 self.gain,
@@ -149,12 +154,16 @@ impl Pairing {
         }
         let near = |f: f64| (size / f - 1.0).abs() < allowed.max(0.08);
         if (size - 1.0).abs() > allowed {
-            let mistaken = MISTAKEN.iter().find(|(f, _)| near(*f));
+            // One that is cut off shows less of the motion, as much less as it likes.
+            let mistaken = MISTAKEN
+                .iter()
+                .find(|(f, _)| near(*f))
+                .filter(|_| rails(acceleration).is_empty());
             findings.push(match mistaken {
                 Some((_, what)) => proofmass_uncertainty::findings::unit_suspected(
                     what,
                     &format!(
-                        "velocity changes of the readings over those of the accelerometer: {:.4} (u = {:.4}), correlation {:.3}, windows of {:.3} s",
+                        "{OVER}: {:.4} (u = {:.4}), correlation {:.3}, windows of {:.3} s",
                         self.gain, self.gain_uncertainty, self.correlation, self.window
                     ),
                 ),
@@ -275,7 +284,9 @@ fn paired(source: ReadingSource, read: &[f64], felt: &[f64], w: usize, dt: f64) 
     let rho = correlation(&centre, &values)?;
     // Windows overlap: every second one is new.
     let independent = ((m * step) as f64 / (2.0 * w as f64)).max(1.0);
+    // The noise is that of the accelerometer's integral: the readings are fitted by it, and its gain is one over the slope.
     let (gain, gain_uncertainty) = huber(&centre, &values, independent)
+        .map(|(slope, u)| (1.0 / slope, u / (slope * slope)))
         .filter(|(gain, u)| gain.is_finite() && u.is_finite())?;
     let noise = (1.0 - rho * rho).max(1e-12);
     let per_step = if curvature < 0.0 {
@@ -447,7 +458,7 @@ mod tests {
         assert_eq!(codes(&p), ["opposite-sense"], "{p:?}");
         let p = Pairing::of(&record(&axis, 21, 1.0 / 1.1)).unwrap();
         assert_eq!(codes(&p), ["gain-mismatch"]);
-        assert!((p.gain - 1.1).abs() < 0.01, "{p:?}");
+        assert!((p.gain * 1.1 - 1.0).abs() < 0.01, "{p:?}");
     }
 
     #[test]

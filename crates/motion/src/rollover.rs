@@ -48,7 +48,7 @@ pub fn rollover(counts: &[i64]) -> Option<Finding> {
         &format!("count jumps like a counter of {bits} bits that rolls over"),
         counts[k] as f64,
         counts[k + 1] as f64,
-        &format!("state that the counter has {bits} bits"),
+        &format!("state the width of the counter: --bits {bits}"),
     ))
 }
 
@@ -59,6 +59,6 @@ pub fn turns_anew(angle: &[f64], turn: f64) -> Option<Finding> {
         "angle starts again after each turn",
         angle[k],
         angle[k + 1],
-        "state that the angle wraps",
+        "state that the angle restarts after each turn: --wraps",
     ))
 }

@@ -267,7 +267,7 @@ fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
 
 /// Slope of a line through the window from each sample on, minus that through the window before it: value k compares the windows
 /// that meet at sample k + w.
-fn changes(x: &[f64], w: usize, dt: f64) -> Vec<f64> {
+pub(crate) fn changes(x: &[f64], w: usize, dt: f64) -> Vec<f64> {
     let slopes: Vec<f64> = x.windows(w).map(|part| slope(part, dt)).collect();
     (0..slopes.len() - w)
         .map(|k| slopes[k + w] - slopes[k])
@@ -289,7 +289,7 @@ fn felt(record: &MotionRecord) -> Vec<f64> {
 }
 
 /// Reading minus doubly integrated acceleration; missing readings on a line between their neighbours.
-fn residual(record: &MotionRecord) -> Vec<f64> {
+pub(crate) fn residual(record: &MotionRecord) -> Vec<f64> {
     let positions = held(&record.positions());
     let felt = felt(record);
     positions.iter().zip(felt).map(|(p, x)| p - x).collect()

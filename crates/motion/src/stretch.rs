@@ -72,16 +72,26 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
 /// Of a slower sensor whose value stands in several rows, keeps the row in which it is new.
 pub fn thin(record: &mut MotionRecord) -> Option<Finding> {
     let n = repetition(record)?;
-    let mut last = None;
-    let mut age = 0;
-    for reading in &mut record.reading {
-        age += 1;
+    let runs: Vec<usize> = record
+        .reading
+        .chunk_by(|a, b| a == b)
+        .map(<[_]>::len)
+        .collect();
+    let near = || runs.iter().filter(|run| run.abs_diff(n) <= 1);
+    let period = near().sum::<usize>() as f64 / near().count() as f64;
+    let mut from = 0;
+    for run in runs {
         // A value that stays (a wheel at rest) is new again after as many rows.
-        if *reading != last || age >= n {
-            (last, age) = (*reading, 0);
-        } else {
-            *reading = None;
+        let times = (run as f64 / period).round().max(1.0);
+        let mut kept = 0.0;
+        for k in 0..run {
+            if k as f64 >= (kept * run as f64 / times).round() && kept < times {
+                kept += 1.0;
+            } else {
+                record.reading[from + k] = None;
+            }
         }
+        from += run;
     }
     Some(repeated_samples("; only the first of each is used", &often(record, n)).at(Severity::Note))
 }

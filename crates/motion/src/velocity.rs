@@ -66,16 +66,34 @@ pub struct EstimateResult {
 }
 
 impl EstimateResult {
-    /// Largest speed with its standard uncertainty by the smoother: of the sample whose interval lies farthest from rest, so that what is
-    /// not known (a start, a blow) does not pass for fast. What a filter knows at each moment is no measure of it: the largest of many
-    /// values with large errors is too large.
-    pub fn largest_speed(&self) -> (f64, f64) {
-        let trace = &self.smoother;
-        let u = |k: usize| trace.standard_uncertainty.as_ref().map_or(0.0, |u| u[k]);
-        let sure = |k: usize| trace.velocity[k].abs() - 2.0 * u(k);
-        let at = (0..trace.velocity.len()).max_by(|&i, &j| sure(i).total_cmp(&sure(j)));
-        at.map_or((0.0, 0.0), |k| (trace.velocity[k].abs(), u(k)))
+    /// The sample at which the smoother is fastest: whose interval lies farthest from rest, so that what is not known (a start, a blow)
+    /// does not pass for fast. What a filter knows at each moment is no measure of it: the largest of many values with large errors
+    /// is too large.
+    pub fn fastest(&self) -> usize {
+        let sure = |k: usize| {
+            let (v, u) = speed_at(&self.smoother, k);
+            v - 2.0 * u
+        };
+        let all = 0..self.smoother.velocity.len();
+        all.max_by(|&i, &j| sure(i).total_cmp(&sure(j)))
+            .unwrap_or(0)
     }
+
+    /// Largest speed by the smoother with its standard uncertainty.
+    pub fn largest_speed(&self) -> (f64, f64) {
+        speed_at(&self.smoother, self.fastest())
+    }
+
+    /// The speed by the method at the same sample, with its standard uncertainty.
+    pub fn speed_by_method(&self) -> (f64, f64) {
+        speed_at(&self.trace, self.fastest())
+    }
+}
+
+fn speed_at(trace: &VelocityTrace, sample: usize) -> (f64, f64) {
+    let u = trace.standard_uncertainty.as_ref();
+    let v = trace.velocity.get(sample).map_or(0.0, |v| v.abs());
+    (v, u.and_then(|u| u.get(sample)).copied().unwrap_or(0.0))
 }
 
 /// Velocity of a record by a method, or by the Kalman filter with tuned gains when none is given.

@@ -1,7 +1,8 @@
 //! Faults of a record: glitches, rests that move, counters that roll over; healthy records raise no alarm.
 
 use proofmass_motion::{
-    MotionRecord, ReadingSource, continued, drop_glitches, moves_while_still, rollover, turns_anew,
+    MotionRecord, ReadingSource, continued, drop_glitches, drop_wild_accelerations,
+    moves_while_still, rollover, turns_anew,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -77,6 +78,71 @@ fn coverage_healthy_readings_stay() {
     }
 }
 
+/// An axis with a sine of 2 Hz and 0.02 m/s² of noise, whose velocity jumps by a blow of one sample where `blow` is true.
+fn driven(seed: u64, counts: bool, blow: bool) -> MotionRecord {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+    let (w, dt, n) = (12.566, 1e-3, 5000);
+    let after = |k: usize| f64::from(u8::from(blow && k > 3000));
+    let x = |k: usize| {
+        let t = dt * k as f64;
+        0.02 * (w * t).sin() + 0.2 * after(k) * (t - 3.0)
+    };
+    let step = 1.57e-4;
+    let read = |k: usize| match counts {
+        true => (x(k) / step).floor() * step,
+        false => 0.02 * w * (w * dt * k as f64).cos() + 0.2 * after(k),
+    };
+    let readings = (0..n).map(|k| Some(read(k))).collect();
+    let acceleration = (0..n)
+        .map(|k| {
+            let hit = if blow && k == 3000 { 0.2 / dt } else { 0.0 };
+            -0.02 * w * w * (w * dt * k as f64).sin() + 0.05 + 0.02 * noise() + hit
+        })
+        .collect();
+    let source = match counts {
+        true => ReadingSource::Position,
+        false => ReadingSource::Speed,
+    };
+    let mut record = MotionRecord::new(dt, source, readings, acceleration).unwrap();
+    record.increment = counts.then_some(step);
+    record
+}
+
+#[test]
+fn known_wild_accelerations_are_left_out_and_a_blow_is_not() {
+    for counts in [true, false] {
+        let sound = driven(1, counts, false);
+        let mut wild = sound.clone();
+        wild.acceleration[1234] = 500.0;
+        wild.acceleration[4000] -= 60.0;
+        let finding = drop_wild_accelerations(&mut wild).unwrap();
+        assert_eq!(finding.code(), "glitches");
+        assert!(
+            finding.evidence_text().starts_with("2 of 5000"),
+            "{finding}"
+        );
+        // The line between two neighbours of 0.02 m/s² of noise, and the sample itself: √1.5 of it, five standard deviations.
+        for k in [1234, 4000] {
+            let off = wild.acceleration[k] - sound.acceleration[k];
+            assert!(off.abs() < 0.13, "{off}");
+        }
+        let mut blow = driven(1, counts, true);
+        assert_eq!(drop_wild_accelerations(&mut blow), None);
+        assert_eq!(blow, driven(1, counts, true));
+    }
+}
+
+#[test]
+fn law_healthy_accelerations_are_not_wild() {
+    for seed in 0..50 {
+        for counts in [true, false] {
+            let mut healthy = driven(seed, counts, false);
+            assert_eq!(drop_wild_accelerations(&mut healthy), None);
+        }
+    }
+}
+
 #[test]
 fn coverage_stillness_raises_few_false_alarms_and_motion_one() {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
@@ -109,7 +175,7 @@ fn law_words_of_any_width_are_suspected_and_continued() {
                 .collect();
             let found = rollover(&words).unwrap();
             assert!(
-                found.advice_text().contains(&format!("{bits} bits")),
+                found.advice_text().contains(&format!("--bits {bits}")),
                 "{found}"
             );
             let words: Vec<f64> = words.iter().map(|w| *w as f64).collect();

@@ -33,6 +33,15 @@ pub(crate) fn stated(q: &StatedQuantity) -> KeyFigure {
 
 /// The same by another name.
 pub(crate) fn stated_as(name: &str, q: &StatedQuantity) -> KeyFigure {
+    noted(name, q, None)
+}
+
+/// The same, with where it comes from.
+pub(crate) fn stated_by(q: &StatedQuantity, by: &str) -> KeyFigure {
+    noted(&label(&q.name), q, Some(format!("by {by}")))
+}
+
+fn noted(name: &str, q: &StatedQuantity, more: Option<String>) -> KeyFigure {
     let mut notes = vec![match (q.k, q.interval) {
         _ if q.expanded == 0.0 => "taken as known".to_owned(),
         (Some(k), _) => format!("k = {k:.2}, {}", percent(q.probability)),
@@ -43,6 +52,7 @@ pub(crate) fn stated_as(name: &str, q: &StatedQuantity) -> KeyFigure {
         (None, None) => percent(q.probability),
     }];
     notes.extend(in_the_trade(q.value, q.expanded, &q.unit));
+    notes.extend(more);
     KeyFigure::new(name, plus_minus(q.value, q.expanded), q.unit.clone()).note(notes.join("; "))
 }
 

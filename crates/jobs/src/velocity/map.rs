@@ -7,11 +7,11 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::Watch;
+use proofmass_core::{Error, Watch};
 use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
-use proofmass_motion::{EncoderMap, FoundMap, MapSearch};
+use proofmass_motion::{EncoderMap, FoundMap, MapSearch, Pairing};
 use proofmass_report::Report;
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// Eccentricity, gears and their like, found with the accelerometer's help.
@@ -76,9 +76,25 @@ impl Job for VelocityMapJob {
             .with_hint("it lies between 0 and 1"));
         }
         let found = self.search.run(data.record, watch);
-        let found = found.map_err(|e| explain(e, data.name))?;
+        let found = found.map_err(|e| {
+            let singular = matches!(e, Error::Singular { .. });
+            let trouble = explain(e, data.name);
+            match against(data).filter(|_| singular) {
+                Some(doubt) => trouble.with_hint(doubt),
+                None => trouble,
+            }
+        })?;
         Ok(VelocityMap::new(data, self.search.clone(), found))
     }
+}
+
+/// What speaks against both sensors together, and what to do: without one motion in both no lines are told.
+fn against(data: &AxisData<'_>) -> Option<String> {
+    let pairing = Pairing::of(data.record).ok();
+    let beside = pairing.iter().flat_map(|p| &p.findings);
+    let mut all = data.findings.iter().chain(beside);
+    let decision = all.find(|f| f.severity() == Severity::Decision)?;
+    Some(format!("{}: {}", decision.what(), decision.advice_text()))
 }
 
 /// The map of an encoder.
@@ -147,7 +163,9 @@ impl StoredMap {
     const SECTION: &'static str = "encoder_map";
 
     pub(crate) fn read(bytes: &[u8]) -> Result<Self> {
-        Ok(read_section(bytes, VelocityMap::KIND, Self::SECTION)?.0)
+        let stored: Self = read_section(bytes, VelocityMap::KIND, Self::SECTION)?.0;
+        stored.map.check()?;
+        Ok(stored)
     }
 
     pub(crate) fn firmware(&self) -> Firmware {

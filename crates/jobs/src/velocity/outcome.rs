@@ -4,7 +4,8 @@ use super::{AxisData, page};
 use crate::firmware::{Firmware, GainsOf, of_method, with_low_corner};
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
-use crate::trouble::Result;
+use crate::stored_result::read_section;
+use crate::trouble::{Result, Trouble};
 use proofmass_io::StatedQuantity;
 use proofmass_motion::{
     CompareResult, EstimateResult, LowCorner, Method, MotionRecord, ReadingSource, TuneResult,
@@ -35,6 +36,9 @@ pub(super) struct Head {
     #[serde(default)]
     pub(super) alone: bool,
     increment: Option<f64>,
+    /// What was stated of the encoder, in words.
+    #[serde(default)]
+    pub(super) encoder: Option<String>,
     initial_velocity: Option<f64>,
     /// Velocity at the first sample by the record: stated, or that of the first readings, with its standard uncertainty.
     #[serde(default)]
@@ -62,6 +66,7 @@ impl Head {
             angular: data.angular,
             alone: !record.accelerometer,
             increment: record.increment,
+            encoder: data.encoder.map(str::to_owned),
             initial_velocity: record.initial_velocity,
             start_velocity: Some(record.start_velocity()),
             stated_latency: data.latency,
@@ -101,6 +106,7 @@ impl Head {
                 "source": self.source,
                 "unit": self.unit("m"),
                 "increment_m": self.increment,
+                "encoder": self.encoder,
                 "initial_velocity_m_per_s": self.initial_velocity,
                 "start_velocity_m_per_s": self.start_velocity.map(|v| v.0),
                 "start_velocity_standard_uncertainty_m_per_s": self.start_velocity.map(|v| v.1),
@@ -212,11 +218,17 @@ pub struct VelocityEstimate {
     pub(super) reading: Vec<Option<f64>>,
     pub(super) acceleration: Vec<f64>,
     pub(super) result: EstimateResult,
+    /// Whether a method was asked for, whose speed is stated then.
+    pub(super) asked: bool,
 }
 
 impl VelocityEstimate {
-    pub(super) fn new(data: &AxisData<'_>, mut result: EstimateResult) -> Self {
-        let quantities = std::iter::once(fastest(&result)).collect::<Vec<_>>();
+    pub(super) fn new(data: &AxisData<'_>, mut result: EstimateResult, asked: bool) -> Self {
+        let (v, u) = match asked {
+            true => result.speed_by_method(),
+            false => result.largest_speed(),
+        };
+        let quantities = vec![quantity("largest_speed", "m/s", v, u)];
         rounded_trace(&mut result.trace);
         rounded_trace(&mut result.smoother);
         if let Some((value, u)) = &mut result.offset {
@@ -251,6 +263,16 @@ impl VelocityEstimate {
             reading,
             acceleration,
             result,
+            asked,
+        }
+    }
+
+    /// By what the largest speed is stated, in words.
+    pub(super) fn stated_by(&self) -> String {
+        let at = self.head.time(self.result.fastest());
+        match self.asked {
+            true => format!("the method asked for, at {at:.3} s, where the smoother is fastest"),
+            false => format!("the smoother, at {at:.3} s"),
         }
     }
 
@@ -266,11 +288,6 @@ impl VelocityEstimate {
 }
 
 /// Largest speed, by the smoother.
-fn fastest(result: &EstimateResult) -> Quantity {
-    let (v, u) = result.largest_speed();
-    quantity("largest_speed", "m/s", v, u)
-}
-
 impl Outcome for VelocityEstimate {
     const KIND: &'static str = "velocity-estimate";
     const PRINCIPAL_TABLE: &'static str = "velocity.csv";
@@ -304,6 +321,7 @@ impl Outcome for VelocityEstimate {
                 ),
             )?,
             section("agreement", &self.result.agreement)?,
+            section("largest_speed_by", &self.stated_by())?,
         ])
     }
 
@@ -424,6 +442,99 @@ impl TunedGains {
             latency: result.tuned.latency,
             stated_latency: head.stated_latency,
             low_corner: result.low_corner,
+        }
+    }
+
+    /// The gains from a result.json.
+    ///
+    /// # Errors
+    /// Another kind of result; a field that no tuning writes.
+    pub(crate) fn read(bytes: &[u8]) -> Result<Self> {
+        let (tuned, _) = read_section::<Self>(bytes, VelocityTuning::KIND, Self::SECTION)?;
+        tuned.check()?;
+        Ok(tuned)
+    }
+
+    /// Refuses what no tuning writes, by the field.
+    fn check(&self) -> Result<()> {
+        let refuse = |field: &str, what: String| {
+            Err(Trouble::data(format!(
+                "the field {}.{field} of the tuning is {what}",
+                Self::SECTION
+            ))
+            .with_hint("write the result.json anew with `proofmass velocity tune`"))
+        };
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        if !positive(self.sample_time) {
+            return refuse("sample_time", format!("{}, no time", self.sample_time));
+        }
+        for (field, value, fits) in [
+            ("offset", self.offset, f64::is_finite as fn(f64) -> bool),
+            ("gain", self.gain, |g| g.is_finite() && g != 0.0),
+            ("latency", self.latency, f64::is_finite),
+        ] {
+            let Some(TunedValue {
+                value, uncertainty, ..
+            }) = value
+            else {
+                continue;
+            };
+            if !(fits(value) && uncertainty.is_finite() && uncertainty >= 0.0) {
+                return refuse(field, format!("{value} with u = {uncertainty}"));
+            }
+        }
+        if !self.stated_latency.is_finite() {
+            return refuse("stated_latency", format!("{} s", self.stated_latency));
+        }
+        if let Some(corner) = &self.low_corner {
+            let LowCorner {
+                frequency,
+                uncertainty,
+                order,
+                ..
+            } = *corner;
+            let highest = LowCorner::highest(self.sample_time);
+            if !(1..=2).contains(&order) {
+                return refuse("low_corner.order", format!("{order}, not 1 or 2"));
+            }
+            if !(positive(frequency) && frequency <= highest) {
+                return refuse(
+                    "low_corner.frequency",
+                    format!(
+                        "{frequency} Hz, not above zero and up to {highest} Hz, a twentieth of the sampling rate"
+                    ),
+                );
+            }
+            if LowCorner::new(frequency, uncertainty, order).is_err() {
+                return refuse(
+                    "low_corner.uncertainty",
+                    format!("{uncertainty} Hz, not from zero to half the frequency"),
+                );
+            }
+        }
+        let known = |gains: &[f64]| gains.iter().all(|g| positive(*g));
+        let fits = [
+            (
+                "kalman",
+                match &self.kalman {
+                    Method::Kalman { model } | Method::SteadyKalman { model } => {
+                        known(&[model.acceleration_noise, model.reading_noise])
+                    }
+                    _ => false,
+                },
+            ),
+            (
+                "observer",
+                matches!(self.observer, Method::Observer { k_x, k_v } if known(&[k_x, k_v])),
+            ),
+            (
+                "two_channel",
+                matches!(self.two_channel, Method::TwoChannel { k1, k2 } if k1.is_finite() && k1 >= 0.0 && known(&[k2])),
+            ),
+        ];
+        match fits.iter().find(|(_, fits)| !fits) {
+            Some((field, _)) => refuse(field, "no such filter with gains above zero".to_owned()),
+            None => Ok(()),
         }
     }
 

@@ -17,7 +17,7 @@ pub(super) use tune::tune;
 
 use super::outcome::Head;
 use crate::page::words::words;
-use proofmass_motion::{KalmanModel, LowCorner, Pairing, Tuned};
+use proofmass_motion::{KalmanModel, LowCorner, Pairing, ReadingSource, Tuned};
 use proofmass_report::{Report, Table, scientific};
 
 /// The sentence, behind another, that a corner of the accelerometer was taken account of.
@@ -67,8 +67,10 @@ pub(crate) fn unit_of(of_length: &str, angular: bool) -> String {
 impl Head {
     /// The line under the title of every velocity page.
     fn opened(&self, page: Report, samples: usize) -> Report {
+        let encoder = self.encoder.as_ref();
+        let encoder = encoder.map_or(String::new(), |told| format!("; {told}"));
         page.subtitle(format!(
-            "{samples} samples at {} Hz, {} s",
+            "{samples} samples at {} Hz, {} s{encoder}",
             scientific(1.0 / self.sample_time, 5),
             scientific(samples as f64 * self.sample_time, 5)
         ))
@@ -86,8 +88,13 @@ fn facts(caption: &str, rows: impl IntoIterator<Item = [String; 2]>) -> Table {
 }
 
 /// The noise of a model in words.
-fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<[String; 2]> {
+fn noise(model: &KalmanModel, head: &Head) -> Vec<[String; 2]> {
     use proofmass_motion::{BiasModel, ProcessNoise};
+    let (angular, alone) = (head.angular, head.alone);
+    let read = match head.source {
+        ReadingSource::Position => "m",
+        ReadingSource::Speed => "m/s",
+    };
     let mut rows = vec![
         match model.noise_form {
             ProcessNoise::SampleConstant => [
@@ -104,10 +111,7 @@ fn noise(model: &KalmanModel, angular: bool, alone: bool) -> Vec<[String; 2]> {
         },
         [
             "noise of a reading by likelihood, √R".to_owned(),
-            format!(
-                "{} m, or m/s where a speed is read",
-                scientific(model.reading_noise.sqrt(), 3)
-            ),
+            format!("{} {read}", scientific(model.reading_noise.sqrt(), 3)),
         ],
     ];
     rows.push([
@@ -151,7 +155,7 @@ fn pairing(pairing: &Pairing, tuned: Option<&Tuned>) -> Table {
         scientific(pairing.gain_uncertainty, 2)
     );
     let mut rows = vec![[
-        "velocity changes of the readings over those of the accelerometer".to_owned(),
+        "gain of the accelerometer: its velocity changes over those of the readings".to_owned(),
         gain,
     ]];
     rows.extend(used.map(|used| {

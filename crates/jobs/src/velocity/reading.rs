@@ -17,6 +17,10 @@ use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
+/// What names the column of a reading.
+pub(super) const NAMED: &str =
+    "add --position COLUMN, --speed COLUMN, --quadrature A,B, --teeth LEVEL or --resolver SIN,COS";
+
 /// The encoder or the wheel speed: which columns hold it, and what they mean.
 ///
 /// One of `position`, `speed`, `quadrature`, `teeth` and `resolver` is named.
@@ -130,6 +134,21 @@ impl Reading {
         }
     }
 
+    /// Counts and radius as they were stated, in words.
+    pub(super) fn stated(&self) -> Option<String> {
+        let told: Vec<String> = [
+            self.counts_per_turn.map(|n| format!("{n} counts per turn")),
+            self.counts_per_metre
+                .map(|n| format!("{n} counts per metre")),
+            self.bits.map(|n| format!("{n} bits")),
+            self.radius.map(|r| format!("radius {r} m")),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        (!told.is_empty()).then(|| told.join(", "))
+    }
+
     /// The columns it needs, in the order in which [`Reading::decode`] takes them.
     pub(super) fn columns(&self) -> Result<Vec<ColumnRef>, Trouble> {
         if let Some(name) = &self.teeth {
@@ -146,9 +165,7 @@ impl Reading {
             (.., Some(n)) => (n, 2, 2),
             _ => {
                 return Err(
-                    Trouble::data("no column of a position or a speed is named").with_hint(
-                        "add --position COLUMN, --speed COLUMN, --quadrature A,B, --teeth LEVEL or --resolver SIN,COS; `proofmass inspect` lists the columns",
-                    ),
+                    Trouble::data("no column of a position or a speed is named").with_hint(NAMED)
                 );
             }
         };
@@ -317,6 +334,12 @@ impl Reading {
         let n = all - usize::from(self.index.is_some());
         let columns = &recording.columns[..n];
         let missing: Vec<&[usize]> = (0..n).map(|i| recording.missing(i)).collect();
+        if self.wraps && (self.is_level() || self.resolver.is_some()) {
+            return Err(Trouble::request(
+                "--wraps is about an angle that restarts after each turn, and none is read",
+            )
+            .with_hint("leave out --wraps: levels and a resolver are counted over their turns"));
+        }
         if self.is_level() {
             return self.logic(recording, columns, clock, &missing, findings);
         }
@@ -468,6 +491,7 @@ impl Reading {
             (Unit::Radian, false) | (Unit::RadianPerSecond, true) => {
                 factor * self.radius("readings in angles")?
             }
+            (Unit::Count, false) if self.wraps => return Err(self.no_angle(name, unit)),
             (Unit::Count, false) => {
                 let step = self.count_length()?;
                 let count = self.continued(recording, column, index, findings)?;
@@ -482,10 +506,7 @@ impl Reading {
             }
         };
         if self.wraps && (si, speed) != (Unit::Radian, false) {
-            return Err(Trouble::data(format!(
-                "--wraps is about angles, column {name:?} is in {unit}"
-            ))
-            .with_hint("counts roll over with --bits"));
+            return Err(self.no_angle(name, unit));
         }
         if (si, speed) == (Unit::Radian, false) {
             let turn = (TAU / factor).abs();
@@ -496,6 +517,20 @@ impl Reading {
             findings.extend(turns_anew(&column.data, turn));
         }
         Ok(column.data.iter().map(|v| scale * v).collect())
+    }
+
+    /// An angle that restarts is asked for, and the column holds none.
+    fn no_angle(&self, column: &str, unit: Unit) -> Trouble {
+        let hint = match unit {
+            Unit::Count => {
+                "leave out --wraps; a counter rolls over with --bits N, its width, as 12 for 0 to 4095"
+            }
+            _ => "leave out --wraps",
+        };
+        Trouble::data(format!(
+            "--wraps is about angles, column {column:?} is in {unit}"
+        ))
+        .with_hint(hint)
     }
 
     /// Whole numbers, continued over the rollovers of a counter.

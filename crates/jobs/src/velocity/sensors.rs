@@ -1,7 +1,8 @@
 //! The two sensors of an axis, from one file or two, on one time base.
 
 use super::clock::{clock, counted, evened, nothing, timed};
-use super::reading::{Reading, Samples};
+use super::offered::offered;
+use super::reading::{NAMED, Reading, Samples};
 use super::reference::Reference;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
@@ -10,6 +11,7 @@ use crate::frequency_response::read_calibration;
 use crate::record::Record;
 use crate::recording::stretch;
 use crate::store::Store;
+use crate::stream_choice::StreamChoice;
 use crate::trouble::Trouble;
 use proofmass_core::Watch;
 use proofmass_io::{
@@ -19,8 +21,10 @@ use proofmass_io::{
 };
 use proofmass_motion::{
     LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches,
-    edge_places, even_clock, held, longest_stretch, mean_between, moves_while_still, thin,
+    drop_wild_accelerations, edge_places, even_clock, held, longest_stretch, mean_between,
+    moves_while_still, thin,
 };
+use proofmass_signal::saturation;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
 
@@ -65,6 +69,12 @@ pub struct AxisSensors {
     /// File of the accelerometer, when it has its own; its clock must be that of the recording
     #[cfg_attr(feature = "clap", arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath))]
     pub acceleration_file: Option<String>,
+    /// Stream of that file, where it holds several; it may be the same file as the recording
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "NAME", requires = "acceleration_file")
+    )]
+    pub acceleration_source: Option<String>,
     /// Time column of the accelerometer's file, where no heading names it
     #[cfg_attr(
         feature = "clap",
@@ -156,6 +166,10 @@ pub struct AxisSensors {
     /// Sampling rate in hertz, for recordings without a time column
     #[cfg_attr(feature = "clap", arg(long, value_name = "HZ"))]
     pub rate: Option<f64>,
+    /// Which stream of the recording.
+    #[serde(flatten)]
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub choice: StreamChoice,
 }
 
 /// A calibration of the accelerometer as this recording uses it.
@@ -228,6 +242,8 @@ pub struct AxisRecordings {
     pub(super) angular: bool,
     /// Way or angle of one turn of the encoder, where it is known and no map was subtracted.
     turn: Option<f64>,
+    /// What was stated of the encoder, in words.
+    encoder: Option<String>,
     /// Latency of the accelerometer that was stated, s.
     latency: f64,
     /// Reference velocity per sample, m/s or rad/s.
@@ -248,6 +264,7 @@ impl AxisRecordings {
             start: self.origin + self.start,
             angular: self.angular,
             turn: self.turn,
+            encoder: self.encoder.as_deref(),
             latency: self.latency,
             reference: self.reference.as_deref(),
             findings: &self.findings,
@@ -305,10 +322,14 @@ impl AxisSensors {
             return Err(Trouble::data(
                 "an accelerometer alone drifts: an interval at rest is needed, and no position or speed is named",
             )
-            .with_hint("add --still FROM,TO, or --position COLUMN or --speed COLUMN"));
+            .with_hint(self.hint("add --still FROM,TO, or --position COLUMN or --speed COLUMN", store)?));
         }
         let mut columns = match resting {
             true => Vec::new(),
+            false if !self.reading.is_named() => {
+                return Err(Trouble::data("no column of a position or a speed is named")
+                    .with_hint(self.hint(NAMED, store)?));
+            }
             false => self.reading.columns()?,
         };
         let of_reading = columns.len();
@@ -330,7 +351,7 @@ impl AxisSensors {
         if together {
             absent[of_reading..of_reading + of_acceleration.len()].fill(Absent::Empty);
         }
-        let mut source = store.open(&self.recording)?;
+        let mut source = self.choice.stream_of(store.open(&self.recording)?);
         let options = self.options(&mut source, true, columns, self.time.as_deref(), self.rate)?;
         let mut main = Recording::from_source_sparse(source, &options, &absent)?;
         for column in 0..of_reading {
@@ -338,7 +359,7 @@ impl AxisSensors {
             let unit = self.reading.unit.filter(|_| self.reading.scale.is_none());
             let counts = self.reading.increment().map(|_| Unit::Count);
             main.state_unit(column, unit, SaidBy::Person)?;
-            main.state_unit(column, counts, SaidBy::Nobody)?;
+            main.state_unit(column, counts, SaidBy::Person)?;
         }
         if together {
             for column in of_reading..of_yaw {
@@ -412,7 +433,8 @@ impl AxisSensors {
             None if alone => nothing(&clock, self.reading.edges()),
             None => self.accelerations(calibrated.as_ref(), &main, &clock, of_reading)?,
             Some(name) => {
-                let mut source = store.open(name)?;
+                let stream = self.acceleration_source.as_deref();
+                let mut source = store.open(name)?.with_stream(stream, self.choice.raw);
                 let options = self.options(
                     &mut source,
                     false,
@@ -459,8 +481,9 @@ impl AxisSensors {
             let [from, to] = from_start(asked);
             acceleration.keep(|t| t >= from && t < to);
             if acceleration.time.len() < 2 {
+                let last = main.time.seconds(main.samples().max(1) - 1);
                 return Err(Trouble::request(format!(
-                    "no row lies between {} s and {} s",
+                    "no row lies between {} s and {} s; the last time is {last} s",
                     asked[0], asked[1]
                 ))
                 .detail(self.recording.clone())
@@ -497,6 +520,11 @@ impl AxisSensors {
             findings.push(found.finding(rate));
         }
 
+        if !alone {
+            let consequence = "the velocity misses what was cut off until the next readings";
+            let value = &acceleration.value;
+            findings.extend(saturation::clipped("the accelerometer", value, consequence));
+        }
         let stated_start = start;
         let (mut record, start) = self.common(&reading, &acceleration, resting)?;
         if let (true, Some([from, to])) = (resting, still) {
@@ -530,6 +558,7 @@ impl AxisSensors {
         }
         if !resting && !self.reading.edges() {
             findings.extend(drop_glitches(&mut record));
+            findings.extend(drop_wild_accelerations(&mut record));
         }
         // The mean of several wheels has no turn of its own.
         let own_turns = told.position.as_ref().is_none_or(|p| p.len() == 1);
@@ -541,6 +570,7 @@ impl AxisSensors {
             turn: told
                 .turn()
                 .filter(|_| own_turns && self.encoder_map.is_none()),
+            encoder: self.reading.stated(),
             latency: self.latency,
             reference: None,
             inputs,
@@ -566,6 +596,12 @@ impl AxisSensors {
             reference.attach(&mut bench, &samples)?;
         }
         Ok(bench)
+    }
+
+    /// What to do where no column is named, with the columns that there are.
+    fn hint(&self, todo: &str, store: &dyn Store) -> Result<String, Trouble> {
+        let source = self.choice.stream_of(store.open(&self.recording)?);
+        Ok(format!("{todo}; {}", offered(source)?))
     }
 
     /// The velocity at the first sample with its standard uncertainty, where it is stated.
@@ -621,8 +657,7 @@ impl AxisSensors {
         let corner = corner.map_err(|e| {
             Trouble::from(e).with_hint("--low-corner HZ is above zero, --low-corner-uncertainty less than half of it, --low-corner-order 1 or 2")
         })?;
-        // What lies above is no slow acceleration, and a corner is not known by its samples there.
-        let highest = 0.05 / record.sample_time;
+        let highest = LowCorner::highest(record.sample_time);
         if frequency > highest {
             return Err(Trouble::request(format!(
                 "--low-corner {frequency} Hz lies above {highest} Hz, a twentieth of the sampling rate"
@@ -704,6 +739,7 @@ impl AxisSensors {
         if self.acceleration.is_empty() {
             let in_vain = [
                 (self.acceleration_file.is_some(), "--acceleration-file"),
+                (self.acceleration_source.is_some(), "--acceleration-source"),
                 (self.calibration.is_some(), "--calibration"),
                 (self.still.is_some(), "--still"),
                 (self.latency != 0.0, "--latency"),

@@ -73,9 +73,12 @@ impl Counted<'_> {
         let curvature = -(value(at + 0.1, edge)? - 2.0 * top + value(at - 0.1, edge)?) / 0.01;
         let sigma = (1.0 / curvature.max(4.0)).sqrt();
         let half = 1.96 * sigma * LN_10;
+        // The filter at the edges takes the interval of a count for normal while it rests: its likelihood is sharper than it is right, and
+        // off by more where rests are long. What the floor of the accelerometer is held by is the least that is stated.
+        let stated = |floor: f64| half.max(1.96 * floor);
         Ok(CountingTuned {
             model: model(at, edge),
-            log_q_interval: Some((half, half)),
+            log_q_interval: Some((stated(PRIOR.0), stated(PRIOR.1))),
             nodes: vec![model(at - sigma, edge), model(at + sigma, edge)],
         })
     }

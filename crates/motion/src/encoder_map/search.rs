@@ -3,8 +3,10 @@
 use super::{EncoderMap, MapLine, check_source, check_turn};
 use crate::diffuse::{Prepared, REGRESSORS, Regression};
 use crate::findings;
-use crate::velocity::ground::{Ground, margin, part, part_finding, runs, search_of, sensors};
-use crate::{MotionRecord, SlipReport, Tuned, Tuning};
+use crate::velocity::ground::{
+    Ground, doubts, margin, part, part_finding, runs, search_of, sensors,
+};
+use crate::{MotionRecord, Pairing, SlipReport, Tuned, Tuning, conditions};
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::Finding;
 use proofmass_uncertainty::chi_squared_chance;
@@ -124,6 +126,10 @@ impl MapSearch {
         map.lines.retain(|line| line.chance < alone);
         let turns = used.way(record) / self.turn;
         let mut findings = findings(&map, turns, self.quarter(record));
+        findings.extend(conditions(record));
+        let readings = (used.repeated * used.tuned.effective_readings).round() as usize;
+        let beside = doubts(used.pairing.as_ref(), Some(&used.tuned), readings);
+        findings.extend(beside);
         findings.extend(part_finding(record, &used.part));
         findings.extend(used.slip.iter().flat_map(|s| s.findings.iter().cloned()));
         findings.extend(used.tuned.findings.iter().cloned());
@@ -258,6 +264,7 @@ struct Used {
     /// Stretches without slip.
     stretches: Vec<Range<usize>>,
     slip: Option<SlipReport>,
+    pairing: Option<Pairing>,
     /// Samples the noise was found on.
     part: Range<usize>,
     tuned: Tuned,
@@ -277,10 +284,10 @@ impl Used {
     fn on(record: &MotionRecord, ground: Ground) -> Self {
         let Ground {
             slip,
+            pairing,
             part: quiet,
             samples,
             tuned,
-            ..
         } = ground;
         let margin = margin(record);
         let clean = |k: usize| !slip.as_ref().is_some_and(|s| s.slips(k, margin));
@@ -295,6 +302,7 @@ impl Used {
             repeated: (readings / tuned.effective_readings).max(1.0),
             stretches,
             slip,
+            pairing,
             part: samples,
             tuned,
             cautious: false,

@@ -3,6 +3,7 @@
 use super::doubt::{at_bound, not_white, resting, rounding_repeats};
 use super::spread::{LN10, parameters, shifted};
 use super::{NoiseNode, Point, Search, Tuned, TunedValue};
+use crate::diffuse::Noise;
 use crate::whiteness::autocorrelation;
 use crate::{BiasModel, KalmanModel, Whiteness};
 use proofmass_core::Error;
@@ -100,7 +101,7 @@ impl Search<'_> {
             // On line the correlated part counts as white.
             reading_noise: point.noise.r + point.noise.colour.map_or(0.0, |(v, _)| v),
             bias: start.map(|b| BiasModel::RandomWalk {
-                density: point.noise.walk.unwrap_or(0.0),
+                density: self.walked(&point.noise),
                 initial: 3.0 * b.value.abs() + 3.0 * b.uncertainty,
             }),
             interpolation: self.tuning.interpolation,
@@ -126,5 +127,12 @@ impl Search<'_> {
             unknowns: point.unknowns,
             shift: 0.0,
         })
+    }
+
+    /// Density of the walk; none where it adds to nothing over the record beside the noise of the samples.
+    fn walked(&self, noise: &Noise) -> f64 {
+        let duration = self.record.sample_time * self.record.reading.len() as f64;
+        let shows = |density: &f64| density * duration > 1e-12 * noise.q;
+        noise.walk.filter(shows).unwrap_or(0.0)
     }
 }

@@ -201,7 +201,7 @@ const TOLERANCE: f64 = 0.03;
 /// What gain and latency between the sensors make one doubt; where they were found and used, that.
 ///
 /// Of the readings that were tuned on fewer are new where rounding repeats with the motion; the regression takes all of them for new.
-pub(super) fn doubts(
+pub(crate) fn doubts(
     pairing: Option<&Pairing>,
     tuned: Option<&Tuned>,
     readings: usize,
@@ -230,7 +230,7 @@ pub(super) fn doubts(
             "; the gain was estimated and is used",
             gain.value,
             gain.uncertainty,
-            "acceleration of the accelerometer over that of the readings",
+            crate::pairing::OVER,
         );
         let usual = (gain.value - 1.0).abs() < TOLERANCE + 3.0 * gain.uncertainty;
         findings.push(match usual {

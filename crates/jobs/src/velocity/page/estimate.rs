@@ -1,7 +1,7 @@
 //! The report of an estimate: velocity with its uncertainty, and what speaks against it.
 
 use super::{facts, figures, given_back, noise, pairing};
-use crate::page::answer::{plus_minus, stated, with_unit};
+use crate::page::answer::{plus_minus, stated, stated_by, with_unit};
 use crate::page::columns::{filed, number};
 use crate::velocity::VelocityEstimate;
 use crate::velocity::outcome::Head;
@@ -60,14 +60,15 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
         Some(Section::filed([samples(outcome)])),
     ];
     let largest = head.quantities.first();
+    let by = outcome.stated_by();
     let figure = |q: &StatedQuantity| match head.angular {
         true => {
             let turns = 30.0 / std::f64::consts::PI;
             let turns = plus_minus(turns * q.value, turns * q.expanded);
             let k = q.k.map_or(String::new(), |k| format!("k = {k:.2}; "));
-            stated(q).note(format!("{k}{turns} r/min"))
+            stated(q).note(format!("{k}{turns} r/min; by {by}"))
         }
-        false => stated(q),
+        false => stated_by(q, &by),
     };
     let mut page = head.opened(page, n);
     if let Some(q) = largest {
@@ -314,7 +315,10 @@ impl Head {
                     scientific(sorted[sorted.len() / 2], 2),
                     self.unit("m/s"),
                 )
-                .note("median over the samples"),
+                .note(format!(
+                    "of the method, {}; median over the samples",
+                    kind(&result.trace)
+                )),
             );
         }
         if let Some(share) = result.agreement {
@@ -332,7 +336,7 @@ impl Head {
 
     fn model(&self, result: &EstimateResult) -> Vec<[String; 2]> {
         let mut rows = vec![["method".to_owned(), result.trace.label.clone()]];
-        rows.extend(noise(&result.model, self.angular, self.alone));
+        rows.extend(noise(&result.model, self));
         if let Some(tuned) = &result.tuned {
             let w = &tuned.whiteness;
             if let Some((below, above)) = tuned.log_q_interval {

@@ -10,7 +10,7 @@ use proofmass_report::{Cell, Report, Section, Table, scientific};
 pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Report {
     let (head, result) = (&outcome.head, &outcome.result);
     let w = &result.tuned.whiteness;
-    let mut rows = noise(&result.tuned.model, head.angular, head.alone);
+    let mut rows = noise(&result.tuned.model, head);
     rows.extend([
         [
             "innovations white with probability".to_owned(),
@@ -46,12 +46,20 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
     let p = scientific(w.p_white, 2);
     let page = head.opened(page, result.samples.end);
     let corner = result.low_corner.map_or(String::new(), given_back);
-    let page = match w.p_white < 0.05 {
-        // Without a finding "nothing speaks against the result" would follow.
-        true => page.question(format!(
+    // What is told of the innovations is decided with the finding: by the size of their correlation, not by its significance.
+    let correlated = head
+        .findings
+        .iter()
+        .any(|f| f.code() == "innovations-correlated");
+    let page = match (correlated, w.p_white < 0.05) {
+        (true, _) => page.question(format!(
             "The innovations are correlated (p = {p}): the model does not describe both sensors, and the gains are the best of it.{corner}"
         )),
-        false => page.verdict(format!(
+        (false, true) => page.verdict(format!(
+            "The model describes both sensors: the largest correlation of the innovations, {}, does not matter (p = {p}).{corner}",
+            scientific(w.largest_correlation.1, 2)
+        )),
+        (false, false) => page.verdict(format!(
             "The model describes both sensors: the innovations are white (p = {p}).{corner}"
         )),
     };
