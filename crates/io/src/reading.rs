@@ -262,6 +262,7 @@ impl Reading {
             number,
             heading: None,
             role: None,
+            sensitivity: None,
             unit: Some(Unit::Volt),
             unit_by: SaidBy::Person,
         };
