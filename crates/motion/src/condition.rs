@@ -160,7 +160,7 @@ pub fn repetition(record: &MotionRecord) -> Option<usize> {
         .iter()
         .sum::<usize>();
     let alike = n > 1 && count[1] == 0 && near * 10 > inner.len() * 7;
-    let changes: Vec<f64> = runs.windows(2).map(|w| (w[1][0] - w[0][0]).abs()).collect();
+    let changes: Vec<f64> = runs.windows(2).map(|w| w[1][0] - w[0][0]).collect();
     (alike && !by_rounding(&changes, &inner, n)).then_some(n)
 }
 
@@ -173,17 +173,22 @@ const MULTIPLES: f64 = 0.95;
 /// Whether rounding makes the runs: a value that is read in every row and changes by less than a digit from one to the next.
 ///
 /// Each change then is one digit, and comes when the motion has gone so far. A slower sensor changes at a steady spacing of rows, by
-/// as much as the motion has gone until then; where that is a digit or less, its longer runs are multiples of the spacing.
+/// as much as the motion has gone until then; where that is a digit or less, its longer runs are multiples of the spacing. Runs at which
+/// the motion turns back tell nothing: there a digit lasts up to twice as long.
 fn by_rounding(changes: &[f64], runs: &[usize], n: usize) -> bool {
-    let least = changes.iter().fold(f64::INFINITY, |m, c| m.min(*c));
-    let single = changes.iter().filter(|c| **c < 1.5 * least).count();
+    let least = changes.iter().fold(f64::INFINITY, |m, c| m.min(c.abs()));
+    let single = changes.iter().filter(|c| c.abs() < 1.5 * least).count();
     if (single as f64) < ONE_DIGIT * changes.len() as f64 {
         return false;
     }
     let exact = runs.iter().filter(|run| **run == n).count() as f64;
     let near = runs.iter().filter(|run| run.abs_diff(n) <= 1).count() as f64;
     let slack = usize::from(exact < MULTIPLES * near);
-    let longer: Vec<usize> = runs.iter().copied().filter(|run| *run > n + 1).collect();
+    let onward = runs.iter().zip(changes.windows(2));
+    let longer: Vec<usize> = onward
+        .filter(|(run, beside)| **run > n + 1 && beside[0] * beside[1] > 0.0)
+        .map(|(run, _)| *run)
+        .collect();
     let off = |run: usize| (run % n).min(n - run % n);
     let multiples = longer.iter().filter(|run| off(**run) <= slack).count() as f64;
     // Of three rows and fewer every run is one from a multiple.
