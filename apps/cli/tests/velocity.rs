@@ -664,3 +664,80 @@ fn law_the_stated_speed_is_that_of_the_method() {
     let by = of(&[], ["smoothed_m/s", "smoothed_standard_uncertainty_m/s"]);
     assert!(by.contains("the smoother"), "{by}");
 }
+
+/// A tuning that somebody wrote into is refused, and the field is named.
+#[test]
+fn refuses_a_tuning_that_was_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = axis(folder.path(), &["--motion", "motor", "--duration", "2"]);
+    let out = folder.path().join("tuned");
+    let mut all = run("tune", &place.join("recording.csv"), &SENSORS);
+    let more = ["--low-corner", "0.05", "-o", text(&out)];
+    all.extend(more.map(str::to_owned));
+    succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    let sound = json(&out.join("result.json"));
+    let changed = folder.path().join("changed.json");
+    let export = |field: &[&str], value: serde_json::Value| {
+        let mut other = sound.clone();
+        let gains = &mut other["extra"]["gains"];
+        *field.iter().fold(gains, |at, key| &mut at[*key]) = value;
+        std::fs::write(&changed, other.to_string()).unwrap();
+        refuse(&["export", text(&changed), "--c"])
+    };
+    for (field, value) in [
+        (&["low_corner", "order"][..], serde_json::json!(3)),
+        (&["low_corner", "frequency"][..], serde_json::json!(1e5)),
+        (&["low_corner", "uncertainty"][..], serde_json::json!(-1.0)),
+        (&["sample_time"][..], serde_json::json!(-1.0)),
+        (&["observer", "k_x"][..], serde_json::json!(-3.0)),
+    ] {
+        let said = export(field, value);
+        let name = match field[0] {
+            "observer" => "gains.observer".to_owned(),
+            _ => format!("gains.{}", field.join(".")),
+        };
+        assert!(said.contains(&name), "{said}");
+    }
+    succeed(&["export", text(&out.join("result.json")), "--c"]);
+}
+
+/// The map tells what the estimate tells of a sensor that is dead, and of one that is the other way round.
+#[test]
+fn law_a_map_tells_dead_and_reversed_accelerometers() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--duration", "8", "--radius", "0.02"];
+    let place = axis(folder.path(), &arguments);
+    let recording = place.join("recording.csv");
+    let lines = std::fs::read_to_string(&recording).unwrap();
+    let with = |change: &dyn Fn(f64) -> f64| -> String {
+        let row = |(k, line): (usize, &str)| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if k > 0 {
+                fields[2] = change(fields[2].parse().unwrap()).to_string();
+            }
+            fields.join(",") + "\n"
+        };
+        lines.lines().enumerate().map(row).collect()
+    };
+    let sensors = [
+        "--position",
+        "encoder",
+        "--counts-per-turn",
+        "2000",
+        "--radius",
+        "0.02",
+        "--acceleration",
+        "acceleration",
+    ];
+    for (change, said) in [
+        (&(|_| 0.1) as &dyn Fn(f64) -> f64, "constant-channel"),
+        (&|a: f64| -a, "opposite senses"),
+    ] {
+        std::fs::write(&recording, with(change)).unwrap();
+        let all = run("map", &recording, &sensors);
+        let output = proofmass(&all.iter().map(String::as_str).collect::<Vec<_>>());
+        let shown = [&output.stdout[..], &output.stderr[..]].concat();
+        let shown = String::from_utf8_lossy(&shown).into_owned();
+        assert!(shown.contains(said), "{said}: {shown}");
+    }
+}

@@ -37,7 +37,7 @@ const DULL: f64 = 0.5;
 /// peaks that are looked at.
 const TOLD: f64 = 30.0;
 /// Lines of a window from which on what the width of a line makes of them is not seen.
-const WIDE: usize = 100;
+const WIDE: usize = 300;
 /// Degrees of freedom that variances of neighbouring lines share: those of a few averages scatter too much for weights.
 const POOLED: f64 = 30.0;
 /// Step of the derivatives, in natural units.

@@ -2,7 +2,7 @@
 
 use proofmass_motion::{
     MotionRecord, ReadingSource, continued, drop_glitches, drop_wild_accelerations,
-    moves_while_still, rollover, turns_anew,
+    moves_while_still, repetition, rollover, turns_anew,
 };
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -208,4 +208,69 @@ fn law_angles_of_a_turn_are_suspected_and_jumps_of_another_kind_are_not() {
         .collect();
     assert!(rollover(&sine).is_none());
     assert!(rollover(&[]).is_none() && rollover(&[1]).is_none());
+}
+
+/// A speed in m/s with decimals, read in every row: amplitudes, frequencies and digits at which its commonest run is two rows and more.
+#[test]
+fn law_rounding_is_no_slower_sensor() {
+    let digits = |v: f64, step: f64| (v / step).round() * step;
+    let mut told = 0;
+    for amplitude in [0.05, 0.25, 1.0, 3.0] {
+        for frequency in [0.1, 0.2, 0.7, 1.3, 2.0] {
+            for step in [1e-4, 1e-3, 0.01 / 3.6, 0.1 / 3.6] {
+                for ramp in [false, true] {
+                    let v = |k: usize| {
+                        let t = 1e-3 * k as f64;
+                        let phase = 2.0 * std::f64::consts::PI * frequency * t;
+                        // A triangle has one slope, and so runs of one length.
+                        let shape = match ramp {
+                            true => phase.sin().asin(),
+                            false => phase.sin(),
+                        };
+                        digits(amplitude * shape, step)
+                    };
+                    let readings = (0..12_000).map(|k| Some(v(k))).collect();
+                    let nothing = vec![0.0; 12_000];
+                    let axis =
+                        MotionRecord::new(1e-3, ReadingSource::Speed, readings, nothing).unwrap();
+                    let found = repetition(&axis);
+                    let what = (amplitude, frequency, step, ramp);
+                    assert_eq!(found, None, "{what:?}");
+                    told += 1;
+                }
+            }
+        }
+    }
+    assert_eq!(told, 160);
+}
+
+/// Slower sensors whose values have digits, also of a clock that comes a row early or late.
+#[test]
+fn law_slower_sensors_with_digits_are_known() {
+    for rows in [2, 3, 5, 10] {
+        for step in [1e-6, 1e-3, 0.01 / 3.6] {
+            for unsteady in [false, true] {
+                let (mut at, mut next) = (0, 0);
+                let v = |k: usize| {
+                    if k >= next {
+                        // A row early or late now and then; of two rows late only.
+                        let late = usize::from(unsteady && k * 7919 % 11 < 3);
+                        let early = usize::from(unsteady && rows > 2 && k * 7919 % 13 < 3);
+                        (at, next) = (k, k + rows + late - early);
+                    }
+                    let t = 1e-3 * at as f64;
+                    let v = 0.8 * (4.4 * t).sin() + 0.5 * (11.0 * t).cos();
+                    Some((v / step).round() * step)
+                };
+                let readings: Vec<Option<f64>> = (0..12_000).map(v).collect();
+                let nothing = vec![0.0; 12_000];
+                let axis = MotionRecord::new(1e-3, ReadingSource::Speed, readings, nothing);
+                let found = repetition(&axis.unwrap());
+                let near = found.is_some_and(|n| n.abs_diff(rows) <= 1);
+                // A digit and less to a step, a row early or late: nothing tells it from rounding.
+                let open = unsteady && rows < 5 && step > 1e-3;
+                assert!(near || open, "{rows} {step} {unsteady}: {found:?}");
+            }
+        }
+    }
 }

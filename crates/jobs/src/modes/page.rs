@@ -562,7 +562,7 @@ fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
                     None => Cell::Empty,
                 }
             })
-            .page("U", "Hz"),
+            .page(format!("U ({} %)", plain(1e2 * outcome.probability)), "Hz"),
         );
         fields.push(
             number(
