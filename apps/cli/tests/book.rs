@@ -403,7 +403,7 @@ fn known_calls_of_a_line() {
     assert_eq!(said("proofmass inspect a.csv --plot a.html"), None);
     assert_eq!(said("proofmass test shock a.csv …"), None);
     for line in [
-        "proofmass test shock a.csv",
+        "proofmass test shock",
         "proofmass test shock a.csv … --colum a",
         "proofmass inspekt a.csv",
         "proofmass noise a.csv --rate fast",

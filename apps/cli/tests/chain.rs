@@ -195,7 +195,7 @@ fn refuses_steps_in_words_and_leaves_nothing_half_written() {
     );
     assert!(swapped.contains("--bias"), "{swapped}");
     for (more, words) in [
-        (&["--decimate", "4"][..], "without a low-pass"),
+        (&["--decimate", "4"][..], "needs a low-pass"),
         (
             &["--low-pass", "5", "--decimate", "1"],
             "whole number from 2 on",

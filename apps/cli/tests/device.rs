@@ -245,7 +245,7 @@ fn refuses_what_cannot_be_judged() {
     let gone = folder.join("gone");
     refused(
         &[text(&gone), "--sheet", text(&good)],
-        &["cannot read the folder", "gone"],
+        &["there is no such folder", "gone"],
     );
     let broken = folder.join("broken");
     std::fs::create_dir(&broken).unwrap();

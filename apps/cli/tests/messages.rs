@@ -60,8 +60,8 @@ fn refuses_wrong_calls_with_what_to_type() {
             refused(&["calibrate", rest, "--latitude", "north"]),
             &["\"north\" is no number", "--latitude"],
         ),
-        (calibrate(&[]), &["standstill", "--model"]),
-        (calibrate(&["--model", "full"]), &["--model triangular"]),
+        (calibrate(&[]), &["standstill", "at least twelve"]),
+        (calibrate(&["--model", "full"]), &["`full`", "at least twelve"]),
         (calibrate(&["--model", "ful"]), &["full", "bias-scale"]),
         (calibrate(&["--between", "5", "2"]), &["--between"]),
         (

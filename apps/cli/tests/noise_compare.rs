@@ -109,7 +109,7 @@ fn refuses_what_cannot_be_compared() {
         ("", "there is no [[limit]]"),
         (
             "[[limit]]\nterm = \"X\"\nmost = 1\nunit = \"µg\"\n",
-            "none of the terms",
+            "not one of the terms",
         ),
         (
             "[[limit]]\nterm = \"N\"\nmost = -1\nunit = \"µg/√Hz\"\n",
@@ -233,7 +233,7 @@ fn known_noise_over_the_temperature() {
     for (words, said) in [
         ("0,50", "2 temperatures are stated for 3"),
         ("20,20,20", "at one temperature"),
-        ("-300,0,20", "is none"),
+        ("-300,0,20", "is not a number"),
     ] {
         let mut typed = arguments.clone();
         typed.extend(["--temperatures", words]);

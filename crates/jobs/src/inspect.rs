@@ -196,6 +196,7 @@ fn unsaid(inspection: &Inspection) -> Option<Finding> {
         .columns
         .iter()
         .filter(|c| c.unit.is_none() && c.statistics.is_some())
+        .filter(|c| inspection.reading.time.column != Some(c.number))
         .map(|c| c.number - 1)
         .filter(|&i| !layout.counts_rows(i))
         .collect();
