@@ -61,7 +61,10 @@ fn refuses_wrong_calls_with_what_to_type() {
             &["\"north\" is no number", "--latitude"],
         ),
         (calibrate(&[]), &["standstill", "at least twelve"]),
-        (calibrate(&["--model", "full"]), &["`full`", "at least twelve"]),
+        (
+            calibrate(&["--model", "full"]),
+            &["`full`", "at least twelve"],
+        ),
         (calibrate(&["--model", "ful"]), &["full", "bias-scale"]),
         (calibrate(&["--between", "5", "2"]), &["--between"]),
         (
