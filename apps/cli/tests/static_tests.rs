@@ -187,6 +187,27 @@ fn known_drift_between_calibrations() {
     assert!(out.join("control_chart.csv").is_file());
     let said = refuse(&["test", "stability", text(&places[0]), text(&places[1])]);
     assert!(said.contains("calibrations"), "{said}");
+    // A serial number that another result does not have is no drift of one device.
+    let codes = |result: &serde_json::Value| -> Vec<String> {
+        let all = result["findings"].as_array().unwrap().iter();
+        all.map(|f| f["code"].as_str().unwrap().to_owned())
+            .collect()
+    };
+    assert!(!codes(&result).contains(&"devices-differ".to_owned()));
+    for (i, place) in places.iter().enumerate() {
+        let serial = format!(
+            r#""device": {{"serial": "{}"}}"#,
+            if i == 2 { "8" } else { "7" }
+        );
+        let of_device = std::fs::read_to_string(place).unwrap();
+        std::fs::write(place, of_device.replace(r#""device": {}"#, &serial)).unwrap();
+    }
+    let other = folder.path().join("other");
+    let mut words = vec!["test", "stability"];
+    words.extend(places.iter().map(|p| text(p)));
+    words.extend(["-o", text(&other)]);
+    succeed(&words);
+    assert!(codes(&json(&other.join("result.json"))).contains(&"devices-differ".to_owned()));
 }
 
 /// The example's own calibration: its axes are square within a degree, and the cost is stated.

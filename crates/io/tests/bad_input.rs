@@ -88,7 +88,11 @@ fn refuses_bad_fields_by_line_and_column() {
     for (bad, column, word) in [
         ("700.00,nan,1,1", "x", "\"nan\" is not a finite"),
         ("700.00,1,-Inf,1", "y", "\"-Inf\" is not a finite"),
-        ("700.00,1,1,1e999", "z", "\"1e999\" is too large for a reading"),
+        (
+            "700.00,1,1,1e999",
+            "z",
+            "\"1e999\" is too large for a reading",
+        ),
         ("700.00,1,1,12abc", "z", "\"12abc\" is not a number"),
         ("700.00,,1,1", "x", "empty"),
         ("700.00,1,1,", "z", "empty"),

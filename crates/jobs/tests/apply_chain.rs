@@ -527,7 +527,7 @@ fn refuses_steps_that_cannot_be_taken() {
     }
     refused(
         &|j| j.chain.decimation = Some(4),
-        &["without a low-pass", "--low-pass HZ"],
+        &["needs a low-pass", "--low-pass HZ"],
     );
     for corner in [f64::NAN, 0.0, -1.0] {
         refused(

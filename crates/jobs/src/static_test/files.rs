@@ -443,7 +443,7 @@ mod tests {
         let source = Source::from_bytes("t.csv", "angle_V,out_mV\n1,1.5\n2,1.6\n")?;
         let columns = ReadingColumns::new("out");
         let refused = StaticTestFiles::readings(source, &tilt()?, &"angle".into(), &columns);
-        assert!(refused.is_err_and(|e| e.to_string().contains("rad is needed")));
+        assert!(refused.is_err_and(|e| e.to_string().contains("an angle is needed")));
         Ok(())
     }
 }

@@ -71,6 +71,31 @@ fn law_every_reader_refuses_or_reads_right() {
 }
 
 #[test]
+fn a_look_tells_what_a_file_does_not_say() {
+    use proofmass_jobs::inspect::{InspectData, InspectJob};
+    use proofmass_jobs::{Job as _, Outcome as _, Unwatched};
+    let look = |text: &str| {
+        let source = proofmass_io::Source::from_bytes("r.csv", text.to_owned()).unwrap();
+        let outcome = InspectJob::default().evaluate(&InspectData::new(source), &Unwatched);
+        outcome.unwrap().findings().to_vec()
+    };
+    let rows = "0.00,0.1,0.2,9.8\n0.01,0.1,0.2,9.8\n0.02,0.1,0.3,9.8\n0.03,0.2,0.2,9.8\n";
+    let silent = look(&format!("a,x,y,z\n{rows}"));
+    assert_eq!(silent.len(), 1, "{silent:?}");
+    assert_eq!(silent[0].code(), "file-does-not-say");
+    assert!(
+        silent[0].what().contains("the time of its rows"),
+        "{silent:?}"
+    );
+    // Said in full, nothing is told.
+    let said = look(&format!("t_s,x_m/s2,y_m/s2,z_m/s2\n{rows}"));
+    assert!(
+        said.iter().all(|f| f.code() != silent[0].code()),
+        "{said:?}"
+    );
+}
+
+#[test]
 fn known_what_is_stated_makes_odd_files_right() {
     // Said by itself, each is enough.
     for (name, time_unit) in [("ms.csv", "ms"), ("us.csv", "us"), ("ns.csv", "ns")] {

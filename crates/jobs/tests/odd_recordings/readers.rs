@@ -299,10 +299,20 @@ fn rest(odd: &Odd, said: &Said) -> Answer {
 
 /// The position is a thermometer as good as any.
 fn temperature(odd: &Odd, said: &Said) -> Answer {
-    let mut odd_bytes = odd.bytes.clone();
-    if let Ok(text) = String::from_utf8(odd_bytes.clone()) {
-        odd_bytes = text.replacen("p (m)", "p (°C)", 1).into_bytes();
-    }
+    let named = |text: String| text.replacen("p (m)", "p (°C)", 1);
+    let coded = |unit: fn([u8; 2]) -> u16, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        let pairs = odd.bytes.chunks_exact(2).map(|p| unit([p[0], p[1]]));
+        let text = String::from_utf16(&pairs.collect::<Vec<u16>>()).unwrap();
+        named(text).encode_utf16().flat_map(bytes).collect()
+    };
+    let odd_bytes = match odd.bytes[..] {
+        [0xFF, 0xFE, ..] => coded(u16::from_le_bytes, u16::to_le_bytes),
+        [0xFE, 0xFF, ..] => coded(u16::from_be_bytes, u16::to_be_bytes),
+        _ => match String::from_utf8(odd.bytes.clone()) {
+            Ok(text) => named(text).into_bytes(),
+            Err(_) => odd.bytes.clone(),
+        },
+    };
     let source = Source::from_bytes(odd.name, odd_bytes).unwrap();
     let column = ColumnRef::from_word(odd.position);
     let read =
@@ -375,5 +385,9 @@ fn waveform(odd: &Odd, said: &Said) -> Answer {
         ..WaveformOptions::default()
     };
     let read = Waveform::from_source(source(odd), &options)?;
-    told(&[read.input()], mean(&read.channels[0]))
+    let mut answer = told(&[read.input()], mean(&read.channels[0]))?;
+    // What the column is taken for stands behind its name.
+    assert!(answer.line.contains(" as x "), "{}", answer.line);
+    answer.line = answer.line.replace(" as x ", " ");
+    Ok(answer)
 }
