@@ -84,6 +84,17 @@ pub(crate) fn result_extra_schemas(
 /// Files that were read each in its own way and open the page; more stand with the conditions.
 const READINGS: usize = 3;
 
+/// The first files by name, and how many more there are.
+fn named(inputs: &[(String, String)]) -> String {
+    /// Files that are named.
+    const NAMED: usize = 4;
+    let names: Vec<&str> = inputs.iter().take(NAMED).map(|i| i.0.as_str()).collect();
+    match inputs.len() - names.len() {
+        0 => names.join(", "),
+        more => format!("{} and {more} more", names.join(", ")),
+    }
+}
+
 impl StoredResult {
     /// The file of a result: itself, or result.json of a folder.
     pub fn place(path: &std::path::Path) -> std::path::PathBuf {
@@ -283,12 +294,16 @@ impl StoredResult {
             page.language = "en".to_owned();
         }
         let mut readings = self.record.readings().into_iter();
+        let inputs = self.record.digests();
+        // Tables, results and requests have no columns to tell; what was read is said all the same.
+        if readings.len() == 0 && !inputs.is_empty() {
+            page = page.reading_at_least(named(&inputs));
+        }
         for (_, first) in readings.by_ref().take(READINGS) {
             page = page.reading(first);
         }
         page.meta = [readings.collect(), self.record.meta(), page.meta].concat();
         page = page.findings(self.findings().iter().cloned());
-        let inputs = self.record.digests();
         if !inputs.is_empty() {
             page = page.section(Section::new("Inputs").inputs(&inputs));
         }

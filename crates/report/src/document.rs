@@ -302,6 +302,15 @@ impl Report {
         self
     }
 
+    /// What was read, where no line says it yet.
+    #[must_use]
+    pub fn reading_at_least(self, line: impl Into<String>) -> Self {
+        match self.read.is_empty() {
+            true => self.reading(line),
+            false => self,
+        }
+    }
+
     /// Sets the line under the title.
     #[must_use]
     pub fn subtitle(mut self, text: impl Into<String>) -> Self {

@@ -247,7 +247,7 @@ fn law_leakage_of_every_estimator_is_its_own() {
         let f = spectra.frequency[line];
         let (mut cross, mut auto) = (Complex64::new(0.0, 0.0), 0.0);
         for (m, q) in spectra.kernel.iter().enumerate() {
-            let away = 0.5 * m as f64;
+            let away = 0.25 * m as f64;
             for at in [f - away, f + away].iter().take(if m == 0 { 1 } else { 2 }) {
                 cross += *q * shown(*at);
                 auto += *q * shown(*at).norm_sqr();
