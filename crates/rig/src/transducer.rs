@@ -171,7 +171,7 @@ impl Transducer {
     /// for device in Transducer::examples() {
     ///     let corner = device.principle.high_pass().unwrap_or(0.0);
     ///     let h = device.response(corner.max(1e-3 * device.mass.natural_frequency().min(10.0))).unwrap();
-    ///     assert!((h.norm() / device.sensitivity().unwrap() - 1.0).abs() < 0.3, "{}", device.name);
+    ///     assert!((h.norm() / device.sensitivity().unwrap().abs() - 1.0).abs() < 0.3, "{}", device.name);
     /// }
     /// ```
     pub fn response(&self, frequency: f64) -> Option<Complex64> {
