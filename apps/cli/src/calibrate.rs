@@ -105,9 +105,9 @@ fn refuse_of_another(place: &Path, recording: &Path) -> Result<(), Failure> {
         return Ok(());
     };
     let name = |path: &Path| path.file_name().map(std::ffi::OsStr::to_owned);
-    let inputs = document.inputs.iter().map(|i| Path::new(&i.path));
+    let mut inputs = document.inputs.iter().map(|i| Path::new(&i.path));
     let of_this = inputs.clone().any(|i| name(i) == name(recording));
-    match inputs.last() {
+    match inputs.next_back() {
         Some(other) if !of_this => Err(Failure::new(format!(
             "{} is the result of {}",
             place.display(),
