@@ -983,6 +983,7 @@ def bias(
 @command("modes")
 def modes(
     wedge: Data,
+    beside: Data | None = None,
     *,
     output: Place | None = None,
     force: bool = False,
@@ -993,10 +994,12 @@ def modes(
 
     The file gives a wedge by its dimensions or names a Gmsh mesh, and states its support. Results: frequencies with
     their intervals, deformed shapes, the spurious motion (spurious.csv, in the form of a vibrometer's table),
-    modes.vtu for ParaView. With [search], the shape whose first relevant mode is highest.
+    modes.vtu for ParaView. With [search], the shape whose first relevant mode is highest, or whose gluing point moves
+    least. With two files, both in one report.
 
     Args:
         wedge: Description of the fixture, a TOML file.
+        beside: Another fixture, which stands beside it in the report.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.

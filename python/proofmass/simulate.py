@@ -234,6 +234,7 @@ def transducer(
     reference_noise: float = 0,
     bits: int = 24,
     seed: int = 1,
+    construction: Data | None = None,
     watch: Watch | None = None,
 ) -> Path:
     """A transducer on a bench: recording.csv (time, reference, output), truth.csv, truth.json.
@@ -258,6 +259,8 @@ def transducer(
         reference_noise: Noise of one sample of the reference, m/s².
         bits: Bits of the converter, 0 for none.
         seed: Seed of the noise.
+        construction: The device by its construction (sizes, materials, circuit), a TOML file, in place of a
+            principle.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

@@ -425,15 +425,15 @@ def mounting(
 def random(
     recording: Data,
     *,
-    input: str | int,
-    output_column: str | int,
     segment: int | None = None,
     estimator: str | None = None,
     noise_ratio: float | None = None,
     required: str | None = None,
     resolution: float | None = None,
+    input: str | int | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
+    output_column: str | int | None = None,
     output_unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
@@ -460,8 +460,6 @@ def random(
 
     Args:
         recording: Recording of input and output.
-        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
-        output_column: Column of the device.
         segment: Samples per segment [default: by the record].
         estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv) [default: h1, with U for
             noise on either]. One of h1, h2, hv.
@@ -470,9 +468,12 @@ def random(
         required: Spectrum that is required of the input: a table (.csv, .toml) or the word of a published one, as of
             `test motion`.
         resolution: Distance of the lines of that spectrum in hertz [default: 5, or half of its lowest frequency].
-        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1)
+            [default: the first of two beside the time].
+        input_unit: Unit of the input, where the heading does not say it: m/s², g, N, ….
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
-        output_unit: Its unit, where the heading does not say it.
+        output_column: Column of the device [default: the other one].
+        output_unit: Unit of the output, where the heading does not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -502,14 +503,14 @@ def random(
 def impact(
     recordings: Sequence[Data] | Data,
     *,
-    input: str | int,
-    output_column: str | int,
     segment: int | None = None,
     force_window: int | None = None,
     estimator: str | None = None,
     noise_ratio: float | None = None,
+    input: str | int | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
+    output_column: str | int | None = None,
     output_unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
@@ -536,16 +537,17 @@ def impact(
 
     Args:
         recordings: Recordings of force and response.
-        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
-        output_column: Column of the device.
         segment: Samples of each impact [default: up to the next one].
         force_window: Samples to either side of the greatest force that are kept of the force [default: all].
         estimator: Where the noise is: on the output (h1), on the input (h2), on both (hv) [default: h1, with U for
             noise on either]. One of h1, h2, hv.
         noise_ratio: Ratio of the densities of output noise to input noise, for hv.
-        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1)
+            [default: the first of two beside the time].
+        input_unit: Unit of the input, where the heading does not say it: m/s², g, N, ….
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
-        output_unit: Its unit, where the heading does not say it.
+        output_column: Column of the device [default: the other one].
+        output_unit: Unit of the output, where the heading does not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -575,11 +577,11 @@ def impact(
 def sweep(
     recording: Data,
     *,
-    input: str | int,
-    output_column: str | int,
     smoothing: int | None = None,
+    input: str | int | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
+    output_column: str | int | None = None,
     output_unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
@@ -606,12 +608,13 @@ def sweep(
 
     Args:
         recording: Recording of input and output.
-        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
-        output_column: Column of the device.
         smoothing: Lines of the record joined to one of the result.
-        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1)
+            [default: the first of two beside the time].
+        input_unit: Unit of the input, where the heading does not say it: m/s², g, N, ….
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
-        output_unit: Its unit, where the heading does not say it.
+        output_column: Column of the device [default: the other one].
+        output_unit: Unit of the output, where the heading does not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -641,10 +644,10 @@ def sweep(
 def steps(
     recordings: Sequence[Data] | Data,
     *,
-    input: str | int,
-    output_column: str | int,
+    input: str | int | None = None,
     input_unit: str | None = None,
     input_uncertainty: float = 0,
+    output_column: str | int | None = None,
     output_unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
@@ -672,11 +675,12 @@ def steps(
 
     Args:
         recordings: Recordings of input and output.
-        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1).
-        output_column: Column of the device.
-        input_unit: Its unit, where the heading does not say it: m/s², g, N, ….
+        input: Column of the input (reference acceleration, force; volts with standard=), by name or number (from 1)
+            [default: the first of two beside the time].
+        input_unit: Unit of the input, where the heading does not say it: m/s², g, N, ….
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
-        output_unit: Its unit, where the heading does not say it.
+        output_column: Column of the device [default: the other one].
+        output_unit: Unit of the output, where the heading does not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -706,8 +710,10 @@ def steps(
 def shock(
     recording: Data,
     *,
-    column: str | int,
+    column: str | int | None = None,
     unit: str | None = None,
+    sensitivity: str | None = None,
+    sensitivity_uncertainty: float | None = None,
     reference: str | int | None = None,
     reference_unit: str | None = None,
     reference_uncertainty: float = 0,
@@ -748,10 +754,12 @@ def shock(
 
     Args:
         recording: Recording with the shock.
-        column: Column of the device, by name or number (from 1).
-        unit: Its unit, where the heading does not say it: V, mV, count, m/s², g, ….
+        column: Column of the device, by name or number (from 1) [default: the only one that is left].
+        unit: Unit of the column, where the heading does not say it: V, mV, count, m/s², g, ….
+        sensitivity: What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", ….
+        sensitivity_uncertainty: Relative standard uncertainty of the sensitivity, in per cent.
         reference: Column of the reference acceleration, or of its volts with standard=.
-        reference_unit: Its unit, where the heading does not say it: m/s², g, ….
+        reference_unit: Unit of the reference, where the heading does not say it: m/s², g, ….
         reference_uncertainty: Relative standard uncertainty of the reference, or of the one channel where there is
             none, in per cent.
         frequencies: Natural frequencies of the spectrum in hertz: LOW,HIGH [default: by duration and rate].
@@ -795,7 +803,7 @@ def shock(
 def step(
     recording: Data,
     *,
-    column: str | int,
+    column: str | int | None = None,
     unit: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -803,6 +811,8 @@ def step(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    sensitivity: str | None = None,
+    sensitivity_uncertainty: float | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -812,8 +822,8 @@ def step(
 
     Args:
         recording: Recording of the step, from before it until the device has settled.
-        column: Column of the sensor, by name or number (from 1).
-        unit: Its unit, where the heading does not say it.
+        column: Column of the sensor, by name or number (from 1) [default: the only one beside the time].
+        unit: Unit of the column, where the heading does not say it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -821,6 +831,8 @@ def step(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        sensitivity: What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", ….
+        sensitivity_uncertainty: Relative standard uncertainty of the sensitivity, in per cent.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -833,7 +845,7 @@ def step(
 def motion(
     recording: Data,
     *,
-    column: str | int,
+    column: str | int | None = None,
     unit: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -841,6 +853,8 @@ def motion(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    sensitivity: str | None = None,
+    sensitivity_uncertainty: float | None = None,
     uncertainty: float = 0,
     baseline: str = "none",
     gravity: float = 9.80665,
@@ -859,8 +873,8 @@ def motion(
 
     Args:
         recording: Recording with the acceleration.
-        column: Column of the sensor, by name or number (from 1).
-        unit: Its unit, where the heading does not say it.
+        column: Column of the sensor, by name or number (from 1) [default: the only one beside the time].
+        unit: Unit of the column, where the heading does not say it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
@@ -868,6 +882,8 @@ def motion(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        sensitivity: What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", ….
+        sensitivity_uncertainty: Relative standard uncertainty of the sensitivity, in per cent.
         uncertainty: Relative standard uncertainty of the acceleration, in per cent, from the sensor's calibration.
         baseline: What is removed before integration: none, mean, before=SECONDS, velocity=DEGREE.
         gravity: Gravity of intensity and bracketed duration in m/s².
@@ -896,7 +912,7 @@ def model(
     modulus_u: str | None = None,
     phase: str | None = None,
     phase_u: str | None = None,
-    phase_unit: str = "rad",
+    phase_unit: str | None = None,
     unit: str = "1",
     reference_uncertainty: float = 0,
     band: str | Sequence[float] | None = None,
@@ -921,7 +937,8 @@ def model(
         modulus_u: Column of its standard uncertainty.
         phase: Column of the phase.
         phase_u: Column of its standard uncertainty.
-        phase_unit: Unit of phase and its uncertainty, where the headings do not say it. One of rad, deg.
+        phase_unit: Unit of phase and its uncertainty, where the headings do not say it [default: rad]. One of rad,
+            deg.
         unit: Unit of the modulus, for the report.
         reference_uncertainty: Relative standard uncertainty of the reference, in per cent, common to all points.
         band: Lowest and highest frequency in hertz.
@@ -973,7 +990,7 @@ def deconvolve(
     result: Data,
     recording: Data,
     *,
-    column: str | int,
+    column: str | int | None = None,
     unit: str | None = None,
     time: str | int | None = None,
     time_unit: str | None = None,
@@ -998,8 +1015,8 @@ def deconvolve(
         result: result.json with a fitted model, or a calibration over frequency (calibration.json, table of a
             laboratory).
         recording: Recording of the device.
-        column: Column of the sensor, by name or number (from 1).
-        unit: Its unit, where the heading does not say it.
+        column: Column of the sensor, by name or number (from 1) [default: the only one beside the time].
+        unit: Unit of the column, where the heading does not say it.
         time: Time column by name or number [default: the one that is named as a time].
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).

@@ -54,6 +54,7 @@ def estimate(
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
     acceleration_file: Data | None = None,
+    acceleration_source: str | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
@@ -73,6 +74,8 @@ def estimate(
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
+    source: str | None = None,
+    raw: bool = False,
     method: str | None = None,
     circumference: float | None = None,
     output: Place | None = None,
@@ -121,6 +124,7 @@ def estimate(
             none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
+        acceleration_source: Stream of that file, where it holds several; it may be the same file as the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
         calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
@@ -148,6 +152,8 @@ def estimate(
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
         rate: Sampling rate in hertz, for recordings without a time column.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         method: Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned].
         circumference: Circumference of the wheel, m: errors that repeat every turn are then reported by themselves.
         output: Folder for result.json, report.html and tables [default: none is written].
@@ -187,6 +193,7 @@ def compare(
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
     acceleration_file: Data | None = None,
+    acceleration_source: str | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
@@ -206,6 +213,8 @@ def compare(
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
+    source: str | None = None,
+    raw: bool = False,
     reference: str | int | None = None,
     reference_unit: str | None = None,
     reference_file: Data | None = None,
@@ -261,6 +270,7 @@ def compare(
             none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
+        acceleration_source: Stream of that file, where it holds several; it may be the same file as the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
         calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
@@ -288,6 +298,8 @@ def compare(
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
         rate: Sampling rate in hertz, for recordings without a time column.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         reference: Column of a reference velocity, from a better instrument or a simulation.
         reference_unit: Unit of the reference, where the heading does not say it: m/s, km/h, mm/s, ….
         reference_file: File of the reference, when it has its own; its clock must be that of the recording.
@@ -334,6 +346,7 @@ def tune(
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
     acceleration_file: Data | None = None,
+    acceleration_source: str | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
@@ -353,6 +366,8 @@ def tune(
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
+    source: str | None = None,
+    raw: bool = False,
     offset: str = "automatic",
     known_increment: bool = False,
     output: Place | None = None,
@@ -400,6 +415,7 @@ def tune(
             none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
+        acceleration_source: Stream of that file, where it holds several; it may be the same file as the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
         calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
@@ -427,6 +443,8 @@ def tune(
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
         rate: Sampling rate in hertz, for recordings without a time column.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         offset: Whether the accelerometer's offset is a state of the filter. One of none, constant, random-walk,
             automatic.
         known_increment: Take the noise of a count as known, increment/√12, instead of finding it.
@@ -467,6 +485,7 @@ def map(
     acceleration: str | Sequence[str | int | float] | None = None,
     acceleration_unit: str | None = None,
     acceleration_file: Data | None = None,
+    acceleration_source: str | None = None,
     acceleration_time: str | None = None,
     acceleration_rate: float | None = None,
     calibration: Data | None = None,
@@ -486,6 +505,8 @@ def map(
     time: str | int | None = None,
     time_unit: str | None = None,
     rate: float | None = None,
+    source: str | None = None,
+    raw: bool = False,
     turn: float | None = None,
     orders: float | str | Sequence[float] = "1,2,3,4",
     quarters: bool = False,
@@ -538,6 +559,7 @@ def map(
             none for an encoder alone.
         acceleration_unit: Unit of the acceleration, where the heading does not say it: m/s², mm/s², g, mg, ….
         acceleration_file: File of the accelerometer, when it has its own; its clock must be that of the recording.
+        acceleration_source: Stream of that file, where it holds several; it may be the same file as the recording.
         acceleration_time: Time column of the accelerometer's file, where no heading names it.
         acceleration_rate: Sampling rate of the accelerometer's file in hertz, when that has no time column.
         calibration: Calibration of the accelerometer (calibration.json, or result.json of a test of one axis):
@@ -565,6 +587,8 @@ def map(
         time_unit: Unit of the time column, where the heading does not say it: s, ms, us, ns, min, h, d, index (with
             rate=).
         rate: Sampling rate in hertz, for recordings without a time column.
+        source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
         turn: Distance or angle of one turn, in m or rad [default: by angular=True or radius=].
         orders: Cycles per turn of each line: 1 for an eccentric disc, 2 for an ellipse, the ratio of a gear.
         quarters: Also look for unequal quarters of the encoder's lines: an error that repeats every four counts.
