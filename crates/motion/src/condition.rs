@@ -130,7 +130,7 @@ pub(crate) fn often(record: &MotionRecord, n: usize) -> String {
 /// Rows in which each value of a slower sensor stands, when nearly all that change stand equally often and more than once.
 ///
 /// Only runs of at most 200 samples between two changes are counted; a quantised axis of varying speed has runs of
-/// all lengths and gives `None`. So does one whose slowness alone makes its runs alike: see [`by_rounding`].
+/// all lengths and gives `None`. So does one whose slowness alone makes its runs alike (see `by_rounding`).
 pub fn repetition(record: &MotionRecord) -> Option<usize> {
     if record.reading.iter().any(Option::is_none) {
         return None;
