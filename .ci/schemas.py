@@ -21,7 +21,7 @@ from referencing import Registry, Resource
 # What no schema says, by words of what the program answers to a document that its schema takes: the last test is the program's.
 PROGRAM_ALONE = [
     "unknown unit",
-    "lies outside [9.7, 9.9]",
+    "is not between 9.7 and 9.9",
     "elements, 2 are needed",
     "is not as long as the table is wide",
 ]

@@ -60,6 +60,27 @@ pub struct MeshedBody {
     pub(crate) device: Option<Device>,
 }
 
+/// A question inside of another one: as by itself, it has no keys that it does not know.
+fn strict<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> std::result::Result<ModesJob, D::Error> {
+    use serde::de::Error as _;
+    let mut keys = serde_json::Map::<String, serde_json::Value>::deserialize(deserializer)?;
+    // Its kind may be said again.
+    if let Some(kind) = keys.remove("job")
+        && kind != <ModesOutcome as crate::outcome::Outcome>::KIND
+    {
+        return Err(D::Error::custom(format!(
+            "the fixture beside is a question about {kind}"
+        )));
+    }
+    let known = crate::known_keys::known_keys::<ModesJob>().unwrap_or_default();
+    if let Some(unknown) = keys.keys().find(|key| !known.contains(&key.as_str())) {
+        return Err(D::Error::unknown_field(unknown, known));
+    }
+    serde_json::from_value(keys.into()).map_err(D::Error::custom)
+}
+
 /// Another fixture beside the one that is asked about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -68,6 +89,7 @@ pub struct Beside {
     /// What the two are called.
     pub names: [String; 2],
     /// The question of the other one, without a further one beside it.
+    #[serde(deserialize_with = "strict")]
     pub job: ModesJob,
 }
 
