@@ -7,6 +7,7 @@ pub mod frequency_response;
 pub mod input_noise;
 mod limit;
 pub mod linearity;
+pub mod log_frequency;
 pub mod measured;
 pub mod model;
 pub mod modes;

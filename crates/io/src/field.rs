@@ -175,6 +175,14 @@ pub(crate) fn shown(field: &[u8]) -> String {
     }
 }
 
+/// The mark that a file does not have.
+pub(crate) fn other_mark(decimal: DecimalMark) -> DecimalMark {
+    match decimal {
+        DecimalMark::Point => DecimalMark::Comma,
+        DecimalMark::Comma => DecimalMark::Point,
+    }
+}
+
 /// Whether a number can be a reading: finite, and so far from the largest double that squares and sums stay finite.
 pub(crate) fn is_reading(value: f64) -> bool {
     value.abs() < 1e100

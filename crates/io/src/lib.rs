@@ -136,9 +136,7 @@ pub use output::{
 };
 pub use proofmass_formats as formats;
 pub use proofmass_uncertainty::DecimalMark;
-pub use reading::{
-    ReadColumn, ReadGravity, ReadQuantity, ReadScale, ReadStream, ReadTime, Reading,
-};
+pub use reading::{ReadColumn, ReadGravity, ReadQuantity, ReadStream, ReadTime, Reading};
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions};
 pub use result_document::{
     NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, at_frequency,

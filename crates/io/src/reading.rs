@@ -28,9 +28,6 @@ pub struct Reading {
     /// The stretch that was read, s, where it is not all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between_s: Option<[f64; 2]>,
-    /// Size of one count or volt of the signals, where a person stated it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scale: Option<ReadScale>,
     /// Local gravity, where the job needs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<ReadGravity>,
@@ -53,27 +50,9 @@ pub struct ReadColumn {
     pub unit: Option<Unit>,
     /// Who says the unit.
     pub unit_by: SaidBy,
-    /// The sensitivity by which an acceleration was made of it, such as `0.5 mV/(m/s²)`.
+    /// How its numbers became those of the result, such as `to m/s² by 0.5 mV/(m/s²)`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sensitivity: Option<String>,
-}
-
-/// Size of one count or volt.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct ReadScale {
-    /// What a number is multiplied by.
-    pub factor: f64,
-    /// The unit that it is then in.
-    pub unit: Unit,
-}
-
-impl ReadScale {
-    /// One count or volt is this much.
-    pub fn new(factor: f64, unit: Unit) -> Self {
-        Self { factor, unit }
-    }
+    pub conversion: Option<String>,
 }
 
 /// A column of humidity, pressure, supply voltage or the like.
@@ -205,7 +184,7 @@ impl Reading {
                         (None, Some(_)) => SaidBy::Person,
                         (None, None) => SaidBy::Nobody,
                     },
-                    sensitivity: None,
+                    conversion: None,
                 }
             })
             .collect();
@@ -230,7 +209,6 @@ impl Reading {
             surroundings: Vec::new(),
             stream: ReadStream::of(layout, signals),
             between_s: None,
-            scale: None,
             gravity: None,
         }
     }
@@ -243,7 +221,7 @@ impl Reading {
             heading: layout.header.is_some().then(|| layout.name(index)),
             unit: Some(thermometer.unit),
             unit_by: thermometer.said_by,
-            sensitivity: None,
+            conversion: None,
         }
     }
 
@@ -262,7 +240,7 @@ impl Reading {
             number,
             heading: None,
             role: None,
-            sensitivity: None,
+            conversion: None,
             unit: Some(Unit::Volt),
             unit_by: SaidBy::Person,
         };
@@ -279,8 +257,17 @@ impl Reading {
             surroundings: Vec::new(),
             stream: None,
             between_s: None,
-            scale: None,
             gravity: None,
+        }
+    }
+
+    /// States the size of one count or volt of the signals.
+    pub fn state_scale(&mut self, factor: f64, unit: Unit) {
+        for column in &mut self.columns {
+            column.conversion = Some(format!(
+                "one of which is {} {unit} as stated",
+                short(factor)
+            ));
         }
     }
 
@@ -320,7 +307,7 @@ impl fmt::Display for Reading {
             let skipped =
                 self.columns.len() > SHOWN && i >= SHOWN - 1 && i + 1 < self.columns.len();
             let next = self.columns.get(i + 1);
-            let how = |n: &ReadColumn| (n.unit, n.unit_by, n.sensitivity.clone());
+            let how = |n: &ReadColumn| (n.unit, n.unit_by, n.conversion.clone());
             let same = |n: &ReadColumn| how(n) == how(column);
             // Behind the last one that is shown only the end of the row is.
             let ends = self.columns.len() > SHOWN && i + 2 == SHOWN;
@@ -345,21 +332,13 @@ impl fmt::Display for Reading {
                 (Some(unit), by) => write!(f, " in {unit} {by}")?,
                 (None, _) => write!(f, " in a unit that is not said")?,
             }
-            if let Some(sensitivity) = &column.sensitivity {
-                write!(f, ", to m/s² by {sensitivity}")?;
+            if let Some(conversion) = &column.conversion {
+                write!(f, ", {conversion}")?;
             }
             if next.is_some() {
                 write!(f, ", ")?;
             }
             from = i + 1;
-        }
-        if let Some(scale) = &self.scale {
-            write!(
-                f,
-                ", one of which is {} {} as stated",
-                short(scale.factor),
-                scale.unit
-            )?;
         }
         let time = &self.time;
         match time.rate_hz {

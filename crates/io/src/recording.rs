@@ -6,8 +6,8 @@ use crate::rows::{RowReader, bad_field, line_of};
 use crate::time_base::TimeBaseBuilder;
 use crate::time_unit::hertz;
 use crate::{
-    ClockUnit, Error, ErrorKind, ReadQuantity, ReadScale, Reading, Result, SaidBy, Source,
-    Thermometer, TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
+    ClockUnit, Error, ErrorKind, ReadQuantity, Reading, Result, SaidBy, Source, Thermometer,
+    TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -491,8 +491,8 @@ impl Recording {
     }
 
     /// States the size of one count or volt of the signals.
-    pub fn state_scale(&mut self, scale: Option<ReadScale>) {
-        self.reading.scale = scale;
+    pub fn state_scale(&mut self, factor: f64, unit: Unit) {
+        self.reading.state_scale(factor, unit);
     }
 
     /// Asks for the units of the signals that have none; each option belongs to a signal and says its unit, in their order.

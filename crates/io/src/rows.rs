@@ -1,6 +1,6 @@
 //! Reading the rows of a delimited text as numbers, block by block, in bounded memory.
 
-use crate::field::{Fields, is_reading, parse_number, shown};
+use crate::field::{Fields, is_reading, other_mark, parse_number, shown};
 use crate::findings;
 use crate::layout::{Layout, sniff};
 use crate::stamp::Stamp;
@@ -589,11 +589,7 @@ impl Error {
 
 /// Whether a field would be a number with the other decimal mark.
 fn other_decimal_mark(text: &str, decimal: DecimalMark) -> bool {
-    let other = match decimal {
-        DecimalMark::Point => DecimalMark::Comma,
-        DecimalMark::Comma => DecimalMark::Point,
-    };
-    parse_number(text.as_bytes(), other).is_some()
+    parse_number(text.as_bytes(), other_mark(decimal)).is_some()
 }
 
 pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {

@@ -284,11 +284,10 @@ impl Campaign {
 
 /// What a reader of TOML complains of, in the words of somebody who wrote the file.
 fn plain_toml(message: &str) -> String {
-    let kind = |word: &str| match word {
-        "f64" | "f32" => "a number".to_owned(),
-        "u64" | "u32" | "usize" | "i64" | "i32" => "a whole number".to_owned(),
-        "a string" | "a boolean" | "a map" | "a sequence" => word.to_owned(),
-        other => other.to_owned(),
+    let kind = |word| match word {
+        "f64" | "f32" => "a number",
+        "u64" | "u32" | "usize" | "i64" | "i32" => "a whole number",
+        other => other,
     };
     if let Some((given, wanted)) = message
         .strip_prefix("invalid type: ")

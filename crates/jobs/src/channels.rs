@@ -252,7 +252,7 @@ impl ChannelReading {
                         0.0 => "no uncertainty stated".to_owned(),
                         u => format!("u = {} %", plain(100.0 * u)),
                     };
-                    read.sensitivity = Some(format!("{sensitivity} ({u})"));
+                    read.conversion = Some(format!("to m/s² by {sensitivity} ({u})"));
                 }
             }
             let data = match factor {

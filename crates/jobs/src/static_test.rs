@@ -282,6 +282,11 @@ fn known_tolerances(test: &Stability, history: &[DatedEstimate]) -> Result<()> {
 /// Another file, a result without date or without a joint estimate.
 pub fn dated(bytes: &[u8], name: &str) -> Result<DatedEstimate> {
     let document = ResultDocument::from_json(bytes).map_err(|e| Trouble::from(e).detail(name))?;
+    dated_document(&document, name)
+}
+
+/// The same of a result that was read.
+fn dated_document(document: &ResultDocument, name: &str) -> Result<DatedEstimate> {
     let date = document.extra.get("date").and_then(|d| d.as_str());
     let day = date.and_then(day_of).ok_or_else(|| {
         Trouble::data("the result does not say on which day it was made")

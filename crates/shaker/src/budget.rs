@@ -1,6 +1,7 @@
 //! What is uncertain on the bench, how it acts on an observation, and with what it varies.
 
 use proofmass_core::Error;
+use proofmass_dynamic::log_frequency::place;
 use proofmass_uncertainty::{DegreesOfFreedom, Distribution, Evaluation, Inputs};
 use serde::{Deserialize, Serialize};
 
@@ -192,30 +193,17 @@ impl ShakerInput {
     /// Standard uncertainty at a frequency in Hz; the largest beyond the frequencies that are stated.
     pub fn standard_uncertainty_at(&self, frequency: f64) -> f64 {
         let list = &self.at_frequencies;
-        let same = |f: f64| (f / frequency - 1.0).abs() < 1e-9;
-        if let Some((_, u)) = list.iter().find(|(f, _)| same(*f)) {
-            return *u;
-        }
-        let above = list.partition_point(|(f, _)| *f < frequency);
-        match (
-            above.checked_sub(1).and_then(|k| list.get(k)),
-            list.get(above),
-        ) {
-            (Some((below, u)), Some((above, v))) => {
-                u + (v - u) * (frequency / below).ln() / (above / below).ln()
-            }
-            _ => self.standard_uncertainty(),
+        match place(list, |p| p.0, frequency) {
+            Some((k, 0.0)) => list[k].1,
+            Some((k, share)) => list[k].1 + share * (list[k + 1].1 - list[k].1),
+            None => self.standard_uncertainty(),
         }
     }
 
     /// Whether its standard uncertainty is stated at a frequency in Hz.
     pub fn reaches(&self, frequency: f64) -> bool {
-        match (self.at_frequencies.first(), self.at_frequencies.last()) {
-            (Some((low, _)), Some((high, _))) => {
-                (low * (1.0 - 1e-9)..=high * (1.0 + 1e-9)).contains(&frequency)
-            }
-            _ => true,
-        }
+        let list = &self.at_frequencies;
+        list.is_empty() || place(list, |p| p.0, frequency).is_some()
     }
 
     /// Outputs, or axes of a tilt, that have it: one part of it each.

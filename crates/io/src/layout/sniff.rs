@@ -1,7 +1,7 @@
 //! Finding the shape of a text from its head.
 
 use super::{DecimalMark, LARGEST_HEAD, Layout, LayoutOptions, Separator};
-use crate::field::{Fields, parse_number};
+use crate::field::{Fields, other_mark, parse_number};
 use crate::stamp::Stamp;
 use crate::{Error, ErrorKind, Result, Unit};
 
@@ -54,10 +54,7 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         1,
     );
 
-    let other = match decimal {
-        DecimalMark::Point => DecimalMark::Comma,
-        DecimalMark::Comma => DecimalMark::Point,
-    };
+    let other = other_mark(decimal);
     let marked = columns_that(
         voters,
         separator,

@@ -8,7 +8,7 @@ use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, ReadScale, Reading, Recording,
+    Absent, ClockUnit, ColumnRef, Gap, Input, Layout, LayoutOptions, Reading, Recording,
     RecordingOptions, RowReader, SaidBy, Source, Thermometer, TimeSource, TimeUnit, Unit,
 };
 use proofmass_noise::{ChannelName, NoiseChannel, Sensor};
@@ -147,7 +147,9 @@ impl NoiseReading {
         if let Some(told) = &thermometer {
             recording.state_unit(conversions.len(), Some(told.unit), told.said_by)?;
         }
-        recording.state_scale(self.stated_scale());
+        if let Some((factor, unit)) = self.scale.zip(self.unit) {
+            recording.state_scale(factor, unit);
+        }
         let mut stamps = match recording.time.source() {
             TimeSource::Column(seconds) => Some(seconds.clone()),
             _ => None,
@@ -252,7 +254,9 @@ impl NoiseReading {
             let (unit, by) = self.of_column();
             reading.state_unit(column, unit, by);
         }
-        reading.scale = self.stated_scale();
+        if let Some((factor, unit)) = self.scale.zip(self.unit) {
+            reading.state_scale(factor, unit);
+        }
         reading.between_s = stretch(self.between.as_deref())?;
         let window = clock.window(reading.between_s, signals);
         Ok(NoiseStream {
@@ -376,11 +380,6 @@ impl NoiseReading {
             (None, true) => (None, SaidBy::Nobody),
             (None, false) => (self.unit, SaidBy::Person),
         }
-    }
-
-    /// Size of one count, where it was stated.
-    fn stated_scale(&self) -> Option<ReadScale> {
-        Some(ReadScale::new(self.scale?, self.unit?))
     }
 
     /// SI unit and factor of every chosen column.

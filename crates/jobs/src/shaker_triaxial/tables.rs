@@ -10,8 +10,8 @@ use proofmass_shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_shaker::published::PublishedFit;
 use proofmass_shaker::recording::{CHANNELS, RunInput};
 use proofmass_shaker::{
-    AppliedAcceleration, ComponentCheck, FrequencyCheck, FrequencyResult, MethodResult, OutputUnit,
-    RunResult, ShakerMethod,
+    AppliedAcceleration, ComponentCheck, Configuration, FrequencyCheck, FrequencyResult,
+    MethodResult, OutputUnit, RunResult, ShakerMethod,
 };
 use proofmass_uncertainty::{BudgetLine, DegreesOfFreedom, Verdict};
 
@@ -256,20 +256,23 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
 }
 
+/// Name, frequency and mounting, which every row of a run begins with.
+fn mounted<'a, R: 'a>(
+    of: impl for<'r> Fn(&'r R) -> (&'r str, f64, Configuration) + Copy + 'a,
+) -> Vec<Field<'a, R>> {
+    vec![
+        Field::new("run", move |r| of(r).0.into()),
+        frequency(move |r| of(r).1),
+        filed("inclination_deg", move |r| of(r).2.inclination.to_degrees()),
+        filed("rotation_deg", move |r| of(r).2.rotation.to_degrees()),
+    ]
+}
+
 /// Phasors as they went into the fit, in the form of a table of runs.
 fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
     type R = RunInput;
     let of_outputs = ascii(output.symbol());
-    let mut fields = vec![
-        Field::new("run", |r: &R| r.run.as_str().into()),
-        frequency(|r: &R| r.frequency),
-        filed("inclination_deg", |r: &R| {
-            r.configuration.inclination.to_degrees()
-        }),
-        filed("rotation_deg", |r: &R| {
-            r.configuration.rotation.to_degrees()
-        }),
-    ];
+    let mut fields = mounted(|r: &R| (r.run.as_str(), r.frequency, r.configuration));
     for (k, name) in CHANNELS.into_iter().enumerate() {
         let unit = match (k, acceleration) {
             (0, true) => "m/s2",
@@ -298,17 +301,8 @@ fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
 /// quarter of a period ahead of it.
 fn applied(runs: &[AppliedAcceleration]) -> Table {
     type R = AppliedAcceleration;
-    let mut fields = vec![
-        Field::new("run", |r: &R| r.run.as_str().into()),
-        frequency(|r: &R| r.frequency),
-        filed("inclination_deg", |r: &R| {
-            r.configuration.inclination.to_degrees()
-        }),
-        filed("rotation_deg", |r: &R| {
-            r.configuration.rotation.to_degrees()
-        }),
-        filed("reference_m/s2", |r: &R| r.reference),
-    ];
+    let mut fields = mounted(|r: &R| (r.run.as_str(), r.frequency, r.configuration));
+    fields.push(filed("reference_m/s2", |r: &R| r.reference));
     for (i, axis) in AXES.into_iter().enumerate() {
         for (k, part) in ["real", "imaginary"].into_iter().enumerate() {
             let of = move |r: &R| r.components[i][k];

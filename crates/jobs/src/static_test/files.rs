@@ -1,6 +1,6 @@
 //! What a static test is made of, as files have it.
 
-use super::{StaticTest, StaticTestData, StaticTestInput, dated};
+use super::{StaticTest, StaticTestData, StaticTestInput, dated_document};
 use crate::findings;
 use crate::record::Record;
 use crate::recording::RecordingReading;
@@ -252,9 +252,10 @@ impl StaticTestFiles {
         for source in sources {
             let name = source.name().display().to_string();
             let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-            history.push(dated(&bytes, &name)?);
-            let serial = ResultDocument::from_json(&bytes)?.device.serial;
-            serials.extend(serial.map(|serial| (serial, name)));
+            let document = ResultDocument::from_json(&bytes)
+                .map_err(|e| Trouble::from(e).detail(name.clone()))?;
+            history.push(dated_document(&document, &name)?);
+            serials.extend(document.device.serial.map(|serial| (serial, name)));
             inputs.push(input);
         }
         let others = serials.iter().skip(1).filter(|s| s.0 != serials[0].0);

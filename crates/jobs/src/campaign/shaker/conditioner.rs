@@ -2,6 +2,7 @@
 
 use crate::campaign::CampaignFile;
 use num_complex::Complex64;
+use proofmass_dynamic::log_frequency::place;
 use proofmass_io::sheet::{ANGLE, FREQUENCY, PERCENT, Sheet};
 use proofmass_io::{Error, ErrorKind, Input, Result};
 use proofmass_shaker::{Acts, ShakerInput};
@@ -187,33 +188,26 @@ impl Conditioner {
 impl Gain {
     /// At a frequency, Hz: between two of the table linear in log f.
     fn at(&self, frequency: f64) -> Result<GainPoint> {
-        let (Some(first), Some(last)) = (self.points.first(), self.points.last()) else {
-            return Err(Error::new(ErrorKind::Format, "the gain has no points"));
-        };
-        if self.constant {
-            return Ok(*first);
+        let points = &self.points;
+        if let ([only], true) = (points.as_slice(), self.constant) {
+            return Ok(*only);
         }
-        if !(first.frequency * (1.0 - 1e-9)..=last.frequency * (1.0 + 1e-9)).contains(&frequency) {
+        let Some((k, share)) = place(points, |p| p.frequency, frequency) else {
+            let ends = points.first().zip(points.last());
+            let (low, high) = ends.map_or((0.0, 0.0), |(a, b)| (a.frequency, b.frequency));
             return Err(Error::new(
                 ErrorKind::Configuration,
                 format!(
-                    "the gain of channel {} is stated from {} to {} Hz, and a run is at {frequency} Hz",
-                    self.channel, first.frequency, last.frequency
+                    "the gain of channel {} is stated from {low} to {high} Hz, and a run is at {frequency} Hz",
+                    self.channel
                 ),
             )
             .column("conditioner")
             .with_hint("add the frequency to its table: nobody knows the gain beyond it"));
-        }
-        let above = self
-            .points
-            .partition_point(|p| p.frequency < frequency)
-            .clamp(1, (self.points.len() - 1).max(1));
-        let (Some(a), Some(b)) = (self.points.get(above - 1), self.points.get(above)) else {
-            return Ok(*first);
         };
-        let share =
-            ((frequency / a.frequency).ln() / (b.frequency / a.frequency).ln()).clamp(0.0, 1.0);
-        let mix = |of: fn(&GainPoint) -> f64| of(a) + share * (of(b) - of(a));
+        let a = points[k];
+        let b = points.get(k + 1).copied().unwrap_or(a);
+        let mix = |of: fn(&GainPoint) -> f64| of(&a) + share * (of(&b) - of(&a));
         Ok(GainPoint {
             frequency,
             gain: mix(|p| p.gain),
