@@ -443,15 +443,7 @@ const HEADINGS: &[(&str, &[Group])] = &[
 const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "",
-        &[
-            "force",
-            "sign",
-            "contained",
-            "time-unit",
-            "strict",
-            "source",
-            "raw",
-        ],
+        &["force", "sign", "contained", "strict", "source", "raw"],
     ),
     ("test temperature", &["tilt"]),
     ("device plan", &["fixture-angle"]),
@@ -466,6 +458,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "velocity compare",
         &[
+            "time-unit",
             "index",
             "gain-uncertainty",
             "low-corner-uncertainty",
@@ -572,6 +565,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "apply",
         &[
+            "time-unit",
             "at",
             "hold",
             "coverage-factor",

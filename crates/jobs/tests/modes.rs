@@ -343,11 +343,9 @@ fn law_two_fixtures_stand_side_by_side() {
     assert_eq!(beside.other.modes(), alone.modes());
     let filed = StoredResult::new(both.record(None), &outcome).unwrap();
     let table = file_of(&filed, "beside.csv");
-    assert!(
-        table.starts_with(
-            "mode,first_Hz,first_U_Hz,first_weight,second_Hz,second_U_Hz,second_weight"
-        )
-    );
+    assert!(table.starts_with(
+        "mode,first_Hz,first_U_Hz,first_k,first_weight,second_Hz,second_U_Hz,second_k,second_weight"
+    ));
     assert_eq!(table.lines().count(), 5);
     let motion = file_of(&filed, "beside-motion.csv");
     assert_eq!(motion.lines().count(), 4);

@@ -108,10 +108,32 @@ fn law_arrows_point_down_only() {
     );
 }
 
+/// Lines of code, without those of tests, of a room, each with its file.
+fn lines(room: &str) -> Vec<(String, String)> {
+    let mut all = vec![];
+    let mut folders = vec![format!("{}/../{room}/src", env!("CARGO_MANIFEST_DIR"))];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("folder") {
+            let path = entry.expect("entry").path();
+            if path.is_dir() {
+                folders.push(path.display().to_string());
+                continue;
+            }
+            if path.file_stem().is_some_and(|name| name == "tests") {
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).expect("source");
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let lines = code.lines().filter(|l| !l.trim_start().starts_with("//"));
+            all.extend(lines.map(|line| (path.display().to_string(), line.to_owned())));
+        }
+    }
+    all
+}
+
 /// Mathematics crates know no files, no terminal, no clock.
 #[test]
 fn law_mathematics_has_no_outside_world() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../");
     for room in [
         "core",
         "uncertainty",
@@ -126,30 +148,40 @@ fn law_mathematics_has_no_outside_world() {
         "fixture",
         "formats",
     ] {
-        let mut folders = vec![format!("{root}{room}/src")];
-        while let Some(folder) = folders.pop() {
-            for entry in std::fs::read_dir(&folder).expect("folder") {
-                let path = entry.expect("entry").path();
-                if path.is_dir() {
-                    folders.push(path.display().to_string());
-                    continue;
-                }
-                if path.file_stem().is_some_and(|name| name == "tests") {
-                    continue;
-                }
-                let text = std::fs::read_to_string(&path).expect("source");
-                let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-                for line in code.lines().filter(|l| !l.trim_start().starts_with("//")) {
-                    for word in [
-                        "println!(",
-                        "std::fs",
-                        "std::time",
-                        "std::net",
-                        "File::open",
-                    ] {
-                        assert!(!line.contains(word), "{}: {line}", path.display());
-                    }
-                }
+        for (path, line) in lines(room) {
+            for word in [
+                "println!(",
+                "std::fs",
+                "std::time",
+                "std::net",
+                "File::open",
+            ] {
+                assert!(!line.contains(word), "{path}: {line}");
+            }
+        }
+    }
+}
+
+/// Factorisations of dense matrices are compiled in one room; called by faer's methods each crate compiles them anew.
+#[test]
+fn law_matrices_are_factorised_in_one_room() {
+    for (room, _) in ROOMS {
+        for (path, line) in lines(room) {
+            if path.ends_with("algebra.rs") {
+                continue;
+            }
+            for call in [
+                ".llt(",
+                ".self_adjoint_eigen",
+                ".thin_svd(",
+                ".partial_piv_lu(",
+                ".qr()",
+                "PartialPivLu",
+            ] {
+                assert!(
+                    !line.contains(call),
+                    "{path}: {line}: `uncertainty::algebra` has it"
+                );
             }
         }
     }

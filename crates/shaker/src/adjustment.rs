@@ -17,12 +17,13 @@ use super::budget::{Acts, Budget};
 use super::free_phase;
 use super::matrix::{Matrix, from_real, to_real};
 use super::observation::{PhasorRow, Share, SpuriousTable, ascending};
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 pub(crate) use model::Link;
 use model::{Model, phasor_noise, run_columns};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::descend;
+use proofmass_uncertainty::algebra::{cholesky, product};
 
 /// One shared error: its input and the draw.
 #[derive(Clone, Debug, PartialEq)]
@@ -245,17 +246,17 @@ impl Adjustment {
                 right[p] -= REAL * parameters[p];
             }
             let normal = Mat::from_fn(count, count, |i, j| normal[i.max(j) * count + i.min(j)]);
-            let llt = normal.llt(Side::Lower).map_err(|_| Error::Unobservable {
+            let llt = cholesky(&normal).map_err(|_| Error::Unobservable {
                 parameter: "sensitivity",
                 condition: f64::INFINITY,
             })?;
-            let delta = llt.solve(Mat::from_fn(count, 1, |i, _| right[i]));
+            let delta = llt.solve(&Mat::from_fn(count, 1, |i, _| right[i]));
             // What the step would gain in the sum of squares: its length in units of u, squared.
             let gain: f64 = (0..count).map(|i| right[i] * delta[(i, 0)]).sum();
             if iteration >= REWEIGHTED && (gain < NEGLIGIBLE || step < 1e-6) {
                 // The last step was rounding: this is the point at which everything is reported.
                 let chi_squared = before;
-                let inverse = llt.solve(Mat::<f64>::identity(count, count));
+                let inverse = llt.inverse();
                 let covariance = (0..count * count)
                     .map(|k| {
                         0.5 * (inverse[(k / count, k % count)] + inverse[(k % count, k / count)])
@@ -499,7 +500,7 @@ impl Adjustment {
             }
         }
         let covariance = Mat::from_fn(count, count, |i, j| self.covariance(i, j));
-        let p = own - &shared * &covariance * shared.transpose();
+        let p = own - product([shared.as_ref(), covariance.as_ref(), shared.transpose()]);
         let q: f64 = seen.iter().map(|v| v * v).sum();
         let trace: f64 = (0..m).map(|i| p[(i, i)]).sum();
         let square: f64 = (0..m)
@@ -545,12 +546,12 @@ impl Adjustment {
                 let q = Mat::from_fn(6, 6, |a, b| q[a][b]);
                 let right = times(w, &linear.residual);
                 let right = Mat::from_fn(6, 1, |a, _| right[a]);
-                let llt = q.llt(Side::Lower).map_err(|_| Error::Unobservable {
+                let llt = cholesky(&q).map_err(|_| Error::Unobservable {
                     parameter: "sensitivity without one of the runs",
                     condition: f64::INFINITY,
                 })?;
                 let error = llt.solve(&right);
-                let covariance = llt.solve(Mat::<f64>::identity(6, 6));
+                let covariance = llt.inverse();
                 let statistic = (0..6).map(|a| error[(a, 0)] * right[(a, 0)]).sum();
                 let gain = self.gain(self.of_row[row], row);
                 Ok(Deletion {
@@ -576,13 +577,13 @@ fn weights_of(rows: &[Linear]) -> Result<Vec<[[f64; 6]; 6]>, Error> {
         .enumerate()
         .map(|(index, row)| {
             let n = Mat::from_fn(6, 6, |a, b| row.noise[a][b]);
-            let llt = n.llt(Side::Lower).map_err(|_| Error::NotPositiveDefinite {
+            let llt = cholesky(&n).map_err(|_| Error::NotPositiveDefinite {
                 name: "covariance of a run",
                 row: index,
                 column: index,
                 value: 0.0,
             })?;
-            let w = llt.solve(Mat::<f64>::identity(6, 6));
+            let w = llt.inverse();
             Ok(std::array::from_fn(|a| {
                 std::array::from_fn(|b| 0.5 * (w[(a, b)] + w[(b, a)]))
             }))

@@ -8,8 +8,9 @@ pub use expanded::{Expanded, PROBABILITY};
 use super::fit::FrequencyFit;
 use super::matrix::{AXES, Matrix, inverse, to_real};
 use super::near_zero::{Kind, size};
-use faer::{Mat, Side};
+use faer::Mat;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::symmetric_eigenvalues;
 use proofmass_uncertainty::{
     BudgetLine, Complex, Component, DegreesOfFreedom, Estimate, Model, Number, jacobian,
 };
@@ -263,13 +264,13 @@ pub fn transverse(estimate: &Estimate) -> Result<Vec<Expanded>, Error> {
             .into_iter()
             .flat_map(|i| [2 * (3 * i + j), 2 * (3 * i + j) + 1])
             .collect();
-        let largest = Mat::from_fn(4, 4, |a, b| covariance[(four[a], four[b])])
-            .self_adjoint_eigenvalues(Side::Lower)
-            .map_err(|_| Error::NotConverged {
-                name: "eigenvalues of the covariance of the cross terms",
-                iterations: 0,
-                step: f64::INFINITY,
-            })?[3];
+        let largest =
+            symmetric_eigenvalues(&Mat::from_fn(4, 4, |a, b| covariance[(four[a], four[b])]))
+                .map_err(|_| Error::NotConverged {
+                    name: "eigenvalues of the covariance of the cross terms",
+                    iterations: 0,
+                    step: f64::INFINITY,
+                })?[3];
         let main = element::<f64>(&x, j, j).abs();
         let (Some(value), Some(angle)) = (
             linear.get(&format!("transverse.{}", AXES[j])),

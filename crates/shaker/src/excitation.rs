@@ -3,8 +3,9 @@
 use super::geometry::Seat;
 use super::matrix::Matrix;
 use super::observation::{PhasorRow, SpuriousTable};
-use faer::{Mat, linalg::solvers::Solve};
+use faer::Mat;
 use num_complex::Complex64;
+use proofmass_uncertainty::algebra::solve_complex;
 
 /// Directions of the excitation in the device at the drawn angles, with the spurious motion.
 pub(super) fn directions(rows: &[PhasorRow], spurious: &SpuriousTable) -> Vec<[Complex64; 3]> {
@@ -32,7 +33,7 @@ pub(super) fn solve(d: &[[Complex64; 3]], y: &[[Complex64; 3]], of: &[usize]) ->
             }
         }
     }
-    let s = gram.partial_piv_lu().solve(&right);
+    let s = solve_complex(&gram, &right);
     let matrix: Matrix = std::array::from_fn(|i| std::array::from_fn(|j| s[(i, j)]));
     let finite = |z: &Complex64| z.re.is_finite() && z.im.is_finite();
     matrix.iter().flatten().all(finite).then_some(matrix)

@@ -20,9 +20,10 @@ use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{
     Basis, PhasorRow, Share, Spurious, SpuriousTable, UnmeasuredAt, ascending,
 };
-use faer::{Mat, Side};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::symmetric_eigen;
 use proofmass_uncertainty::chi_squared_chance;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
@@ -358,13 +359,11 @@ fn shared_effects(adjustment: &Adjustment) -> Result<Vec<SharedEffect>, Error> {
     let c = Mat::from_fn(common.len(), common.len(), |i, j| {
         adjustment.covariance(common[i], common[j])
     });
-    let eigen = c
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::NotConverged {
-            name: "eigenvalues of the shared errors",
-            iterations: 0,
-            step: f64::INFINITY,
-        })?;
+    let eigen = symmetric_eigen(&c).map_err(|_| Error::NotConverged {
+        name: "eigenvalues of the shared errors",
+        iterations: 0,
+        step: f64::INFINITY,
+    })?;
     let largest = eigen.S()[common.len() - 1];
     Ok((0..common.len())
         .filter(|&e| eigen.S()[e] > 1e-14 * largest)

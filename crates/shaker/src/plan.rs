@@ -6,9 +6,10 @@ use super::fit::complex;
 use super::geometry::Configuration;
 use super::matrix::{AXES, Matrix, row_times};
 use super::observation::{PhasorRow, Spurious, SpuriousTable};
-use faer::{Mat, Side};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::{Error, Matrix3, dot};
+use proofmass_uncertainty::algebra::symmetric_eigenvalues;
 
 /// How well a set of directions determines three regressors.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,13 +137,13 @@ fn gram(plan: &[Configuration]) -> [[f64; 3]; 3] {
 pub fn conditioning(plan: &[Configuration]) -> Result<Conditioning, Error> {
     let g = gram(plan);
     let n = plan.len() as f64;
-    let eigen = Mat::from_fn(3, 3, |i, j| g[i][j])
-        .self_adjoint_eigenvalues(Side::Lower)
-        .map_err(|_| Error::NotConverged {
+    let eigen = symmetric_eigenvalues(&Mat::from_fn(3, 3, |i, j| g[i][j])).map_err(|_| {
+        Error::NotConverged {
             name: "eigenvalues of the plan",
             iterations: 0,
             step: f64::INFINITY,
-        })?;
+        }
+    })?;
     let condition = (eigen[2] / eigen[0].max(0.0)).sqrt();
     if !(condition < 1e6) {
         return Err(Error::Unobservable {

@@ -8,6 +8,7 @@ use super::Configuration;
 use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::{self, product, thin_svd};
 use proofmass_uncertainty::{DegreesOfFreedom, welch_satterthwaite};
 use serde::{Deserialize, Serialize};
 
@@ -234,7 +235,10 @@ pub fn fit(rows: &[MagnitudeRow], budget: &MagnitudeBudget) -> Result<PublishedF
     }
     let to_a = pseudo_inverse(&o, "exploitation matrix")?;
     let to_s = pseudo_inverse(&a, "sensitivity matrix")?;
-    let (exploitation, sensitivity) = (&to_a * &a, &to_s * &o);
+    let (exploitation, sensitivity) = (
+        product([to_a.as_ref(), a.as_ref()]),
+        product([to_s.as_ref(), o.as_ref()]),
+    );
     let weighted = |gain: &Mat<f64>, i: usize, variance: &dyn Fn(usize) -> f64| -> f64 {
         (0..n).map(|k| gain[(i, k)].powi(2) * variance(k)).sum()
     };
@@ -267,7 +271,7 @@ pub fn fit(rows: &[MagnitudeRow], budget: &MagnitudeBudget) -> Result<PublishedF
 
 /// (MᵀM)⁻¹Mᵀ of an n × 3 matrix.
 fn pseudo_inverse(m: &Mat<f64>, name: &'static str) -> Result<Mat<f64>, Error> {
-    let svd = m.thin_svd().map_err(|_| Error::Singular {
+    let svd = thin_svd(m).map_err(|_| Error::Singular {
         name,
         condition: f64::INFINITY,
     })?;
@@ -279,7 +283,7 @@ fn pseudo_inverse(m: &Mat<f64>, name: &'static str) -> Result<Mat<f64>, Error> {
             condition,
         });
     }
-    Ok(svd.pseudoinverse())
+    Ok(algebra::pseudo_inverse(&svd))
 }
 
 #[cfg(test)]

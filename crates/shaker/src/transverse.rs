@@ -24,9 +24,10 @@ use super::derived::{Expanded, largest_response, propagate};
 use super::near_zero::{Kind, size};
 use crate::findings;
 use cosine::{Fit, directions, least_squares};
-use faer::{Mat, Side};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::symmetric_eigenvalues;
 use proofmass_uncertainty::{
     Complex, Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding,
     Influence, Model, Number, f_quantile,
@@ -427,8 +428,7 @@ fn disagreement(frequency: f64, runs: &[Complex64], s: Complex64) -> Option<Find
 fn derive(estimate: &Estimate, s: Complex64) -> Result<(Expanded, Option<Expanded>), Error> {
     let linear = propagate(estimate, &Ratio)?;
     let covariance = estimate.covariance();
-    let largest = Mat::from_fn(4, 4, |a, b| covariance[(2 + a, 2 + b)])
-        .self_adjoint_eigenvalues(Side::Lower)
+    let largest = symmetric_eigenvalues(&Mat::from_fn(4, 4, |a, b| covariance[(2 + a, 2 + b)]))
         .map_err(|_| Error::NotConverged {
             name: "eigenvalues of the covariance of the transverse sensitivity",
             iterations: 0,

@@ -14,10 +14,11 @@ pub use spectrum::dominant_frequency;
 pub use tones::Tone;
 
 use basis::{Basis, Term};
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use num_complex::Complex64;
 use pass::Ask;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::{cholesky, product};
 use residue::Residue;
 use std::cell::OnceCell;
 use std::f64::consts::TAU;
@@ -409,11 +410,11 @@ impl SineApproximation {
         let tables = Tables::new(omega, n, harmonics);
         let basis = Basis::new(&tables, self.drift, harmonics, 0..tables.blocks());
         let gram = basis.gram();
-        let llt = gram.llt(Side::Lower).map_err(|_| Error::Singular {
+        let llt = cholesky(&gram).map_err(|_| Error::Singular {
             name: "sine approximation",
             condition: f64::INFINITY,
         })?;
-        let inverse = llt.solve(Mat::<f64>::identity(gram.nrows(), gram.nrows()));
+        let inverse = llt.inverse();
         let provisional = provisional
             .unwrap_or_else(|| residue::sketch(&tables, channels, self.drift, harmonics));
         let ask = Ask {
@@ -568,7 +569,10 @@ impl State {
             .map(|channel| {
                 let (slope, cross) = (self.slope(channel), self.cross(channel));
                 let square = self.basis.inner(&slope, &slope);
-                weights[channel] * (square - (cross.transpose() * &self.inverse * &cross)[(0, 0)])
+                weights[channel]
+                    * (square
+                        - product([cross.transpose(), self.inverse.as_ref(), cross.as_ref()])
+                            [(0, 0)])
             })
             .collect()
     }

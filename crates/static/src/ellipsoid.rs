@@ -1,9 +1,9 @@
 //! Ellipsoid and sphere through a cloud of mean outputs: direct algebraic fits, where geometric ones start.
 
 use crate::Triple;
-use faer::prelude::*;
-use faer::{Mat, Side};
+use faer::Mat;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::{cholesky, least_squares, symmetric_eigen, thin_svd};
 
 /// The surface on which all outputs of a resting sensor lie: centre b and symmetric shape matrix.
 ///
@@ -58,7 +58,7 @@ impl Ellipsoid {
             let [x, y, z] = rows[i];
             x * x + y * y + z * z
         });
-        let c = design.qr().solve_lstsq(&target);
+        let c = least_squares(&design, &target);
         let c = |i: usize| c[(i, 0)];
         // (1 − c₀ − c₁) x² + (1 − c₀ + 2c₁) y² + (1 + 2c₀ − c₁) z² − 2c₂xy − … = c₈ + 2c₅x + …
         let a = Mat::from_fn(3, 3, |i, j| match (i.min(j), i.max(j)) {
@@ -75,17 +75,15 @@ impl Ellipsoid {
             column: 0,
             value,
         };
-        let llt = a.llt(Side::Lower).map_err(|_| no_ellipsoid(a[(0, 0)]))?;
-        let centre = llt.solve(Mat::from_fn(3, 1, |i, _| c(5 + i)));
+        let llt = cholesky(&a).map_err(|_| no_ellipsoid(a[(0, 0)]))?;
+        let centre = llt.solve(&Mat::from_fn(3, 1, |i, _| c(5 + i)));
         let centred: Triple = std::array::from_fn(|i| centre[(i, 0)]);
         let level = c(8) + (0..3).map(|i| c(5 + i) * centred[i]).sum::<f64>();
         if !(level > 0.0 && level.is_finite()) {
             return Err(no_ellipsoid(level));
         }
         // A/level = P²; P⁻¹ by eigenvalues.
-        let eigen = a
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| no_ellipsoid(0.0))?;
+        let eigen = symmetric_eigen(&a).map_err(|_| no_ellipsoid(0.0))?;
         let shape = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 (0..3)
@@ -120,7 +118,7 @@ impl Ellipsoid {
         let square = |r: &Triple| r.iter().map(|v| v * v).sum::<f64>();
         let mean_square = rows.iter().map(square).sum::<f64>() / rows.len() as f64;
         let design = Mat::from_fn(rows.len(), 3, |i, j| 2.0 * rows[i][j]);
-        let svd = design.thin_svd().map_err(|_| Error::NotConverged {
+        let svd = thin_svd(&design).map_err(|_| Error::NotConverged {
             name: "singular values",
             iterations: 0,
             step: f64::INFINITY,

@@ -4,9 +4,9 @@ use crate::direction_coverage::unit;
 use crate::findings;
 use crate::multi_position::{BIAS, ELEMENT};
 use crate::{Pose, Triple};
-use faer::prelude::*;
-use faer::{Mat, Side};
+use faer::Mat;
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, SensorModel, norm};
+use proofmass_uncertainty::algebra::{cholesky, product, symmetric_eigen};
 use proofmass_uncertainty::{Effect, Estimate, Finding};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -249,14 +249,13 @@ impl ResidualCovariance {
                 }
                 joint => {
                     let covariance = joint.covariance(p)?.to_mat();
-                    let eigen = covariance.self_adjoint_eigen(Side::Lower).map_err(|_| {
-                        Error::NotPositiveDefinite {
+                    let eigen =
+                        symmetric_eigen(&covariance).map_err(|_| Error::NotPositiveDefinite {
                             name: "covariance of the calibration",
                             row: 0,
                             column: 0,
                             value: covariance[(0, 0)],
-                        }
-                    })?;
+                        })?;
                     let (vectors, values) = (eigen.U(), eigen.S());
                     for k in 0..p {
                         // Rounding leaves an eigenvalue of zero on either side of it.
@@ -291,18 +290,18 @@ impl ResidualCovariance {
         };
         let (n, q) = (self.common.nrows(), self.common.ncols());
         if self.own.iter().any(|d| !(*d > 0.0)) {
-            let mut v = &self.common * self.common.transpose();
+            let mut v = product([self.common.as_ref(), self.common.transpose()]);
             (0..n).for_each(|i| v[(i, i)] += self.own[i]);
             let r = Mat::from_fn(n, 1, |i, _| residuals[i]);
-            let solved = v.llt(Side::Lower).map_err(|_| refused())?.solve(&r);
+            let solved = cholesky(&v).map_err(|_| refused())?.solve(&r);
             return Ok((0..n).map(|i| solved[(i, 0)] * residuals[i]).sum());
         }
         let w = Mat::from_fn(n, q, |i, c| self.common[(i, c)] / self.own[i].sqrt());
         let r = Mat::from_fn(n, 1, |i, _| residuals[i] / self.own[i].sqrt());
-        let mut a = w.transpose() * &w;
+        let mut a = product([w.transpose(), w.as_ref()]);
         (0..q).for_each(|c| a[(c, c)] += 1.0);
-        let along = w.transpose() * &r;
-        let solved = a.llt(Side::Lower).map_err(|_| refused())?.solve(&along);
+        let along = product([w.transpose(), r.as_ref()]);
+        let solved = cholesky(&a).map_err(|_| refused())?.solve(&along);
         let plain: f64 = (0..n).map(|i| r[(i, 0)].powi(2)).sum();
         let explained: f64 = (0..q).map(|c| along[(c, 0)] * solved[(c, 0)]).sum();
         Ok((plain - explained).max(0.0))

@@ -1,6 +1,7 @@
 //! A covariance matrix that has been checked once, so that everything later may rely on it.
 
-use faer::{Mat, Side};
+use crate::algebra::symmetric_eigen;
+use faer::Mat;
 use proofmass_core::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -232,13 +233,11 @@ impl Covariance {
         let r = Mat::from_fn(active.len(), active.len(), |i, j| {
             self.correlation(active[i], active[j]).unwrap_or(0.0)
         });
-        let eigen = r
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| Error::NotConverged {
-                name: "eigenvalues of the covariance",
-                iterations: 0,
-                step: f64::INFINITY,
-            })?;
+        let eigen = symmetric_eigen(&r).map_err(|_| Error::NotConverged {
+            name: "eigenvalues of the covariance",
+            iterations: 0,
+            step: f64::INFINITY,
+        })?;
         let smallest = eigen.S()[0];
         if smallest < -ROUNDING * active.len() as f64 {
             // The two components that weigh most in the offending direction name the culprit.

@@ -1,8 +1,9 @@
 //! The same quantities at several values of one coordinate (frequency, temperature), with what is known of their
 //! correlation.
 
+use crate::algebra::symmetric_eigenvalues;
 use crate::{Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence};
-use faer::{Mat, Side};
+use faer::Mat;
 use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
@@ -353,13 +354,11 @@ impl EstimateSeries {
             (covariance[(p, q)] - part)
                 / (covariance.standard_uncertainty(p) * covariance.standard_uncertainty(q))
         });
-        let eigenvalues =
-            rest.self_adjoint_eigenvalues(Side::Lower)
-                .map_err(|_| Error::NotConverged {
-                    name: "eigenvalues of the covariance",
-                    iterations: 0,
-                    step: f64::INFINITY,
-                })?;
+        let eigenvalues = symmetric_eigenvalues(&rest).map_err(|_| Error::NotConverged {
+            name: "eigenvalues of the covariance",
+            iterations: 0,
+            step: f64::INFINITY,
+        })?;
         match eigenvalues.first() {
             Some(&smallest) if smallest < -ROUNDING * n as f64 => Err(refuse(0, smallest)),
             _ => Ok(()),

@@ -132,6 +132,7 @@
 )]
 
 pub mod adjustment;
+pub mod algebra;
 pub mod findings;
 
 mod agreement;

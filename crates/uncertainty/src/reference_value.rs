@@ -1,9 +1,10 @@
 //! Reference value of several laboratories, and how far each of them is from it.
 
 use crate::Covariance;
+use crate::algebra::{Cholesky, cholesky};
 use crate::quantile::chi_squared_chance;
-use faer::linalg::solvers::{Llt, LltError, Solve};
-use faer::{Mat, Side};
+use faer::Mat;
+use faer::linalg::solvers::LltError;
 use proofmass_core::{Error, check};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -170,7 +171,7 @@ impl MedianValue {
         check::probability(probability)?;
         let roots = covariances
             .iter()
-            .map(|c| Ok(factors(c.elements(), n)?.L().to_owned()))
+            .map(|c| Ok(factors(c.elements(), n)?.lower().to_owned()))
             .collect::<Result<Vec<Mat<f64>>, Error>>()?;
         let count = results.len();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -296,17 +297,16 @@ fn less(v: &Covariance, c: &[f64]) -> Result<Covariance, Error> {
 }
 
 /// Cholesky's factors, of a covariance that is not singular to fourteen digits.
-fn factors(v: &[f64], n: usize) -> Result<Llt<f64>, Error> {
+fn factors(v: &[f64], n: usize) -> Result<Cholesky, Error> {
     let refused = |row: usize| Error::NotPositiveDefinite {
         name: "covariance of a result",
         row,
         column: row,
         value: v[n * row + row],
     };
-    let factors = Mat::from_fn(n, n, |i, j| v[n * i + j])
-        .llt(Side::Lower)
+    let factors = cholesky(&Mat::from_fn(n, n, |i, j| v[n * i + j]))
         .map_err(|LltError::NonPositivePivot { index }| refused(index))?;
-    let l = factors.L();
+    let l = factors.lower();
     match (0..n).find(|&i| !(l[(i, i)].powi(2) > 1e-14 * v[n * i + i])) {
         Some(row) => Err(refused(row)),
         None => Ok(factors),
@@ -315,7 +315,7 @@ fn factors(v: &[f64], n: usize) -> Result<Llt<f64>, Error> {
 
 /// Inverse of a covariance.
 fn inverse(v: &[f64], n: usize) -> Result<Vec<f64>, Error> {
-    let w = factors(v, n)?.solve(Mat::<f64>::identity(n, n));
+    let w = factors(v, n)?.inverse();
     Ok((0..n * n)
         .map(|at| 0.5 * (w[(at / n, at % n)] + w[(at % n, at / n)]))
         .collect())

@@ -1,6 +1,7 @@
 //! Joint coverage regions of several outputs.
 
 use crate::Covariance;
+use crate::algebra::{cholesky, symmetric_eigenvalues};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 use rayon::prelude::*;
@@ -37,14 +38,12 @@ pub(crate) fn region(
             correlation[(i, j)] /= moments[i].1 * moments[j].1;
         }
     }
-    let spread = correlation
-        .self_adjoint_eigenvalues(faer::Side::Lower)
-        .ok()?;
+    let spread = symmetric_eigenvalues(&correlation).ok()?;
     if !(spread.iter().copied().fold(f64::INFINITY, f64::min) > 1e-4) {
         return None;
     }
-    let llt = covariance.to_mat().llt(faer::Side::Lower).ok()?;
-    let l = llt.L();
+    let llt = cholesky(&covariance.to_mat()).ok()?;
+    let l = llt.lower();
     // ‖L⁻¹(y − ȳ)‖², some trials at a time.
     let mut distances = vec![0.0; trials];
     distances

@@ -27,6 +27,8 @@ pub struct ComparedPoint {
     pub modulus_difference: f64,
     /// Its expanded uncertainty.
     pub modulus_expanded: f64,
+    /// That over its standard uncertainty: k of the two calibrations, weighted as their uncertainties.
+    pub modulus_coverage_factor: f64,
     /// E_n of the moduli.
     pub modulus_en: f64,
     /// Of the phases; `None` where moduli alone are compared.
@@ -43,6 +45,8 @@ pub struct ComparedPhase {
     pub difference: f64,
     /// Its expanded uncertainty.
     pub expanded: f64,
+    /// That over its standard uncertainty.
+    pub coverage_factor: f64,
     /// E_n of the phases.
     pub en: f64,
 }
@@ -323,6 +327,7 @@ fn point(
         value: z,
         modulus_difference: modulus.difference / size,
         modulus_expanded: modulus.expanded / size,
+        modulus_coverage_factor: modulus.expanded / u[0].0.hypot(u[1].0),
         modulus_en: modulus.value,
         phase: None,
         chi_square: (z[0].norm() - z[1].norm()).powi(2) / (u[0].0.powi(2) + u[1].0.powi(2)),
@@ -353,6 +358,7 @@ fn point(
         phase: Some(ComparedPhase {
             difference: phase.difference,
             expanded: phase.expanded,
+            coverage_factor: phase.expanded / u[0].1.hypot(u[1].1),
             en: phase.value,
         }),
         chi_square: (ii * d.re * d.re - 2.0 * ri * d.re * d.im + rr * d.im * d.im) / determinant,

@@ -50,6 +50,8 @@ pub struct ReferenceElement {
     pub median_uncertainty: [f64; 2],
     /// Chance of deviations from the mean as large as these, of all elements at this frequency together.
     pub chance: f64,
+    /// k of every expanded uncertainty here.
+    pub coverage_factor: f64,
     /// One for each laboratory.
     pub laboratories: Vec<Equivalence>,
 }
@@ -405,6 +407,7 @@ impl Frequency {
             median: element.back([self.median.value[r], self.median.value[i]]),
             median_uncertainty: [r, i].map(|part| self.median.uncertainty[part]),
             chance: self.mean.chance,
+            coverage_factor: self.factor,
             laboratories: laboratories.collect(),
         }
     }

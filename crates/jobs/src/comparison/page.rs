@@ -1,7 +1,7 @@
 //! The report of calibrations over frequency, held against each other.
 
 use crate::page::answer::plus_minus;
-use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
+use crate::page::columns::{coverage_factor, degrees, e_n, filed, frequency, number, percent};
 use proofmass_dynamic::frequency_response::{
     ComparedPoint, Equivalence, ReferenceComparison, ReferenceElement, ResponseComparison,
 };
@@ -216,6 +216,7 @@ fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
             p.modulus_difference
         }),
         percent("U_percent", "U", |p: &P| p.modulus_expanded),
+        coverage_factor("k", |p: &P| Some(p.modulus_coverage_factor)),
         e_n("E_n", |p: &P| p.modulus_en),
     ];
     if pair.points.iter().any(|p| p.phase.is_some()) {
@@ -226,6 +227,7 @@ fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
                 p.phase.map(|p| p.difference)
             }),
             degrees("phase_U_deg", "U", |p: &P| p.phase.map(|p| p.expanded)),
+            coverage_factor("phase_k", |p: &P| p.phase.map(|p| p.coverage_factor)),
             e_n("phase_E_n", |p: &P| p.phase.map(|p| p.en)),
         ]);
     }
@@ -398,6 +400,7 @@ fn laboratories(several: &ReferenceComparison, names: &[String]) -> Section {
             r.1.modulus_difference
         }),
         percent("modulus_U_percent", "U", |r: &Row<'_>| r.1.modulus_expanded),
+        coverage_factor("k", |r: &Row<'_>| Some(r.0.coverage_factor)),
         e_n("modulus_E_n", |r: &Row<'_>| r.1.modulus_en),
         degrees("phase_difference_deg", "phase", |r: &Row<'_>| {
             r.1.phase_difference

@@ -3,7 +3,7 @@
 use super::outcome::{BesideOutcome, LayerEnd, ModesOutcome};
 use crate::page::AXES;
 use crate::page::answer::stated_as;
-use crate::page::columns::{filed, number};
+use crate::page::columns::{coverage_factor, filed, number};
 use crate::page::words::words;
 use proofmass_fixture::{
     Convergence, Found, FrequencySensitivity, Goal, Level, LineMotion, NaturalMode, Search,
@@ -164,7 +164,7 @@ impl ModesOutcome {
                 Cell::printed(q.expanded, rounded(q.value, q.expanded).1)
             })
             .page(heading, "Hz"),
-            filed("k", |(_, (_, q), _): &Mode<'_>| q.k),
+            coverage_factor("k", |(_, (_, q), _): &Mode<'_>| q.k),
             number(
                 "",
                 ("error of the mesh", "%"),
@@ -545,6 +545,7 @@ fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
     for (k, key) in ["first", "second"].into_iter().enumerate() {
         let quantities = stated[k].clone();
         let uncertain = quantities.clone();
+        let covered = quantities.clone();
         let outcome = both[k];
         fields.push(
             Field::new(format!("{key}_Hz"), move |m: &usize| {
@@ -564,6 +565,9 @@ fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
             })
             .page(format!("U ({} %)", plain(1e2 * outcome.probability)), "Hz"),
         );
+        fields.push(coverage_factor(&format!("{key}_k"), move |m: &usize| {
+            covered.get(*m).map(|q| q.k)
+        }));
         fields.push(
             number(
                 format!("{key}_weight"),

@@ -47,6 +47,14 @@ pub(crate) fn degrees<'a, R, V: Into<Option<f64>>>(
     })
 }
 
+/// The factor by which an expanded uncertainty is larger than its standard uncertainty; without a name of the page alone.
+pub(crate) fn coverage_factor<'a, R, V: Into<Cell>>(
+    name: &str,
+    get: impl Fn(&R) -> V + 'a,
+) -> Field<'a, R> {
+    number(name, ("k", ""), Rounding::Decimals(2), get)
+}
+
 /// The ratio of a difference to its expanded uncertainty.
 pub(crate) fn e_n<'a, R, V: Into<Cell>>(name: &str, get: impl Fn(&R) -> V + 'a) -> Field<'a, R> {
     number(name, ("E_n", ""), Rounding::Decimals(2), get)

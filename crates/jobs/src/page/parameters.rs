@@ -1,5 +1,6 @@
 //! Fitted parameters with their intervals.
 
+use super::columns::coverage_factor;
 use proofmass_io::StatedQuantity;
 use proofmass_report::number::freedom;
 use proofmass_report::{Cell, Field, Rounding, Table};
@@ -15,7 +16,7 @@ pub(crate) fn parameters(caption: &str, quantities: &[Quantity]) -> Table {
         .page("value", ""),
         Field::shown("U (95 %)", "", |q: &Quantity| q.expanded(0.95).into())
             .rounded(Rounding::TwoDigits),
-        Field::shown("k", "", |q: &Quantity| q.coverage_factor(0.95).into()).decimals(2),
+        coverage_factor("", |q: &Quantity| q.coverage_factor(0.95)),
         Field::shown("unit", "", |q: &Quantity| q.unit.as_str().into()),
     ];
     Table::of(caption, fields, quantities)
@@ -40,9 +41,7 @@ pub(crate) fn stated_parameters(
         Field::new("u", |q: &StatedQuantity| q.u.into()),
         Field::new("U", expanded).page("U", ""),
         Field::shown("unit", "", |q: &StatedQuantity| q.unit.as_str().into()),
-        Field::new("k", |q: &StatedQuantity| q.k.into())
-            .page("k", "")
-            .decimals(2),
+        coverage_factor("k", |q: &StatedQuantity| q.k),
         Field::new("nu_eff", nu).page("ν_eff", ""),
     ];
     Table::of(caption, fields, quantities).file("parameters.csv")

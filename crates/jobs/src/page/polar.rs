@@ -1,6 +1,6 @@
 //! Complex sensitivities in polar form, as tables state them.
 
-use super::columns::{filed, number};
+use super::columns::{coverage_factor, filed, number};
 use proofmass_report::Rounding::Decimals;
 use proofmass_report::number::rounded;
 use proofmass_report::{Cell, Field};
@@ -91,7 +91,7 @@ pub(crate) fn polar<'a, H: 'a>(
         number("", ("U relative", "%"), Decimals(2), move |r: &Row<H>| {
             Some(100.0 * factor.and(r.1.expanded)? / r.1.modulus)
         }),
-        number("k", ("k", ""), Decimals(2), |r: &Row<H>| r.1.k),
+        coverage_factor("k", |r: &Row<H>| r.1.k),
         filed("nu_eff", |r: &Row<H>| {
             let nu = r.1.dof.and_then(DegreesOfFreedom::new);
             let nu = nu.unwrap_or(DegreesOfFreedom::INFINITE);

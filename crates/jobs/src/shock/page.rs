@@ -1,7 +1,7 @@
 //! The page of a shock.
 
 use super::{ShockOutcome, ShockSpectra, SpectrumVerdict, integral_unit};
-use crate::page::columns::filed;
+use crate::page::columns::{coverage_factor, filed};
 use crate::page::measures::measures;
 use crate::page::polar::continuous;
 use proofmass_dynamic::shock::{ShockCalibration, SpectrumLine, ToleranceResult};
@@ -343,6 +343,7 @@ fn sensitivities(calibration: &ShockCalibration) -> Table {
             Cell::quantity(q.clone())
         }),
         Field::shown("U (95 %)", "%", |q: &Quantity| Cell::number(relative(q))),
+        coverage_factor("", |q: &Quantity| q.coverage_factor(0.95)),
     ];
     let table = Table::of("Sensitivity", fields, calibration.estimate.quantities());
     match calibration.delay {

@@ -3,6 +3,7 @@
 use super::TemperatureOutcome;
 use crate::page::MG;
 use crate::page::answer::plus_minus;
+use crate::page::columns::coverage_factor;
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_report::number::{minus, two_digits};
 use proofmass_report::{
@@ -180,6 +181,7 @@ fn coefficients(fit: &TemperatureFit, probability: f64) -> Table {
         Field::shown("value", "", |q: &Quantity| q.value.into()).rounded(Rounding::Power(4)),
         Field::shown(u, "", |q: &Quantity| q.expanded(probability).into())
             .rounded(Rounding::Power(1)),
+        coverage_factor("", |q: &Quantity| q.coverage_factor(probability)),
         Field::shown("unit", "", |q: &Quantity| q.unit.as_str().into()),
     ];
     Table::of(

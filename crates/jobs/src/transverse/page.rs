@@ -1,11 +1,11 @@
 //! The report of a transverse sensitivity test.
 
 use super::TransverseOutcome;
-use crate::page::columns::{filed, frequency, number};
+use crate::page::columns::{coverage_factor, filed, frequency, number};
 use crate::page::coverage::stated_at;
 use crate::page::shares::shares;
 use num_complex::Complex64;
-use proofmass_report::Rounding::{Decimals, Exact, TwoDigits};
+use proofmass_report::Rounding::{Exact, TwoDigits};
 use proofmass_report::number::{plain, rounded};
 use proofmass_report::{Axis, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot};
 use proofmass_shaker::transverse::{Motion, TransverseRow, TransverseSensitivity};
@@ -83,7 +83,7 @@ fn table(results: &[TransverseSensitivity]) -> Table {
             Cell::printed(100.0 * r.ratio.expanded, printed(r).1)
         })
         .page("U", "%"),
-        number("k", ("k", ""), Decimals(2), |r: &R| r.ratio.coverage_factor),
+        coverage_factor("k", |r: &R| r.ratio.coverage_factor),
         filed("nu_eff", |r: &R| r.ratio.dof),
         Field::new("direction_deg", |r: &R| {
             direction(r)

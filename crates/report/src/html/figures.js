@@ -10,7 +10,10 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
   };
   // left, top, right, bottom, then of x and y: logarithmic or not, ends of the axis; at last of both the power of ten and the number
   // that the label has and the ticks have not
+  const across = svg.querySelector("[data-x]")?.dataset.x;
+  const upwards = [...svg.querySelectorAll("[data-y]")].map(label => label.dataset.y);
   const panels = JSON.parse(svg.dataset.panels).map((p, i) => ({
+    name: upwards[i],
     left: p[0], top: p[1], right: p[2], bottom: p[3],
     x: { log: p[4], low: p[5], high: p[6], unit: 10 ** (p[10] || 0), base: p[11] || 0 },
     y: { log: p[7], low: p[8], high: p[9], unit: 10 ** (p[12] || 0), base: p[13] || 0 },
@@ -47,6 +50,8 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
     const digits = axis.log ? 4 : Math.min(9, Math.max(4, Math.ceil(Math.log10(Math.abs(v) * axis.unit / Math.abs(axis.high - axis.low) || 1)) + 4));
     return Number(v.toPrecision(digits)).toString().replaceAll("-", "−").replace(/e\+?(−?\d+)$/, "·10^$1");
   };
+  // A label is the quantity over its unit, which equals the number.
+  const named = (label, number) => label ? `${label} = ${number}` : number;
   // From the pixels of the drawing to those of the view, and back.
   const whole = p => ({ left: p.left, right: p.right, top: p.top, bottom: p.bottom });
   const forth = (p, [x, y]) => {
@@ -69,7 +74,7 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
     const ink = { stroke: "#000", "stroke-width": .7, "stroke-dasharray": "2 2" };
     if (x >= panel.left - 1 && x <= panel.right + 1) for (const p of panels) make("line", lines, { x1: x, x2: x, y1: p.top, y2: p.bottom, ...ink });
     if (y >= panel.top && y <= panel.bottom) make("circle", lines, { cx: x, cy: y, r: 4, fill: "none", stroke: "#000" });
-    output.textContent = (name ? name + ": " : "") + text(panel.x, u) + ", " + text(panel.y, v);
+    output.textContent = (name ? name + ": " : "") + named(across, text(panel.x, u)) + ", " + named(panel.name, text(panel.y, v));
   };
   const place = event => {
     const box = svg.getBoundingClientRect(), view = svg.viewBox.baseVal;

@@ -72,19 +72,23 @@ impl Axis {
 
     /// The printed label: quantity / unit, with what the tick labels left out.
     pub(super) fn title(&self, ticks: &Ticks) -> String {
+        let unit = if self.unit == "1" {
+            ""
+        } else {
+            self.unit.as_str()
+        };
         let mut quantity = self.label.clone();
         if let Some(offset) = &ticks.offset {
             quantity = match offset.strip_prefix('−') {
                 Some(size) => format!("{quantity} + {size}"),
                 None => format!("{quantity} − {offset}"),
             };
+        }
+        // A difference is divided as a whole.
+        let divided = !unit.is_empty() || ticks.exponent != 0;
+        if ticks.offset.is_some() || (divided && quantity.contains(" − ")) {
             quantity = format!("({quantity})");
         }
-        let unit = if self.unit == "1" {
-            ""
-        } else {
-            self.unit.as_str()
-        };
         let power = match (ticks.exponent, unit.is_empty()) {
             (0, _) => String::new(),
             (e, true) => power_of_ten(e),

@@ -1,7 +1,7 @@
 //! The rectangle data are drawn in, with its grid, ticks and labels.
 
 use super::axis::{Axis, Mapping, Scale};
-use super::svg::{Anchor, Svg, text_width};
+use super::svg::{Anchor, Svg, escape, text_width};
 use super::ticks::Ticks;
 
 /// Size of tick labels in pixels.
@@ -103,7 +103,10 @@ impl Frame {
                 (self.left + 0.5 * width, self.bottom + 34.0),
                 Anchor::Middle,
                 &title,
-                &format!("fill=\"#111\" font-size=\"{size:.1}\""),
+                &format!(
+                    "data-x=\"{}\" fill=\"#111\" font-size=\"{size:.1}\"",
+                    escape(&title)
+                ),
             );
         }
         let title = y.0.title(y.1);
@@ -113,7 +116,10 @@ impl Frame {
             (self.left - left_margin(y.1) + 18.0, self.top + 0.5 * height),
             Anchor::Middle,
             &title,
-            &format!("fill=\"#111\" font-size=\"{size:.1}\""),
+            &format!(
+                "data-y=\"{}\" fill=\"#111\" font-size=\"{size:.1}\"",
+                escape(&title)
+            ),
         );
     }
 }

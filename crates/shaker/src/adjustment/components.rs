@@ -3,8 +3,9 @@
 use super::{Adjustment, dot6, times};
 use crate::budget::Budget;
 use crate::observation::{Share, way};
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::{cholesky, product};
 use rayon::prelude::*;
 
 /// How large one kind of error is, as the runs have it.
@@ -285,12 +286,12 @@ impl Adjustment {
         for &p in &self.real {
             normal[(p, p)] += super::REAL;
         }
-        let llt = normal.llt(Side::Lower).map_err(|_| Error::Unobservable {
+        let llt = cholesky(&normal).map_err(|_| Error::Unobservable {
             parameter: "sensitivity",
             condition: f64::INFINITY,
         })?;
-        let c = llt.solve(Mat::<f64>::identity(count, count));
-        let change = &c * &right;
+        let c = llt.inverse();
+        let change = product([c.as_ref(), right.as_ref()]);
         // A C over the parameters of each frequency.
         let spread: Vec<Mat<f64>> = blocks
             .par_iter()
@@ -429,10 +430,10 @@ impl Score {
             self.information[(free[i], free[j])] * ratios[free[i]] * ratios[free[j]]
         });
         let right = Mat::from_fn(n, 1, |i, _| self.gradient[free[i]] * ratios[free[i]]);
-        let Ok(llt) = scaled.llt(Side::Lower) else {
+        let Ok(llt) = cholesky(&scaled) else {
             return next;
         };
-        let step = llt.solve(right);
+        let step = llt.solve(&right);
         for (i, &k) in free.iter().enumerate() {
             let factor = (1.0 + step[(i, 0)]).clamp(1.0 / REACH, REACH);
             next[k] = (ratios[k] * factor).clamp(LEAST, most[k]);
@@ -457,9 +458,9 @@ fn freedoms(information: &Mat<f64>, ratios: &[f64]) -> Vec<f64> {
                 0.0
             }
     });
-    match lifted.llt(Side::Lower) {
+    match cholesky(&lifted) {
         Ok(llt) => {
-            let inverse = llt.solve(Mat::<f64>::identity(n, n));
+            let inverse = llt.inverse();
             (0..n).map(|k| 1.0 / inverse[(k, k)]).collect()
         }
         Err(_) => vec![0.0; n],

@@ -6,9 +6,10 @@ use crate::free_phase::{UNKNOWN, nearest};
 use crate::geometry::Seat;
 use crate::matrix::{Matrix, from_real, row_times};
 use crate::observation::{Basis, PhasorRow, Share, SpuriousTable};
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::{hermitian_eigenvalues, solve_complex};
 
 pub(super) struct Model<'a> {
     pub(super) rows: &'a [PhasorRow],
@@ -144,13 +145,11 @@ impl Model<'_> {
                     }
                 }
             }
-            let eigen =
-                gram.self_adjoint_eigenvalues(Side::Lower)
-                    .map_err(|_| Error::NotConverged {
-                        name: "eigenvalues of the plan",
-                        iterations: 0,
-                        step: f64::INFINITY,
-                    })?;
+            let eigen = hermitian_eigenvalues(&gram).map_err(|_| Error::NotConverged {
+                name: "eigenvalues of the plan",
+                iterations: 0,
+                step: f64::INFINITY,
+            })?;
             let condition = (eigen[2] / eigen[0]).abs().sqrt();
             if !(condition < 1e6) {
                 return Err(Error::Unobservable {
@@ -158,7 +157,7 @@ impl Model<'_> {
                     condition,
                 });
             }
-            let solution = gram.partial_piv_lu().solve(&right);
+            let solution = solve_complex(&gram, &right);
             for k in 0..9 {
                 let s = solution[(k / 3, k % 3)];
                 parameters[18 * f + 2 * k] = s.re;

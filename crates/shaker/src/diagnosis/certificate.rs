@@ -3,8 +3,9 @@
 use super::super::budget::Budget;
 use super::super::fit::{Fit, FrequencyFit};
 use crate::findings;
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use num_complex::Complex64;
+use proofmass_uncertainty::algebra::{cholesky, product};
 use proofmass_uncertainty::{Effect, Finding};
 
 /// Frequencies below which the model takes all there is to see.
@@ -107,8 +108,8 @@ pub(super) fn finding(fit: &Fit, budget: &Budget) -> Option<Finding> {
     let mut observations = vec![];
     for f in &fit.frequencies {
         let (y, v) = observed(f, budget)?;
-        let llt = Mat::from_fn(6, 6, |a, b| v[a][b]).llt(Side::Lower).ok()?;
-        observations.push((f.frequency, y, llt.solve(Mat::<f64>::identity(6, 6))));
+        let llt = cholesky(&Mat::from_fn(6, 6, |a, b| v[a][b])).ok()?;
+        observations.push((f.frequency, y, llt.inverse()));
     }
     let unknowns = 3 * PARAMETERS;
     let mut parameters = vec![0.0; unknowns];
@@ -138,7 +139,7 @@ pub(super) fn finding(fit: &Fit, budget: &Budget) -> Option<Finding> {
     let cost = |rows: &[(Mat<f64>, Mat<f64>)]| -> f64 {
         let parts = rows.iter().zip(&observations);
         parts
-            .map(|((r, _), (.., w))| (r.transpose() * w * r)[(0, 0)])
+            .map(|((r, _), (.., w))| product([r.transpose(), w.as_ref(), r.as_ref()])[(0, 0)])
             .sum()
     };
     let mut rows = residuals(&parameters);
@@ -147,8 +148,8 @@ pub(super) fn finding(fit: &Fit, budget: &Budget) -> Option<Finding> {
         let mut normal = Mat::<f64>::zeros(unknowns, unknowns);
         let mut right = Mat::<f64>::zeros(unknowns, 1);
         for ((r, x), (.., w)) in rows.iter().zip(&observations) {
-            normal += x.transpose() * w * x;
-            right += x.transpose() * w * r;
+            normal += product([x.transpose(), w.as_ref(), x.as_ref()]);
+            right += product([x.transpose(), w.as_ref(), r.as_ref()]);
         }
         // Units of the parameters differ by many powers of ten.
         let size: Vec<f64> = (0..unknowns).map(|k| normal[(k, k)].sqrt()).collect();
@@ -158,11 +159,11 @@ pub(super) fn finding(fit: &Fit, budget: &Budget) -> Option<Finding> {
         let scaled = Mat::from_fn(unknowns, unknowns, |a, b| {
             normal[(a, b)] / (size[a] * size[b])
         });
-        let llt = scaled.llt(Side::Lower).ok()?;
-        let own = llt.solve(Mat::<f64>::identity(unknowns, unknowns));
+        let llt = cholesky(&scaled).ok()?;
+        let own = llt.inverse();
         inverse = Mat::from_fn(unknowns, unknowns, |a, b| own[(a, b)] / (size[a] * size[b]));
-        let step = &inverse * &right;
-        let gain = (right.transpose() * &step)[(0, 0)];
+        let step = product([inverse.as_ref(), right.as_ref()]);
+        let gain = product([right.transpose(), step.as_ref()])[(0, 0)];
         let before = cost(&rows);
         let mut share = 1.0;
         loop {
@@ -190,9 +191,10 @@ pub(super) fn finding(fit: &Fit, budget: &Budget) -> Option<Finding> {
         .iter()
         .zip(&observations)
         .filter_map(|((r, x), (frequency, _, w))| {
-            let along = (g.transpose() * w * r)[(0, 0)];
-            let h = x.transpose() * w * &g;
-            let square = (g.transpose() * w * &g)[(0, 0)] - (h.transpose() * &inverse * &h)[(0, 0)];
+            let along = product([g.transpose(), w.as_ref(), r.as_ref()])[(0, 0)];
+            let h = product([x.transpose(), w.as_ref(), g.as_ref()]);
+            let square = product([g.transpose(), w.as_ref(), g.as_ref()])[(0, 0)]
+                - product([h.transpose(), inverse.as_ref(), h.as_ref()])[(0, 0)];
             if !(square > 1.0) {
                 return None;
             }

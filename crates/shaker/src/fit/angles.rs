@@ -5,9 +5,10 @@ use crate::adjustment::Adjustment;
 use crate::budget::{Acts, Budget, ShakerInput};
 use crate::findings;
 use crate::observation::PhasorRow;
-use faer::{Mat, Side};
+use faer::Mat;
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::algebra::symmetric_eigen;
 use proofmass_uncertainty::chi_squared_chance;
 
 /// Draws of every angle of the budget.
@@ -82,13 +83,11 @@ fn agreement(adjustment: &Adjustment, draws: &[usize]) -> Result<Option<(f64, us
         let c = adjustment.covariance(offset + draws[a], offset + draws[b]);
         f64::from(a == b) - c
     });
-    let eigen = spread
-        .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| Error::NotConverged {
-            name: "eigenvalues of the angles",
-            iterations: 0,
-            step: f64::INFINITY,
-        })?;
+    let eigen = symmetric_eigen(&spread).map_err(|_| Error::NotConverged {
+        name: "eigenvalues of the angles",
+        iterations: 0,
+        step: f64::INFINITY,
+    })?;
     let (mut statistic, mut seen) = (0.0, 0usize);
     for e in 0..m {
         let lambda = eigen.S()[e];

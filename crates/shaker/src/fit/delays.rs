@@ -3,9 +3,10 @@
 use super::super::matrix::AXES;
 use super::Fit;
 use crate::findings;
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::algebra::cholesky;
 use std::f64::consts::{PI, TAU};
 
 /// Departure in standard uncertainties, beyond what a device explains, from which a delay is told: three pairs at 0.13 % each.
@@ -196,9 +197,9 @@ impl Lag {
                 .map(|s| along(a, &s.effects[a]) * along(b, &s.effects[b]))
                 .sum(),
         });
-        let llt = covariance.llt(Side::Lower).ok()?;
+        let llt = cholesky(&covariance).ok()?;
         let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            let solved = llt.solve(Mat::from_fn(n, 1, |i, _| of(i)));
+            let solved = llt.solve(&Mat::from_fn(n, 1, |i, _| of(i)));
             (0..n).map(|i| solved[(i, 0)]).collect()
         };
         let turn = |i: usize| TAU * fit.frequencies[i].frequency;

@@ -4,7 +4,8 @@ use super::FrequencyFit;
 use crate::adjustment::Adjustment;
 use crate::budget::Budget;
 use crate::matrix::AXES;
-use faer::{Mat, Side};
+use faer::Mat;
+use proofmass_uncertainty::algebra::symmetric_eigenvalues;
 use serde::Serialize;
 
 /// What the runs tell of the mounting, and what no run can.
@@ -73,7 +74,7 @@ impl Identifiability {
             adjustment.covariance(offset + angles[i], offset + angles[j])
         });
         let mut directions = [0; 5];
-        if let Ok(eigen) = c.self_adjoint_eigenvalues(Side::Lower) {
+        if let Ok(eigen) = symmetric_eigenvalues(&c) {
             for c in eigen {
                 let lambda = (1.0 / c.max(1e-300) - 1.0).max(0.0);
                 let place = [10.0, 1.0, 0.1, 0.01]

@@ -1,8 +1,9 @@
 //! Offsets, gains and phase error of quadrature signals, by the ellipse that they draw.
 
 use super::Unusable;
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use num_complex::Complex64;
+use proofmass_uncertainty::algebra::cholesky;
 use std::f64::consts::TAU;
 
 /// What a pair of quadrature signals does to the phase φ: u₁ = p + a cos φ, u₂ = q + b sin(φ + δ).
@@ -323,8 +324,8 @@ fn solve(normal: &[[f64; 5]; 5], right: &[f64; 5]) -> Option<[f64; 5]> {
     let matrix = Mat::from_fn(5, 5, |i, j| {
         normal[i.max(j)][i.min(j)] / (scale[i] * scale[j])
     });
-    let factor = matrix.llt(Side::Lower).ok()?;
-    let solution = factor.solve(Mat::from_fn(5, 1, |i, _| right[i] / scale[i]));
+    let factor = cholesky(&matrix).ok()?;
+    let solution = factor.solve(&Mat::from_fn(5, 1, |i, _| right[i] / scale[i]));
     let found: [f64; 5] = std::array::from_fn(|i| solution[(i, 0)] / scale[i]);
     found.iter().all(|v| v.is_finite()).then_some(found)
 }

@@ -1,8 +1,9 @@
 //! Normal equations whose unknowns belong mostly to few runs, or to one frequency: solved within their envelope.
 
 use super::lanes::Real;
-use faer::{Mat, Side, linalg::solvers::Solve};
+use faer::Mat;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::cholesky;
 use pulp::Simd;
 
 /// Cholesky factor L of a positive definite matrix, without the runs of zeros of its rows.
@@ -61,10 +62,7 @@ impl Envelope {
         let correlation = Mat::from_fn(count, count, |i, j| {
             covariance[i * count + j] / (deviation[i] * deviation[j])
         });
-        let normal = correlation
-            .llt(Side::Lower)
-            .map_err(|_| singular)?
-            .solve(Mat::<f64>::identity(count, count));
+        let normal = cholesky(&correlation).map_err(|_| singular)?.inverse();
         // Unknowns of one block together, in it those of few equations first; after them what several blocks share.
         let mut keys = vec![(false, usize::MAX, 0, 0); count];
         for (g, group) in groups.iter().enumerate() {
@@ -235,10 +233,7 @@ mod tests {
         }
         // Units that are far apart.
         let unit = |i: usize| 10f64.powi(i as i32 - 4);
-        let inverse = normal
-            .llt(Side::Lower)
-            .unwrap()
-            .solve(Mat::<f64>::identity(8, 8));
+        let inverse = cholesky(&normal).unwrap().inverse();
         let covariance: Vec<f64> = (0..64)
             .map(|k| inverse[(k / 8, k % 8)] * unit(k / 8) * unit(k % 8))
             .collect();

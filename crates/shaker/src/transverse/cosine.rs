@@ -1,10 +1,10 @@
 //! The cosine of the rotation that runs across the axis follow.
 
-use faer::linalg::solvers::Solve as _;
-use faer::{Mat, Side};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::DegreesOfFreedom;
+use proofmass_uncertainty::algebra::{cholesky, product};
 use std::f64::consts::TAU;
 
 /// Directions that differ, modulo a turn.
@@ -36,14 +36,14 @@ pub(super) fn least_squares(
             across[i].1.im
         }
     });
-    let normal = design.transpose() * design;
-    let llt = normal.llt(Side::Lower).map_err(|_| Error::TooFew {
+    let normal = product([design.transpose(), design.as_ref()]);
+    let llt = cholesky(&normal).map_err(|_| Error::TooFew {
         name: "directions across the axis that are neither one line nor opposite",
         needed: 2,
         got: directions(across).len(),
     })?;
-    let solution = llt.solve(design.transpose() * &values);
-    let rest = &values - design * &solution;
+    let solution = llt.solve(&product([design.transpose(), values.as_ref()]));
+    let rest = &values - product([design.as_ref(), solution.as_ref()]);
     Ok((
         rest.squared_norm_l2(),
         (0..design.ncols())
@@ -89,14 +89,11 @@ impl Fit {
             _ => across[i].0.sin(),
         });
         let (square, parameters) = least_squares(&design, across)?;
-        let normal = design.transpose() * &design;
-        let inverse = normal
-            .llt(Side::Lower)
-            .map_err(|_| too_few)?
-            .solve(Mat::<f64>::identity(2 + free, 2 + free));
+        let normal = product([design.transpose(), design.as_ref()]);
+        let inverse = cholesky(&normal).map_err(|_| too_few)?.inverse();
         let cofactor =
             std::array::from_fn(|a| std::array::from_fn(|b| inverse[(a + free, b + free)]));
-        let gain = &inverse * design.transpose();
+        let gain = product([inverse.as_ref(), design.transpose()]);
         let weights = directions
             .iter()
             .map(|d| {

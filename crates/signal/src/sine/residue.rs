@@ -4,10 +4,10 @@ use super::Coefficients;
 use super::basis::{Basis, Term};
 use super::pass::{Ask, Look, look};
 use super::tables::Tables;
-use faer::linalg::solvers::{Llt, Solve};
-use faer::{Mat, Side};
+use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
+use proofmass_uncertainty::algebra::{Cholesky, cholesky, product};
 
 /// What is known of the residuals of a channel.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +44,7 @@ pub(crate) fn sketch(
     blocks.sort_unstable();
     blocks.dedup();
     let basis = Basis::new(tables, drift, harmonics, blocks.iter().copied());
-    let Ok(llt) = basis.gram().llt(Side::Lower) else {
+    let Ok(llt) = cholesky(&basis.gram()) else {
         return zero;
     };
     let ask = Ask {
@@ -72,7 +72,7 @@ pub(crate) fn sketch(
 pub(crate) fn refine(
     tables: &Tables,
     basis: &Basis,
-    llt: &Llt<f64>,
+    llt: &Cholesky,
     channels: &[&[f64]],
     mut fitted: Vec<Coefficients>,
     ask: Ask,
@@ -92,7 +92,7 @@ pub(crate) fn refine(
                 });
             }
             let step = llt.solve(&right);
-            let taken = (step.transpose() * &right)[(0, 0)];
+            let taken = product([step.transpose(), right.as_ref()])[(0, 0)];
             let power = look.power - taken;
             lost |= !(taken <= LOSS * power);
             let change = basis.coefficients(&step);

@@ -5,6 +5,7 @@ use crate::Triple;
 use crate::findings;
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::{cholesky, solve};
+use proofmass_uncertainty::algebra::solve_linear;
 use proofmass_uncertainty::{
     Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
     Quantity,
@@ -367,14 +368,13 @@ impl Problem<'_> {
             columns[j].iter().skip(i).step_by(p).sum::<f64>()
         });
         let scores = self.scores_of(q, &blocks);
-        use faer::linalg::solvers::{PartialPivLu, Solve};
         let mut covariance = faer::Mat::<f64>::zeros(p, p);
         let share = (count as f64 - 1.0) / count as f64;
         let mut squares: Vec<Vec<f64>> = vec![Vec::with_capacity(count); p];
         for (b, score) in scores.chunks(p).enumerate() {
             let rest = faer::Mat::from_fn(p, p, |i, j| whole[(i, j)] - columns[j][b * p + i]);
             let score = faer::Mat::from_fn(p, 1, |i, _| score[i]);
-            let moved = PartialPivLu::new(rest.as_ref()).solve(&score);
+            let moved = solve_linear(&rest, &score);
             covariance += faer::Mat::from_fn(p, p, |i, j| share * moved[(i, 0)] * moved[(j, 0)]);
             let own = squares.iter_mut().enumerate();
             own.for_each(|(i, of)| of.push(moved[(i, 0)].powi(2)));

@@ -3,6 +3,7 @@
 use faer::Mat;
 use proofmass_core::Error;
 use proofmass_uncertainty::adjustment::Equations;
+use proofmass_uncertainty::algebra::thin_svd;
 
 /// Condition number beyond which a direction of the parameters counts as undetermined.
 const MAX_CONDITION: f64 = 1e4;
@@ -26,7 +27,7 @@ pub(super) fn observability(
         });
     }
     let jacobian = Mat::from_fn(n, p, |i, j| equations.jacobian[i * p + j]);
-    let svd = jacobian.thin_svd().map_err(|_| Error::NotConverged {
+    let svd = thin_svd(&jacobian).map_err(|_| Error::NotConverged {
         name: "singular values",
         iterations: 0,
         step: f64::INFINITY,

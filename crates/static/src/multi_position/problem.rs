@@ -5,10 +5,11 @@ use super::terms::TermsAt;
 use super::{AttitudeUncertainty, Model, MultiPosition};
 use crate::direction_coverage::unit;
 use crate::{Ellipsoid, ForceUncertainty, Pose, Triple};
-use faer::{Mat, Side};
+use faer::Mat;
 use proofmass_core::numeric::median;
 use proofmass_core::{Error, Matrix3};
 use proofmass_uncertainty::adjustment::{Equations, Solution, adjust};
+use proofmass_uncertainty::algebra::symmetric_eigen;
 
 /// The fit in natural units: outputs y = (m − c)/(s g), so that y ≈ κ u + β with κ ≈ I and β ≈ 0.
 pub(crate) struct Problem<'a> {
@@ -251,9 +252,8 @@ impl<'a> Problem<'a> {
                     };
                     let whole = Mat::from_fn(3, 3, |i, j| noise[i][j] + tilt[i][j]);
                     check_variance(whole[(0, 0)], index)?;
-                    let eigen = whole
-                        .self_adjoint_eigen(Side::Lower)
-                        .map_err(|_| not_definite(whole[(0, 0)], index))?;
+                    let eigen =
+                        symmetric_eigen(&whole).map_err(|_| not_definite(whole[(0, 0)], index))?;
                     let rotation: [Triple; 3] =
                         std::array::from_fn(|k| std::array::from_fn(|i| eigen.U()[(i, k)]));
                     for (axis, &value) in rotation.iter().zip(eigen.S().column_vector().iter()) {
