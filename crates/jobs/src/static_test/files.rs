@@ -244,7 +244,7 @@ impl StaticTestFiles {
     /// The result.json of calibrations of one device.
     ///
     /// # Errors
-    /// As [`dated`].
+    /// As [`dated`](super::dated).
     pub fn history(sources: impl IntoIterator<Item = Source>) -> Result<Self> {
         let mut history = Vec::new();
         let mut inputs = Vec::new();
