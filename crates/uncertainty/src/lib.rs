@@ -132,6 +132,7 @@
 )]
 
 pub mod adjustment;
+#[cfg(feature = "estimate")]
 pub mod algebra;
 pub mod findings;
 
