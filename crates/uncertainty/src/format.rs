@@ -485,6 +485,25 @@ impl fmt::Display for Quantity {
     }
 }
 
+/// δ = ½·10^l, half a unit of the last of the digits of u that count. **Source** `[S1] 7.9.2`.
+///
+/// ```
+/// use proofmass_uncertainty::numerical_tolerance;
+/// assert!((numerical_tolerance(0.00035, 2) - 0.000_005).abs() < 1e-15); // `[S1]` 7.9.2 example 1
+/// assert!((numerical_tolerance(2.0, 1) - 0.5).abs() < 1e-15); // `[S1]` 7.9.2 example 2
+/// ```
+pub fn numerical_tolerance(u: f64, digits: u32) -> f64 {
+    if u <= 0.0 {
+        return 0.0;
+    }
+    let text = format!("{:.*e}", digits.clamp(1, 15) as usize - 1, u);
+    let exponent: i32 = text
+        .split_once('e')
+        .and_then(|(_, e)| e.parse().ok())
+        .unwrap_or(0);
+    0.5 * 10f64.powi(exponent - digits.clamp(1, 15) as i32 + 1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

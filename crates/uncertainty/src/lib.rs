@@ -165,7 +165,9 @@ pub use expression::Expression;
 pub use finding::{EvidenceValue, Figure, Finding, FindingKind, Severity};
 pub use findings::CATALOGUE;
 pub use fixed_size::{propagate_fixed, propagate_independent, propagate_jacobian};
-pub use format::{Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof};
+pub use format::{
+    Alphabet, DecimalMark, Format, Formatted, Notation, Rounded, ShowDof, numerical_tolerance,
+};
 pub use notation::{scientific, superscript};
 pub use number::{Complex, Dual, Number};
 pub use quantile::{
@@ -224,7 +226,7 @@ mod trials {
     pub use crate::reference_value::{Deviation, MedianDeviation, MedianValue, WeightedMean};
     pub use crate::region::Region;
     pub use crate::trial_table::{TrialColumn, TrialTable};
-    pub use crate::validation::{ENDS, Validation, Verdict, numerical_tolerance};
+    pub use crate::validation::{ENDS, Validation, Verdict};
 }
 #[cfg(feature = "monte-carlo")]
 mod effects;
