@@ -281,11 +281,15 @@ fn known_tolerances(test: &Stability, history: &[DatedEstimate]) -> Result<()> {
 /// # Errors
 /// Another file, a result without date or without a joint estimate.
 pub fn dated(bytes: &[u8], name: &str) -> Result<DatedEstimate> {
-    let document = ResultDocument::from_json(bytes).map_err(|e| Trouble::from(e).detail(name))?;
-    dated_document(&document, name)
+    dated_document(&document(bytes, name)?, name)
 }
 
-/// The same of a result that was read.
+/// A result by its bytes, with the name of its file in what is wrong with it.
+fn document(bytes: &[u8], name: &str) -> Result<ResultDocument> {
+    ResultDocument::from_json(bytes).map_err(|e| Trouble::from(e).detail(name))
+}
+
+/// As [`dated`], of a result that was read.
 fn dated_document(document: &ResultDocument, name: &str) -> Result<DatedEstimate> {
     let date = document.extra.get("date").and_then(|d| d.as_str());
     let day = date.and_then(day_of).ok_or_else(|| {

@@ -264,13 +264,10 @@ pub fn transverse(estimate: &Estimate) -> Result<Vec<Expanded>, Error> {
             .into_iter()
             .flat_map(|i| [2 * (3 * i + j), 2 * (3 * i + j) + 1])
             .collect();
-        let largest =
-            symmetric_eigenvalues(&Mat::from_fn(4, 4, |a, b| covariance[(four[a], four[b])]))
-                .map_err(|_| Error::NotConverged {
-                    name: "eigenvalues of the covariance of the cross terms",
-                    iterations: 0,
-                    step: f64::INFINITY,
-                })?[3];
+        let largest = symmetric_eigenvalues(
+            &Mat::from_fn(4, 4, |a, b| covariance[(four[a], four[b])]),
+            "eigenvalues of the covariance of the cross terms",
+        )?[3];
         let main = element::<f64>(&x, j, j).abs();
         let (Some(value), Some(angle)) = (
             linear.get(&format!("transverse.{}", AXES[j])),

@@ -359,11 +359,7 @@ fn shared_effects(adjustment: &Adjustment) -> Result<Vec<SharedEffect>, Error> {
     let c = Mat::from_fn(common.len(), common.len(), |i, j| {
         adjustment.covariance(common[i], common[j])
     });
-    let eigen = symmetric_eigen(&c).map_err(|_| Error::NotConverged {
-        name: "eigenvalues of the shared errors",
-        iterations: 0,
-        step: f64::INFINITY,
-    })?;
+    let eigen = symmetric_eigen(&c, "eigenvalues of the shared errors")?;
     let largest = eigen.S()[common.len() - 1];
     Ok((0..common.len())
         .filter(|&e| eigen.S()[e] > 1e-14 * largest)

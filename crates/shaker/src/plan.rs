@@ -137,13 +137,10 @@ fn gram(plan: &[Configuration]) -> [[f64; 3]; 3] {
 pub fn conditioning(plan: &[Configuration]) -> Result<Conditioning, Error> {
     let g = gram(plan);
     let n = plan.len() as f64;
-    let eigen = symmetric_eigenvalues(&Mat::from_fn(3, 3, |i, j| g[i][j])).map_err(|_| {
-        Error::NotConverged {
-            name: "eigenvalues of the plan",
-            iterations: 0,
-            step: f64::INFINITY,
-        }
-    })?;
+    let eigen = symmetric_eigenvalues(
+        &Mat::from_fn(3, 3, |i, j| g[i][j]),
+        "eigenvalues of the plan",
+    )?;
     let condition = (eigen[2] / eigen[0].max(0.0)).sqrt();
     if !(condition < 1e6) {
         return Err(Error::Unobservable {

@@ -271,7 +271,7 @@ pub fn fit(rows: &[MagnitudeRow], budget: &MagnitudeBudget) -> Result<PublishedF
 
 /// (MᵀM)⁻¹Mᵀ of an n × 3 matrix.
 fn pseudo_inverse(m: &Mat<f64>, name: &'static str) -> Result<Mat<f64>, Error> {
-    let svd = thin_svd(m).map_err(|_| Error::Singular {
+    let svd = thin_svd(m, name).map_err(|_| Error::Singular {
         name,
         condition: f64::INFINITY,
     })?;

@@ -398,8 +398,8 @@ impl TransverseTest<'_> {
                 }
             })
         };
-        let (one, _) = least_squares(&design(1), across)?;
-        let (two, parameters) = least_squares(&design(2), across)?;
+        let (one, ..) = least_squares(&design(1), across)?;
+        let (two, parameters, _) = least_squares(&design(2), across)?;
         let freedom = 2.0 * (n as f64 - 5.0);
         let gained = (one - two) / 4.0;
         let rest = two / freedom;
@@ -428,12 +428,10 @@ fn disagreement(frequency: f64, runs: &[Complex64], s: Complex64) -> Option<Find
 fn derive(estimate: &Estimate, s: Complex64) -> Result<(Expanded, Option<Expanded>), Error> {
     let linear = propagate(estimate, &Ratio)?;
     let covariance = estimate.covariance();
-    let largest = symmetric_eigenvalues(&Mat::from_fn(4, 4, |a, b| covariance[(2 + a, 2 + b)]))
-        .map_err(|_| Error::NotConverged {
-            name: "eigenvalues of the covariance of the transverse sensitivity",
-            iterations: 0,
-            step: f64::INFINITY,
-        })?[3];
+    let largest = symmetric_eigenvalues(
+        &Mat::from_fn(4, 4, |a, b| covariance[(2 + a, 2 + b)]),
+        "eigenvalues of the covariance of the transverse sensitivity",
+    )?[3];
     let (Some(value), Some(angle)) = (linear.get("transverse"), linear.get("transverse.angle"))
     else {
         return Err(Error::NotFinite {

@@ -226,7 +226,7 @@ fn subtract_fitted(acceleration: &mut [f64], rate: f64, degree: usize) -> Result
     let tau = |k: usize| k as f64 / (n - 1) as f64;
     let matrix = faer::Mat::from_fn(n, degree, |k, d| tau(k).powi(d as i32 + 1));
     let right = faer::Mat::from_fn(n, 1, |k, _| velocity[k]);
-    let solution = { least_squares(&matrix, &right) };
+    let solution = least_squares(&matrix, &right);
     let length = (n - 1) as f64 / rate;
     for (k, a) in acceleration.iter_mut().enumerate() {
         let slope: f64 = (0..degree)

@@ -83,7 +83,8 @@ impl Ellipsoid {
             return Err(no_ellipsoid(level));
         }
         // A/level = P²; P⁻¹ by eigenvalues.
-        let eigen = symmetric_eigen(&a).map_err(|_| no_ellipsoid(0.0))?;
+        let eigen =
+            symmetric_eigen(&a, "eigenvalues of the ellipsoid").map_err(|_| no_ellipsoid(0.0))?;
         let shape = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 (0..3)
@@ -118,11 +119,7 @@ impl Ellipsoid {
         let square = |r: &Triple| r.iter().map(|v| v * v).sum::<f64>();
         let mean_square = rows.iter().map(square).sum::<f64>() / rows.len() as f64;
         let design = Mat::from_fn(rows.len(), 3, |i, j| 2.0 * rows[i][j]);
-        let svd = thin_svd(&design).map_err(|_| Error::NotConverged {
-            name: "singular values",
-            iterations: 0,
-            step: f64::INFINITY,
-        })?;
+        let svd = thin_svd(&design, "singular values")?;
         let (u, s, v) = (svd.U(), svd.S(), svd.V());
         let mut centre = [0.0; 3];
         for k in 0..s.dim() {

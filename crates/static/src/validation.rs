@@ -249,8 +249,8 @@ impl ResidualCovariance {
                 }
                 joint => {
                     let covariance = joint.covariance(p)?.to_mat();
-                    let eigen =
-                        symmetric_eigen(&covariance).map_err(|_| Error::NotPositiveDefinite {
+                    let eigen = symmetric_eigen(&covariance, "eigenvalues of the covariance")
+                        .map_err(|_| Error::NotPositiveDefinite {
                             name: "covariance of the calibration",
                             row: 0,
                             column: 0,

@@ -1,11 +1,20 @@
-//! Factorisations of real matrices, compiled once for every room that needs them.
+//! Factorisations and products of matrices, compiled once for every room that needs them.
 //!
-//! They are faer's. Called by its own methods, each crate compiles them anew.
+//! They are faer's. Called by its own methods, each crate compiles them anew. A dozen unknowns in plain arrays are solved by
+//! [`adjustment`](crate::adjustment).
 
-use faer::linalg::solvers::{
-    EvdError, Llt, LltError, SelfAdjointEigen, Solve, SolveLstsq, Svd, SvdError,
-};
+use faer::linalg::solvers::{Llt, LltError, SelfAdjointEigen, Solve, SolveLstsq, Svd};
 use faer::{Mat, MatRef, Side, c64};
+use proofmass_core::Error;
+
+/// An iteration that did not end, by the name of what it sought.
+fn not_converged(name: &'static str) -> Error {
+    Error::NotConverged {
+        name,
+        iterations: 0,
+        step: f64::INFINITY,
+    }
+}
 
 /// A symmetric positive definite matrix by its lower triangular factor, M = L Lᵀ.
 #[derive(Clone, Debug)]
@@ -46,30 +55,33 @@ pub fn cholesky(m: &Mat<f64>) -> Result<Cholesky, LltError> {
 
 /// Eigenvalues, from the smallest, and eigenvectors of a symmetric matrix, of which the lower triangle is read.
 ///
-/// **Errors** where the iteration does not converge.
-pub fn symmetric_eigen(m: &Mat<f64>) -> Result<SelfAdjointEigen<f64>, EvdError> {
+/// **Errors** [`Error::NotConverged`] of this name.
+pub fn symmetric_eigen(m: &Mat<f64>, name: &'static str) -> Result<SelfAdjointEigen<f64>, Error> {
     m.self_adjoint_eigen(Side::Lower)
+        .map_err(|_| not_converged(name))
 }
 
 /// Eigenvalues of a symmetric matrix from the smallest; the lower triangle is read.
 ///
-/// **Errors** where the iteration does not converge.
-pub fn symmetric_eigenvalues(m: &Mat<f64>) -> Result<Vec<f64>, EvdError> {
+/// **Errors** [`Error::NotConverged`] of this name.
+pub fn symmetric_eigenvalues(m: &Mat<f64>, name: &'static str) -> Result<Vec<f64>, Error> {
     m.self_adjoint_eigenvalues(Side::Lower)
+        .map_err(|_| not_converged(name))
 }
 
 /// As [`symmetric_eigenvalues`], of a Hermitian matrix.
 ///
-/// **Errors** where the iteration does not converge.
-pub fn hermitian_eigenvalues(m: &Mat<c64>) -> Result<Vec<f64>, EvdError> {
+/// **Errors** [`Error::NotConverged`] of this name.
+pub fn hermitian_eigenvalues(m: &Mat<c64>, name: &'static str) -> Result<Vec<f64>, Error> {
     m.self_adjoint_eigenvalues(Side::Lower)
+        .map_err(|_| not_converged(name))
 }
 
 /// Singular values, from the largest, with as many singular vectors.
 ///
-/// **Errors** where the iteration does not converge.
-pub fn thin_svd(m: &Mat<f64>) -> Result<Svd<f64>, SvdError> {
-    m.thin_svd()
+/// **Errors** [`Error::NotConverged`] of this name.
+pub fn thin_svd(m: &Mat<f64>, name: &'static str) -> Result<Svd<f64>, Error> {
+    m.thin_svd().map_err(|_| not_converged(name))
 }
 
 /// M⁺ by its singular values.

@@ -233,11 +233,7 @@ impl Covariance {
         let r = Mat::from_fn(active.len(), active.len(), |i, j| {
             self.correlation(active[i], active[j]).unwrap_or(0.0)
         });
-        let eigen = symmetric_eigen(&r).map_err(|_| Error::NotConverged {
-            name: "eigenvalues of the covariance",
-            iterations: 0,
-            step: f64::INFINITY,
-        })?;
+        let eigen = symmetric_eigen(&r, "eigenvalues of the covariance")?;
         let smallest = eigen.S()[0];
         if smallest < -ROUNDING * active.len() as f64 {
             // The two components that weigh most in the offending direction name the culprit.

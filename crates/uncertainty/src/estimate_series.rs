@@ -354,11 +354,7 @@ impl EstimateSeries {
             (covariance[(p, q)] - part)
                 / (covariance.standard_uncertainty(p) * covariance.standard_uncertainty(q))
         });
-        let eigenvalues = symmetric_eigenvalues(&rest).map_err(|_| Error::NotConverged {
-            name: "eigenvalues of the covariance",
-            iterations: 0,
-            step: f64::INFINITY,
-        })?;
+        let eigenvalues = symmetric_eigenvalues(&rest, "eigenvalues of the covariance")?;
         match eigenvalues.first() {
             Some(&smallest) if smallest < -ROUNDING * n as f64 => Err(refuse(0, smallest)),
             _ => Ok(()),

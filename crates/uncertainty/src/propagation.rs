@@ -514,11 +514,7 @@ pub(crate) fn square_root(c: &Covariance) -> Result<Vec<f64>, Error> {
         c.correlation(i, j)
             .unwrap_or(if i == j { 1.0 } else { 0.0 })
     });
-    let eigen = symmetric_eigen(&r).map_err(|_| Error::NotConverged {
-        name: "eigenvalues of the covariance",
-        iterations: 0,
-        step: f64::INFINITY,
-    })?;
+    let eigen = symmetric_eigen(&r, "eigenvalues of the covariance")?;
     for i in 0..n {
         for k in 0..n {
             root[i * n + k] = u[i] * eigen.U()[(i, k)] * eigen.S()[k].max(0.0).sqrt();

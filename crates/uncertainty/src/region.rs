@@ -38,7 +38,7 @@ pub(crate) fn region(
             correlation[(i, j)] /= moments[i].1 * moments[j].1;
         }
     }
-    let spread = symmetric_eigenvalues(&correlation).ok()?;
+    let spread = symmetric_eigenvalues(&correlation, "eigenvalues of the correlation").ok()?;
     if !(spread.iter().copied().fold(f64::INFINITY, f64::min) > 1e-4) {
         return None;
     }

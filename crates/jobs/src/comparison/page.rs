@@ -216,7 +216,7 @@ fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
             p.modulus_difference
         }),
         percent("U_percent", "U", |p: &P| p.modulus_expanded),
-        coverage_factor("k", |p: &P| Some(p.modulus_coverage_factor)),
+        coverage_factor("k", |p: &P| p.modulus_coverage_factor),
         e_n("E_n", |p: &P| p.modulus_en),
     ];
     if pair.points.iter().any(|p| p.phase.is_some()) {
@@ -400,7 +400,7 @@ fn laboratories(several: &ReferenceComparison, names: &[String]) -> Section {
             r.1.modulus_difference
         }),
         percent("modulus_U_percent", "U", |r: &Row<'_>| r.1.modulus_expanded),
-        coverage_factor("k", |r: &Row<'_>| Some(r.0.coverage_factor)),
+        coverage_factor("k", |r: &Row<'_>| r.0.coverage_factor),
         e_n("modulus_E_n", |r: &Row<'_>| r.1.modulus_en),
         degrees("phase_difference_deg", "phase", |r: &Row<'_>| {
             r.1.phase_difference

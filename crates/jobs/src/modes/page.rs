@@ -543,9 +543,7 @@ fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
             (*m + 1) as f64
         })];
     for (k, key) in ["first", "second"].into_iter().enumerate() {
-        let quantities = stated[k].clone();
-        let uncertain = quantities.clone();
-        let covered = quantities.clone();
+        let quantities = &stated[k];
         let outcome = both[k];
         fields.push(
             Field::new(format!("{key}_Hz"), move |m: &usize| {
@@ -558,7 +556,7 @@ fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
         );
         fields.push(
             Field::new(format!("{key}_U_Hz"), move |m: &usize| {
-                match uncertain.get(*m) {
+                match quantities.get(*m) {
                     Some(q) => Cell::printed(q.expanded, rounded(q.value, q.expanded).1),
                     None => Cell::Empty,
                 }
@@ -566,7 +564,7 @@ fn side_by_side(first: &ModesOutcome, beside: &BesideOutcome) -> Section {
             .page(format!("U ({} %)", plain(1e2 * outcome.probability)), "Hz"),
         );
         fields.push(coverage_factor(&format!("{key}_k"), move |m: &usize| {
-            covered.get(*m).map(|q| q.k)
+            quantities.get(*m).map(|q| q.k)
         }));
         fields.push(
             number(

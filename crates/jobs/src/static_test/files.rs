@@ -1,13 +1,13 @@
 //! What a static test is made of, as files have it.
 
-use super::{StaticTest, StaticTestData, StaticTestInput, dated_document};
+use super::{StaticTest, StaticTestData, StaticTestInput, dated_document, document};
 use crate::findings;
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
     CalibrationFile, ColumnRef, Device, Input, LARGEST_DOCUMENT, RecordedColumn, Recording,
-    RecordingOptions, ResultDocument, SaidBy, Source, Unit,
+    RecordingOptions, SaidBy, Source, Unit,
 };
 use proofmass_static::static_test::DatedEstimate;
 use proofmass_uncertainty::Finding;
@@ -252,10 +252,9 @@ impl StaticTestFiles {
         for source in sources {
             let name = source.name().display().to_string();
             let (bytes, input) = source.into_bytes(LARGEST_DOCUMENT)?;
-            let document = ResultDocument::from_json(&bytes)
-                .map_err(|e| Trouble::from(e).detail(name.clone()))?;
-            history.push(dated_document(&document, &name)?);
-            serials.extend(document.device.serial.map(|serial| (serial, name)));
+            let result = document(&bytes, &name)?;
+            history.push(dated_document(&result, &name)?);
+            serials.extend(result.device.serial.map(|serial| (serial, name)));
             inputs.push(input);
         }
         let others = serials.iter().skip(1).filter(|s| s.0 != serials[0].0);

@@ -8,10 +8,10 @@ for (const svg of document.querySelectorAll("figure svg[data-panels]")) {
     for (const key in attributes) element.setAttribute(key, attributes[key]);
     return parent.appendChild(element);
   };
-  // left, top, right, bottom, then of x and y: logarithmic or not, ends of the axis; at last of both the power of ten and the number
-  // that the label has and the ticks have not
   const across = svg.querySelector("[data-x]")?.dataset.x;
   const upwards = [...svg.querySelectorAll("[data-y]")].map(label => label.dataset.y);
+  // left, top, right, bottom, then of x and y: logarithmic or not, ends of the axis; at last of both the power of ten and the number
+  // that the label has and the ticks have not
   const panels = JSON.parse(svg.dataset.panels).map((p, i) => ({
     name: upwards[i],
     left: p[0], top: p[1], right: p[2], bottom: p[3],

@@ -145,11 +145,7 @@ impl Model<'_> {
                     }
                 }
             }
-            let eigen = hermitian_eigenvalues(&gram).map_err(|_| Error::NotConverged {
-                name: "eigenvalues of the plan",
-                iterations: 0,
-                step: f64::INFINITY,
-            })?;
+            let eigen = hermitian_eigenvalues(&gram, "eigenvalues of the plan")?;
             let condition = (eigen[2] / eigen[0]).abs().sqrt();
             if !(condition < 1e6) {
                 return Err(Error::Unobservable {

@@ -83,11 +83,7 @@ fn agreement(adjustment: &Adjustment, draws: &[usize]) -> Result<Option<(f64, us
         let c = adjustment.covariance(offset + draws[a], offset + draws[b]);
         f64::from(a == b) - c
     });
-    let eigen = symmetric_eigen(&spread).map_err(|_| Error::NotConverged {
-        name: "eigenvalues of the angles",
-        iterations: 0,
-        step: f64::INFINITY,
-    })?;
+    let eigen = symmetric_eigen(&spread, "eigenvalues of the angles")?;
     let (mut statistic, mut seen) = (0.0, 0usize);
     for e in 0..m {
         let lambda = eigen.S()[e];

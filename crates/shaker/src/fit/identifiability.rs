@@ -74,7 +74,7 @@ impl Identifiability {
             adjustment.covariance(offset + angles[i], offset + angles[j])
         });
         let mut directions = [0; 5];
-        if let Ok(eigen) = symmetric_eigenvalues(&c) {
+        if let Ok(eigen) = symmetric_eigenvalues(&c, "eigenvalues of the angles") {
             for c in eigen {
                 let lambda = (1.0 / c.max(1e-300) - 1.0).max(0.0);
                 let place = [10.0, 1.0, 0.1, 0.01]

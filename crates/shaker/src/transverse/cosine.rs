@@ -4,7 +4,7 @@ use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::DegreesOfFreedom;
-use proofmass_uncertainty::algebra::{cholesky, product};
+use proofmass_uncertainty::algebra::{Cholesky, cholesky, product};
 use std::f64::consts::TAU;
 
 /// Directions that differ, modulo a turn.
@@ -23,11 +23,11 @@ fn same(a: f64, b: f64) -> bool {
     apart.min(TAU - apart) <= 1e-6
 }
 
-/// Sum of the squared residuals (both parts), and the parameters.
+/// Sum of the squared residuals (both parts), the parameters, and the factor of XᵀX.
 pub(super) fn least_squares(
     design: &Mat<f64>,
     across: &[(f64, Complex64)],
-) -> Result<(f64, Vec<Complex64>), Error> {
+) -> Result<(f64, Vec<Complex64>, Cholesky), Error> {
     let n = across.len();
     let values = Mat::from_fn(n, 2, |i, part| {
         if part == 0 {
@@ -49,6 +49,7 @@ pub(super) fn least_squares(
         (0..design.ncols())
             .map(|j| Complex64::new(solution[(j, 0)], solution[(j, 1)]))
             .collect(),
+        llt,
     ))
 }
 
@@ -71,16 +72,15 @@ const SMALLEST_SPAN: f64 = 1e-3;
 impl Fit {
     pub(super) fn new(across: &[(f64, Complex64)]) -> Result<Self, Error> {
         let directions = directions(across);
-        let too_few = Error::TooFew {
-            name: "directions across the axis that are neither one line nor opposite",
-            needed: 2,
-            got: directions.len().min(1),
-        };
         let spread = directions
             .iter()
             .fold(0.0_f64, |most, a| most.max((a - directions[0]).sin().abs()));
         if spread < SMALLEST_SPAN {
-            return Err(too_few);
+            return Err(Error::TooFew {
+                name: "directions across the axis that are neither one line nor opposite",
+                needed: 2,
+                got: directions.len().min(1),
+            });
         }
         let free = usize::from(directions.len() > 2);
         let design = Mat::from_fn(across.len(), 2 + free, |i, j| match j + 1 - free {
@@ -88,9 +88,8 @@ impl Fit {
             1 => across[i].0.cos(),
             _ => across[i].0.sin(),
         });
-        let (square, parameters) = least_squares(&design, across)?;
-        let normal = product([design.transpose(), design.as_ref()]);
-        let inverse = cholesky(&normal).map_err(|_| too_few)?.inverse();
+        let (square, parameters, normal) = least_squares(&design, across)?;
+        let inverse = normal.inverse();
         let cofactor =
             std::array::from_fn(|a| std::array::from_fn(|b| inverse[(a + free, b + free)]));
         let gain = product([inverse.as_ref(), design.transpose()]);

@@ -27,11 +27,7 @@ pub(super) fn observability(
         });
     }
     let jacobian = Mat::from_fn(n, p, |i, j| equations.jacobian[i * p + j]);
-    let svd = thin_svd(&jacobian).map_err(|_| Error::NotConverged {
-        name: "singular values",
-        iterations: 0,
-        step: f64::INFINITY,
-    })?;
+    let svd = thin_svd(&jacobian, "singular values")?;
     let (largest, smallest) = (svd.S()[0], svd.S()[p - 1]);
     let condition = if smallest > 0.0 {
         largest / smallest

@@ -252,8 +252,8 @@ impl<'a> Problem<'a> {
                     };
                     let whole = Mat::from_fn(3, 3, |i, j| noise[i][j] + tilt[i][j]);
                     check_variance(whole[(0, 0)], index)?;
-                    let eigen =
-                        symmetric_eigen(&whole).map_err(|_| not_definite(whole[(0, 0)], index))?;
+                    let eigen = symmetric_eigen(&whole, "eigenvalues of the covariance")
+                        .map_err(|_| not_definite(whole[(0, 0)], index))?;
                     let rotation: [Triple; 3] =
                         std::array::from_fn(|k| std::array::from_fn(|i| eigen.U()[(i, k)]));
                     for (axis, &value) in rotation.iter().zip(eigen.S().column_vector().iter()) {

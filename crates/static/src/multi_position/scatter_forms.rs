@@ -340,7 +340,7 @@ fn turn(scatter: &Mat<f64>, variances: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
     let n = variances.len();
     let root: Vec<f64> = variances.iter().map(|v| v.sqrt().recip()).collect();
     let whitened = Mat::from_fn(n, n, |i, j| root[i] * scatter[(i, j)] * root[j]);
-    let eigen = symmetric_eigen(&whitened).ok()?;
+    let eigen = symmetric_eigen(&whitened, "eigenvalues of the scatter").ok()?;
     let sizes: Vec<f64> = eigen.S().column_vector().iter().copied().collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let sizes: Vec<f64> = sizes.iter().map(|d| d.max(1e-9 * largest)).collect();

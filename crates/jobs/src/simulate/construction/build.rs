@@ -8,12 +8,24 @@ use proofmass_rig::{
 };
 use std::f64::consts::PI;
 
-/// What damps a mass: a stated ratio, or the gas in its gaps.
-#[derive(Default)]
+/// What damps a mass in gas: a stated ratio, or the gas in its gaps.
 pub(super) struct Damping {
     pub(super) ratio: Option<f64>,
     pub(super) viscosity: Option<f64>,
     pub(super) pressure: f64,
+}
+
+impl Damping {
+    /// The gas in a gap of these sizes.
+    fn film(&self, [length, width, gap]: [f64; 3], viscosity: f64) -> Result<SqueezeFilm> {
+        Ok(SqueezeFilm {
+            length,
+            width,
+            gap,
+            viscosity,
+            pressure: 1e3 * positive("pressure_kPa", self.pressure)?,
+        })
+    }
 }
 
 pub(super) fn positive(name: &str, value: f64) -> Result<f64> {
@@ -25,7 +37,7 @@ pub(super) fn positive(name: &str, value: f64) -> Result<f64> {
     }
 }
 
-fn finite(name: &str, value: f64) -> Result<f64> {
+pub(super) fn finite(name: &str, value: f64) -> Result<f64> {
     match value.is_finite() {
         true => Ok(value),
         false => Err(Trouble::request(format!(
@@ -34,26 +46,33 @@ fn finite(name: &str, value: f64) -> Result<f64> {
     }
 }
 
-/// Stiffness, mass, and what damps it: the ratio, or the coefficient of the gas, whose cut-off the natural frequency must lie below.
+/// A mass, its stiffness and its stop, damped by a ratio.
+fn damped((mass, stiffness, stop): (f64, f64, f64), ratio: f64) -> Result<ProofMass> {
+    let ratio = positive("damping_ratio", ratio)?;
+    Ok(ProofMass {
+        mass,
+        stiffness,
+        damping: 2.0 * ratio * (stiffness * mass).sqrt(),
+        stop,
+    })
+}
+
+/// As [`damped`], or by the coefficient of the gas, whose cut-off the natural frequency must lie below.
 fn front(
     (mass, stiffness, stop): (f64, f64, f64),
     damping: &Damping,
     film: impl Fn(f64) -> Result<(f64, Option<f64>)>,
 ) -> Result<ProofMass> {
-    let mut front = ProofMass {
-        mass,
-        stiffness,
-        damping: 0.0,
-        stop,
-    };
     match (damping.ratio, damping.viscosity) {
-        (Some(ratio), None) => {
-            let ratio = positive("damping_ratio", ratio)?;
-            front.damping = 2.0 * ratio * (stiffness * mass).sqrt();
-        }
+        (Some(ratio), None) => damped((mass, stiffness, stop), ratio),
         (None, Some(viscosity)) => {
             let (damping, cut_off) = film(1e-6 * positive("viscosity_uPa_s", viscosity)?)?;
-            front.damping = damping;
+            let front = ProofMass {
+                mass,
+                stiffness,
+                damping,
+                stop,
+            };
             let natural = front.natural_frequency();
             if let Some(cut_off) = cut_off.filter(|f| *f < natural) {
                 return Err(Trouble::request(format!(
@@ -62,32 +81,13 @@ fn front(
                 ))
                 .with_hint("give a wider gap, a smaller plate or a higher pressure, or state damping_ratio"));
             }
+            Ok(front)
         }
-        _ => {
-            return Err(
-                Trouble::request("the damping of the device is given twice or not at all")
-                    .with_hint("give either damping_ratio or viscosity_uPa_s"),
-            );
-        }
+        _ => Err(
+            Trouble::request("the damping of the device is given twice or not at all")
+                .with_hint("give either damping_ratio or viscosity_uPa_s"),
+        ),
     }
-    Ok(front)
-}
-
-fn given(ratio: f64) -> Damping {
-    Damping {
-        ratio: Some(ratio),
-        ..Damping::default()
-    }
-}
-
-/// A damping that is stated has no film.
-fn no_film(_: f64) -> Result<(f64, Option<f64>)> {
-    Ok((0.0, None))
-}
-
-/// 1 + 2ν + (Δρ/ρ)/ε.
-fn gauge_factor(poisson: f64, piezoresistance: f64) -> Result<f64> {
-    Ok(1.0 + 2.0 * finite("poisson", poisson)? + finite("piezoresistance", piezoresistance)?)
 }
 
 impl DeviceConstruction {
@@ -105,15 +105,7 @@ impl DeviceConstruction {
                 let (m, k) = t.spring()?;
                 let stop = stop(t.stop_um, 0.5 * d)?;
                 let mass = front((m, k, stop), &damping, |v| squeezed([a, b, d], v, &damping))?;
-                let principle = Principle::Plate {
-                    rest_capacitance: plate_capacitance(
-                        positive("permittivity", t.permittivity)?,
-                        a * b,
-                        d,
-                    ),
-                    gap: d,
-                    tilt: 0.0,
-                };
+                let principle = above_a_plate([a, b, d], t.permittivity, 0.0)?;
                 (mass, principle, "capacitive, one plate")
             }
             Self::CapacitiveCantilever(t) => {
@@ -128,29 +120,17 @@ impl DeviceConstruction {
                 let mass = front((m, held.stiffness, stop), &damping, |v| {
                     squeezed([a, b, d], v, &damping)
                 })?;
-                let principle = Principle::Plate {
-                    rest_capacitance: plate_capacitance(
-                        positive("permittivity", t.permittivity)?,
-                        a * b,
-                        d,
-                    ),
-                    gap: d,
-                    tilt,
-                };
+                let principle = above_a_plate([a, b, d], t.permittivity, tilt)?;
                 (mass, principle, "capacitive, plate on a cantilever")
             }
             Self::PiezoresistiveBridge(t) => {
                 let beam = t.beam()?;
                 let m = 1e-9 * positive("mass_ug", t.mass_ug)? + 33.0 / 140.0 * beam.mass();
                 let stop = 1e-6 * positive("stop_um", t.stop_um)?;
-                let mass = front(
-                    (m, beam.cantilever(), stop),
-                    &given(t.damping_ratio),
-                    no_film,
-                )?;
+                let mass = damped((m, beam.cantilever(), stop), t.damping_ratio)?;
                 let strain = beam.cantilever_strain(1e-6 * finite("gauge_at_um", t.gauge_at_um)?);
                 let principle = Principle::Bridge {
-                    gauge_factor: gauge_factor(t.poisson, t.piezoresistance)?,
+                    gauge_factor: t.gauge_factor()?,
                     strain_per_metre: positive("strain of the gauges per metre", strain)?,
                     arms: t.arms,
                     excitation: positive("excitation_V", t.excitation_V)?,
@@ -162,14 +142,10 @@ impl DeviceConstruction {
                 let beam = t.beam()?;
                 let m = 1e-9 * positive("mass_ug", t.mass_ug)? + 4.0 * 13.0 / 35.0 * beam.mass();
                 let stop = 1e-6 * positive("stop_um", t.stop_um)?;
-                let mass = front(
-                    (m, 4.0 * beam.guided(), stop),
-                    &given(t.damping_ratio),
-                    no_film,
-                )?;
+                let mass = damped((m, 4.0 * beam.guided(), stop), t.damping_ratio)?;
                 let strain = beam.guided_strain(1e-6 * finite("gauge_at_um", t.gauge_at_um)?);
                 let principle = Principle::SeriesGauges {
-                    gauge_factor: gauge_factor(t.poisson, t.piezoresistance)?,
+                    gauge_factor: t.gauge_factor()?,
                     strain_per_metre: positive("strain of the gauges per metre", strain)?,
                     active: 4.0,
                     resistance: 1e3 * positive("resistance_kOhm", t.resistance_kOhm)?,
@@ -198,11 +174,7 @@ impl DeviceConstruction {
                 }
                 let m = 1e-3 * positive("mass_g", t.mass_g)?;
                 let stop = stop(t.stop_um, 1e-4 * element.thickness)?;
-                let mass = front(
-                    (m, element.stiffness(), stop),
-                    &given(t.damping_ratio),
-                    no_film,
-                )?;
+                let mass = damped((m, element.stiffness(), stop), t.damping_ratio)?;
                 let principle = Principle::Piezoelectric {
                     charge_coefficient: element.charge(),
                     capacitance: element.capacitance() + cable,
@@ -248,7 +220,7 @@ impl DeviceConstruction {
                     frequency: beam.clamped_frequency(),
                     per_metre: beam.pull() * positive("lever", t.lever)? * k,
                 };
-                let mass = front((m, k, stop), &given(t.damping_ratio), no_film)?;
+                let mass = damped((m, k, stop), t.damping_ratio)?;
                 (mass, principle, "resonant beam")
             }
             Self::Tunnelling(t) => {
@@ -258,7 +230,7 @@ impl DeviceConstruction {
                     current: 1e-9 * positive("current_nA", t.current_nA)?,
                     barrier: positive("barrier_eV", t.barrier_eV)?,
                 };
-                let mass = front((m, k, gap), &given(t.damping_ratio), no_film)?;
+                let mass = damped((m, k, gap), t.damping_ratio)?;
                 (mass, principle, "tunnelling")
             }
             Self::Shutter(t) => {
@@ -271,7 +243,7 @@ impl DeviceConstruction {
                         * positive("responsivity_A_per_W", t.responsivity_A_per_W)?,
                     width,
                 };
-                let mass = front((m, k, stop), &given(t.damping_ratio), no_film)?;
+                let mass = damped((m, k, stop), t.damping_ratio)?;
                 (mass, principle, "optical, shutter")
             }
         };
@@ -294,19 +266,18 @@ fn stop(given: Option<f64>, otherwise: f64) -> Result<f64> {
     }
 }
 
-/// Damping and cut-off of the gas under a plate.
-fn squeezed(
-    [length, width, gap]: [f64; 3],
-    viscosity: f64,
-    damping: &Damping,
-) -> Result<(f64, Option<f64>)> {
-    let film = SqueezeFilm {
-        length,
-        width,
+/// A plate of these sizes above a fixed one, that turns by so much for each unit of its displacement.
+fn above_a_plate([a, b, gap]: [f64; 3], permittivity: f64, tilt: f64) -> Result<Principle> {
+    Ok(Principle::Plate {
+        rest_capacitance: plate_capacitance(positive("permittivity", permittivity)?, a * b, gap),
         gap,
-        viscosity,
-        pressure: 1e3 * positive("pressure_kPa", damping.pressure)?,
-    };
+        tilt,
+    })
+}
+
+/// Damping and cut-off of the gas under a plate.
+fn squeezed(sizes: [f64; 3], viscosity: f64, damping: &Damping) -> Result<(f64, Option<f64>)> {
+    let film = damping.film(sizes, viscosity)?;
     Ok((film.damping()?, Some(film.cut_off()?)))
 }
 
@@ -348,13 +319,8 @@ impl CombTable {
         )?;
         let damping = self.damping();
         front((m, k, stop), &damping, |viscosity| {
-            let film = SqueezeFilm {
-                length: overlap,
-                width: 1e-6 * positive("thickness_um", self.thickness_um)?,
-                gap,
-                viscosity,
-                pressure: 1e3 * positive("pressure_kPa", damping.pressure)?,
-            };
+            let width = 1e-6 * positive("thickness_um", self.thickness_um)?;
+            let film = damping.film([overlap, width, gap], viscosity)?;
             // Each finger has a film on either side.
             let films = 2.0 * positive("fingers", self.fingers)?;
             match squeezes {

@@ -1,6 +1,6 @@
 //! What a device is made of, key by key.
 
-use super::build::{Damping, positive};
+use super::build::{Damping, finite, positive};
 use crate::trouble::Result;
 use proofmass_rig::{Beam, BridgeArms, PiezoCut};
 use serde::{Deserialize, Serialize};
@@ -17,8 +17,8 @@ fn yes() -> bool {
     true
 }
 
-/// Declares the keys of a device: its own, and those of groups that several have. `spring` is a mass on springs, `beam` a beam, `gas` a gap
-/// with gas that may damp.
+/// Declares the keys of a device: its own, and those of groups that several have. `spring` is a mass on springs, `beam` a beam, `gauges`
+/// what its gauges are of, `gas` a gap with gas that may damp.
 macro_rules! device_table {
     ($(#[$doc:meta])* struct $name:ident: [$($group:ident)*] { $($own:tt)* }) => {
         device_table!(@ [$($group)*] [$(#[$doc])*] $name { } { $($own)* });
@@ -68,6 +68,27 @@ macro_rules! device_table {
                 };
                 beam.check()?;
                 Ok(beam)
+            }
+        }
+    };
+    (@ [gauges] $doc:tt $name:ident { $($first:tt)* } { $($own:tt)* }) => {
+        device_table!(@ [] $doc $name { $($first)* } {
+            /// Poisson's ratio of the gauges.
+            pub poisson: f64,
+            /// (Δρ/ρ)/ε of the gauges: relative change of the resistivity per strain.
+            #[serde(default)]
+            pub piezoresistance: f64,
+            /// Relative change of the gauge factor, 1/K.
+            #[serde(default)]
+            pub temperature_per_K: f64,
+            $($own)*
+        });
+
+        impl $name {
+            /// 1 + 2ν + (Δρ/ρ)/ε.
+            pub(super) fn gauge_factor(&self) -> Result<f64> {
+                let shape = 1.0 + 2.0 * finite("poisson", self.poisson)?;
+                Ok(shape + finite("piezoresistance", self.piezoresistance)?)
             }
         }
     };
@@ -162,24 +183,16 @@ device_table! {
 
 device_table! {
     /// Gauges in a bridge.
-    struct GaugeTable: [beam] {
+    struct GaugeTable: [beam gauges] {
         /// Mass at the end of the cantilever, µg; 33/140 of the beam is added.
         pub mass_ug: f64,
         /// Distance of the middle of the gauges from the root, µm.
         #[serde(default)]
         pub gauge_at_um: f64,
-        /// Poisson's ratio of the gauges.
-        pub poisson: f64,
-        /// (Δρ/ρ)/ε of the gauges: relative change of the resistivity per strain.
-        #[serde(default)]
-        pub piezoresistance: f64,
         /// Arms of the bridge with gauges.
         pub arms: BridgeArms,
         /// Excitation, V.
         pub excitation_V: f64,
-        /// Relative change of the gauge factor, 1/K.
-        #[serde(default)]
-        pub temperature_per_K: f64,
         /// Damping ratio.
         pub damping_ratio: f64,
         /// Displacement at which it meets its stop, µm.
@@ -189,17 +202,12 @@ device_table! {
 
 device_table! {
     /// Five resistors in series.
-    struct SeriesTable: [beam] {
+    struct SeriesTable: [beam gauges] {
         /// Mass between four beams, µg; 13/35 of each is added.
         pub mass_ug: f64,
         /// Distance of the middle of the gauges from the outer end of the beams, µm.
         #[serde(default)]
         pub gauge_at_um: f64,
-        /// Poisson's ratio of the gauges.
-        pub poisson: f64,
-        /// (Δρ/ρ)/ε of the gauges.
-        #[serde(default)]
-        pub piezoresistance: f64,
         /// Resistance of each, kΩ.
         pub resistance_kOhm: f64,
         /// Current through all of them, mA.
@@ -210,9 +218,6 @@ device_table! {
         /// Relative change of all resistances, 1/K.
         #[serde(default)]
         pub drift_per_K: f64,
-        /// Relative change of the gauge factor, 1/K.
-        #[serde(default)]
-        pub temperature_per_K: f64,
         /// Whether the voltages are taken relative to that of the fifth, which takes the drift away.
         #[serde(default = "yes")]
         pub compensated: bool,
