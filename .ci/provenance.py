@@ -16,7 +16,7 @@ OURS = {
     "apps/certificate/tests/sheets": "made by the tests of the certificates",
     "apps/cli/schemas": "written by the example `schemas`",
     "apps/cli/src/certificate": "a laboratory that does not exist",
-    "crates/io/tests/data": "calibrations of simulated recordings, as earlier versions wrote them",
+    "crates/documents/tests/data": "calibrations of simulated recordings, as earlier versions wrote them",
     "crates/jobs/tests/data": "a result of invented numbers, as an earlier version wrote it",
     "examples/encoder": "options of a command",
     "examples/hand-held": "simulated",

@@ -4,12 +4,14 @@
 //! functions.
 
 use proofmass_core::Watch;
+use proofmass_documents::{
+    CalibrationFile, DigitalCertificate, GmshMesh, ResultDocument, read_budget, read_model,
+};
 use proofmass_io::formats::Container;
 use proofmass_io::sheet::Sheet;
 use proofmass_io::{
-    CalibrationFile, ColumnRef, DigitalCertificate, GmshMesh, Layout, LayoutOptions, Manifest,
-    Provenance, Recording, RecordingOptions, ResultDocument, SegmentRow, Source, Waveform,
-    WaveformFormat, WaveformOptions, inspect_source, read_budget, read_model,
+    ColumnRef, Layout, LayoutOptions, Manifest, Provenance, Recording, RecordingOptions,
+    SegmentRow, Source, Waveform, WaveformFormat, WaveformOptions, inspect_source,
 };
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Memory, StoredResult};

@@ -3,8 +3,10 @@
 use crate::buffer::Numbers;
 use crate::stored_result::refused;
 use proofmass::core;
-use proofmass::io::{AnyCalibration, AnyCompensation, Source};
+use proofmass::documents::AnyCalibration;
+use proofmass::io::Source;
 use proofmass::jobs::Trouble;
+use proofmass::signal::AnyCompensation;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;

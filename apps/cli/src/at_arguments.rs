@@ -1,6 +1,6 @@
 //! Values at which a calibration is to hold.
 
-use proofmass::io::AnyCalibration;
+use proofmass::documents::AnyCalibration;
 
 /// Values of quantities of the surroundings.
 #[derive(clap::Args)]

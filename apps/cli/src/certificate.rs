@@ -6,7 +6,8 @@ mod request;
 
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{DigitalCertificate, OutputFolder, Source};
+use proofmass::documents::DigitalCertificate;
+use proofmass::io::{OutputFolder, Source};
 use proofmass::jobs::certificate::{CertificateOutcome, PAPER, lack, reading};
 use proofmass::jobs::{Outcome as _, StoredResult};
 use release::Release;

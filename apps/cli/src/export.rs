@@ -4,11 +4,11 @@ use crate::at_arguments::AtArguments;
 use crate::chain_arguments::ChainArguments;
 use crate::number_arguments::positive;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{
-    AnyCalibration, AtomicFile, CalibrationFile, ExportForm, ExportNumber, ExportOptions,
-    FirmwareBlock, LARGEST_DOCUMENT, Source, export, export_block, export_chain, export_memory,
-    is_calibration_memory,
+use proofmass::documents::{
+    AnyCalibration, CalibrationFile, ExportForm, ExportNumber, ExportOptions, FirmwareBlock,
+    export, export_block, export_chain, export_memory, is_calibration_memory,
 };
+use proofmass::io::{AtomicFile, LARGEST_DOCUMENT, Source};
 use proofmass::jobs::apply::calibration_of_band;
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::io::Read;
@@ -168,7 +168,7 @@ impl Export {
         options.source = Some(input);
         options.number = self.number.into();
         let calibration = AnyCalibration::from_json(&bytes);
-        let text = if calibration.is_err() && proofmass::io::is_result(&bytes) {
+        let text = if calibration.is_err() && proofmass::documents::is_result(&bytes) {
             if !self.chain.chain()?.0.is_empty() {
                 return Err(
                     Failure::new("steps follow a calibration, and this is another result")

@@ -1,7 +1,8 @@
 //! `proofmass import`: coefficients of other programs as a calibration.
 
 use crate::{Failure, Outcome, console};
-use proofmass::io::{AtomicFile, CoefficientForm, Source, Unit, import_coefficients};
+use proofmass::documents::{CoefficientForm, import_coefficients};
+use proofmass::io::{AtomicFile, Source, Unit};
 use std::path::PathBuf;
 
 /// Make a calibration.json from the coefficients of another program.

@@ -2,7 +2,8 @@
 
 use crate::console::Progress;
 use crate::{Failure, Outcome, console};
-use proofmass::io::{AtomicFile, MemoryContent, Source, is_calibration_memory};
+use proofmass::documents::{MemoryContent, is_calibration_memory};
+use proofmass::io::{AtomicFile, Source};
 use proofmass::jobs::inspect::{InspectData, InspectJob};
 use proofmass::jobs::{Job, Record, RecordingReading, StoredResult};
 use std::io::Read;

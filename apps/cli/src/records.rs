@@ -4,7 +4,8 @@ mod add;
 mod give;
 
 use crate::{Failure, Outcome, clock, console};
-use proofmass::io::{DigitalCertificate, Source};
+use proofmass::documents::DigitalCertificate;
+use proofmass::io::Source;
 use proofmass::records::{Content, FiledSupersession, Filing, Records as Ledger, day_of, page};
 use proofmass::report::Report;
 use serde::Serialize;

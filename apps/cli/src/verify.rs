@@ -1,7 +1,8 @@
 //! `proofmass verify`: whether a result and everything it came from are unchanged.
 
 use crate::{Failure, Outcome, console};
-use proofmass::io::{Verification, VerifyingKey};
+use proofmass::documents::Verification;
+use proofmass::io::VerifyingKey;
 use proofmass::jobs::verification;
 use std::path::PathBuf;
 

@@ -130,7 +130,7 @@ impl<'a> Fields<'a> {
 ///
 /// Understood beside the usual forms: a leading plus sign, quotes around the number, `D` as the mark of the
 /// exponent.
-pub(crate) fn parse_number(field: &[u8], decimal: DecimalMark) -> Option<f64> {
+pub fn parse_number(field: &[u8], decimal: DecimalMark) -> Option<f64> {
     let field = field.trim_ascii();
     let field = field
         .strip_prefix(b"\"")
@@ -165,7 +165,7 @@ pub(crate) fn parse_number(field: &[u8], decimal: DecimalMark) -> Option<f64> {
 }
 
 /// The field as a message shows it: decoded, on one line, not longer than forty characters.
-pub(crate) fn shown(field: &[u8]) -> String {
+pub fn shown(field: &[u8]) -> String {
     let text = sniff::decode(field);
     let short: String = text.chars().filter(|c| !c.is_control()).take(40).collect();
     if short.chars().count() < text.chars().count() {
@@ -184,6 +184,6 @@ pub(crate) fn other_mark(decimal: DecimalMark) -> DecimalMark {
 }
 
 /// Whether a number can be a reading: finite, and so far from the largest double that squares and sums stay finite.
-pub(crate) fn is_reading(value: f64) -> bool {
+pub fn is_reading(value: f64) -> bool {
     value.abs() < 1e100
 }

@@ -1,4 +1,4 @@
-//! Every file format of proofmass: recordings, campaigns, calibration files, results.
+//! Files of proofmass: recordings of every format, tables, and the folders that results go into.
 //!
 //! The mathematics consumes plain arrays; this crate turns files into them and results into files.
 //!
@@ -28,36 +28,24 @@
 //! Missing rows, UTF-16 without a byte order mark, binary recordings other than raw 32-bit floats and those of [`formats`].
 
 mod addressed;
-mod any_calibration;
 mod append_log;
 mod attitude;
-mod base64;
-mod calibration_file;
-mod calibration_memory;
 mod clock;
 mod clock_findings;
 mod column_head;
 mod conversion;
-mod dcc;
-mod device;
 mod digest;
 mod error;
-mod export;
-mod field;
+pub mod field;
 mod findings;
 pub mod finite;
-mod foreign_coefficients;
-mod frequency_response_file;
-mod gmsh;
-mod imu_yaml;
 mod inspection;
 mod layout;
 mod loan;
-mod model_file;
 mod output;
+mod provenance;
 mod reading;
 mod recording;
-mod result_document;
 mod rewriter;
 mod rows;
 mod segments;
@@ -75,73 +63,40 @@ mod time_base;
 mod time_unit;
 mod time_window;
 mod trace;
-mod trial_file;
 mod unit;
-mod verification;
-mod vtu;
 mod waiting_rows;
 mod waveform;
 mod written;
-mod xml;
 
 pub use addressed::Addressee;
-pub use any_calibration::{AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION};
 pub use append_log::AppendLog;
 pub use attitude::{AttitudeColumns, GivenAttitude, TrueAcceleration, check_agreement};
-pub use base64::base64;
-pub use calibration_file::{
-    AnyCompensation, CalibrationFile, CurvatureBlock, EnvironmentBlock, SINGLE_AXIS, TRIAXIAL,
-    ThermalBlock,
-};
-pub use calibration_memory::{
-    MemoryContent, MemoryCurvature, MemoryTemperature, is_calibration_memory,
-};
 pub use clock::{Clock, Gap};
 pub use clock_findings::doubtful_times;
 pub use conversion::{
     Conversion, ConversionPlan, Filling, RowClock, Survey, Surveyed, TargetForm, TimedLayout,
     TimedRows,
 };
-pub use dcc::{
-    DccQuantity, DccSensitivity, DccUncertainty, DigitalCertificate, DsiUnit, NewAttachment,
-    NewCertificate, NewComplex, NewConformity, NewContact, NewEquipment, NewItem, NewMethod,
-    NewNumber, NewQuantity, NewRange, NewResult, NewStatement, NewText, SensitivityRow,
-    dsi_squared, dsi_text,
-};
-pub use device::{Ambient, Device};
 pub use digest::sha256;
 pub use error::{Error, ErrorKind, Result};
-pub use export::{
-    ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LONGEST_AVERAGE, LowPassBehind,
-    SelfCheck, export, export_block, export_chain, export_memory,
-};
 pub use findings::CATALOGUE;
-pub use foreign_coefficients::{CoefficientForm, import_coefficients};
-pub use frequency_response_file::{FREQUENCY_RESPONSE, FrequencyResponseFile};
-pub use gmsh::GmshMesh;
-pub use imu_yaml::{ImuSensorNoise, ImuValue, ImuYaml};
 pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
     inspect_traced,
 };
 pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use loan::{Content, Loan, is_lent, lend};
-pub use model_file::{
-    ColumnTrouble, check as check_model, explain as explain_model, fill_columns,
-    parse as parse_model, read_budget, read_model,
-};
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
-    discard_unfinished,
+    RESULT_SCHEMA, discard_unfinished,
 };
 pub use proofmass_formats as formats;
 pub use proofmass_uncertainty::DecimalMark;
+pub use provenance::{
+    FORGED, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, listing, unlisted,
+};
 pub use reading::{ReadColumn, ReadGravity, ReadQuantity, ReadStream, ReadTime, Reading};
 pub use recording::{Absent, Input, RecordedColumn, Recording, RecordingOptions};
-pub use result_document::{
-    NamedCovariance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, StatedQuantity, at_frequency,
-    is_result,
-};
 pub use rewriter::Rewriter;
 pub use rows::{BadRow, RowBlock, RowReader};
 pub use segments::SegmentRow;
@@ -157,12 +112,7 @@ pub use time_base::{TimeBase, TimeSource, backwards};
 pub use time_unit::{ClockUnit, SaidBy, TimeUnit};
 pub use time_window::{TimeWindow, zero_of_times};
 pub use trace::Trace;
-pub use trial_file::{TRIALS, TRIALS_SECTION, TrialFile};
 pub use unit::{Unit, split_heading};
-pub use verification::{
-    Fate, Link, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance, Verification, Vouching, unlisted,
-};
-pub use vtu::{VtuField, vtu};
 pub use waiting_rows::{ReadyRows, WaitingRows, rows_outside};
 pub use waveform::{SampleTimes, Waveform, WaveformFormat, WaveformOptions, f32_bytes, write_f32};
 pub use written::Written;

@@ -12,5 +12,5 @@ mod unfinished;
 
 pub use file::AtomicFile;
 pub use folder::OutputFolder;
-pub use manifest::{Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest};
+pub use manifest::{Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, RESULT_SCHEMA};
 pub use unfinished::discard_unfinished;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub type Endings = &'static [(&'static str, f64)];
 
 /// One degree in rad.
-pub(crate) const DEGREE: f64 = std::f64::consts::PI / 180.0;
+pub const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const G: f64 = proofmass_core::STANDARD_GRAVITY;
 
 /// Frequencies.

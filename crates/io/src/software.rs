@@ -52,6 +52,19 @@ pub struct Schema {
 }
 
 impl Schema {
+    /// A form in a version.
+    pub fn new(name: impl Into<String>, version: u32) -> Self {
+        Self {
+            name: name.into(),
+            version,
+        }
+    }
+
+    /// Its dotted name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Refuses another form, or another version of it.
     pub(crate) fn require(&self, name: &str, version: u32) -> Result<()> {
         if self.name == name && self.version == version {

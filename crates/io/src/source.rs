@@ -5,8 +5,8 @@ mod zstd;
 
 use crate::digest::hexadecimal;
 use crate::loan::{self, Content, ContentReader};
+use crate::provenance::doubt_of;
 use crate::stream::Opened;
-use crate::verification::doubt_of;
 use crate::{Error, ErrorKind, Input, Result};
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};

@@ -1,14 +1,10 @@
 //! Tests of this crate in one program: the crates they rest on are compiled and linked into it once.
 
 mod bad_input;
-mod calibration_blocks;
-mod certificates;
 mod files;
-mod foreign_coefficients;
 mod inspection;
 mod layouts;
 mod logs;
-mod model_files;
 mod odd_files;
 mod outputs;
 mod privacy;

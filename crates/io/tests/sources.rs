@@ -1,7 +1,7 @@
 //! Every source is read once, from front to end, whatever it is, and gives the same numbers and digest.
 
 use proofmass_io::{
-    CalibrationFile, ErrorKind, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
+    ErrorKind, LARGEST_DOCUMENT, Layout, LayoutOptions, Recording, RecordingOptions, RowReader,
     Source, inspect_source,
 };
 use std::fmt::Write as _;
@@ -162,9 +162,8 @@ fn regress_a_named_pipe_loses_nothing() {
 
 #[test]
 fn refuses_a_document_that_never_ends() {
-    let error =
-        CalibrationFile::from_source(Source::new("/dev/zero", std::io::repeat(b' ')).unwrap())
-            .unwrap_err();
+    let endless = Source::new("/dev/zero", std::io::repeat(b' ')).unwrap();
+    let error = endless.into_bytes(LARGEST_DOCUMENT).unwrap_err();
     assert!(error.to_string().contains("64 MiB"), "{error}");
     let source = Source::new("endless line", std::io::repeat(b'1')).unwrap();
     let error = Recording::from_source(source, &options()).unwrap_err();

@@ -55,7 +55,7 @@ macro_rules! jobs {
         ///
         /// let model = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
         ///              [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2 * m\"\n";
-        /// let request = UncertaintyJob { model: proofmass_io::read_model(model).unwrap(), ..Default::default() };
+        /// let request = UncertaintyJob { model: proofmass_documents::read_model(model).unwrap(), ..Default::default() };
         /// let text = AnyJob::from(request).to_json()?;
         /// assert!(text.contains("\"job\": \"uncertainty\""));
         /// // What a server does with such a text.

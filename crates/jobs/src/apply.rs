@@ -22,9 +22,10 @@ use crate::outcome::Job;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
+use proofmass_documents::AnyCalibration;
 use proofmass_io::{
-    AnyCalibration, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading, Rewriter, RowBlock,
-    RowReader, Source, Thermometer, WaitingRows, split_heading,
+    ClockUnit, ColumnRef, Layout, LayoutOptions, Reading, Rewriter, RowBlock, RowReader, Source,
+    Thermometer, WaitingRows, split_heading,
 };
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -47,7 +48,8 @@ pub enum OutOfRange {
 /// Which recording is to be compensated, and how.
 ///
 /// ```
-/// use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
+/// use proofmass_documents::{AnyCalibration, CalibrationFile};
+/// use proofmass_io::{Source, Unit};
 /// use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
 /// use proofmass_jobs::{Job, Unwatched};
 /// use proofmass_uncertainty::Estimate;

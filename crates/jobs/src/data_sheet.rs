@@ -11,7 +11,8 @@ pub use unit::ratio as unit_ratio;
 
 use crate::certificate::RuleWord;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{Device, Input, LARGEST_DOCUMENT, Source};
+use proofmass_documents::Device;
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source};
 use serde::{Deserialize, Serialize};
 
 /// A data sheet: whose it is, its limits, and the rule by which they are decided.

@@ -18,7 +18,7 @@ use crate::trouble::{Result, Trouble};
 use devices::{CheckedDevice, devices};
 use judged::{Judge, of_axis};
 use proofmass_core::Watch;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};

@@ -15,7 +15,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use needed::Needed;
 use proofmass_core::Watch;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@ mod kinds;
 pub(crate) use kinds::*;
 
 use crate::{Result, Trouble};
-use proofmass_io::CalibrationFile;
+use proofmass_documents::CalibrationFile;
 use proofmass_uncertainty::{Finding, FindingKind, Severity};
 use serde::Serialize;
 use std::fmt::{self, Write as _};

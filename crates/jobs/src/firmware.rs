@@ -7,7 +7,7 @@ use crate::trouble::{Result, Trouble};
 use crate::velocity::{StoredMap, TunedGains, VelocityMap, VelocityTuning};
 use proofmass_core::Error;
 use proofmass_core::velocity::Kalman;
-use proofmass_io::{FirmwareBlock, ResultDocument};
+use proofmass_documents::{FirmwareBlock, ResultDocument};
 use proofmass_motion::{EncoderMap, KalmanModel, LowCorner, Method, ReadingSource, steady_gain};
 
 /// Which gains of a tuning are wanted.

@@ -11,9 +11,9 @@ use crate::page::parameters::stated_parameters;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, STANDARD_GRAVITY, Watch};
+use proofmass_documents::{AnyCalibration, StatedQuantity};
 use proofmass_io::{
-    AnyCalibration, ClockUnit, ColumnRef, Input, Layout, Reading, RowReader, StatedQuantity,
-    Thermometer, TimeWindow, Unit,
+    ClockUnit, ColumnRef, Input, Layout, Reading, RowReader, Thermometer, TimeWindow, Unit,
 };
 use proofmass_report::{Axis, KeyFigure, Report, Section, Series, XyPlot};
 use proofmass_signal::Trace;

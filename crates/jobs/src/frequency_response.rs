@@ -4,8 +4,9 @@ use crate::findings;
 use crate::laboratory_table::{LaboratoryTable, is_table};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
+use proofmass_documents::{AnyCalibration, Device, FrequencyResponseFile};
 use proofmass_dynamic::FrequencyResponse;
-use proofmass_io::{AnyCalibration, Device, FrequencyResponseFile, Input, Source, Unit};
+use proofmass_io::{Input, Source, Unit};
 use proofmass_uncertainty::Finding;
 
 /// Finding on a table without phases.
@@ -108,7 +109,8 @@ pub fn read_calibration(
 /// ```
 /// use proofmass_dynamic::FrequencyResponse;
 /// use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
-/// use proofmass_io::{FrequencyResponseFile, Unit};
+/// use proofmass_documents::FrequencyResponseFile;
+/// use proofmass_io::Unit;
 /// use proofmass_jobs::{Record, frequency_response};
 ///
 /// let line = |frequency: f64| ReferencePoint {

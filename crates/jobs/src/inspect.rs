@@ -11,9 +11,10 @@ use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
+use proofmass_documents::StatedQuantity;
 use proofmass_io::{
-    ColumnSummary, Inspection, Source, StatedQuantity, Statistics, StreamSummary, Trace,
-    inspect_source, inspect_traced,
+    ColumnSummary, Inspection, Source, Statistics, StreamSummary, Trace, inspect_source,
+    inspect_traced,
 };
 use proofmass_report::{Cell, Field, KeyFigure, Place, Report, Section, Table, scientific};
 use proofmass_uncertainty::Finding;

@@ -3,13 +3,14 @@
 use crate::certificate;
 use crate::device_output::DeviceOutput;
 use crate::findings;
+use proofmass_documents::{DigitalCertificate, SensitivityRow};
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_io::sheet::{
     ACCELERATION_RATIO, ANGLE, COUNT_SENSITIVITY, Endings, FREQUENCY, PERCENT, Place, SENSITIVITY,
     Sheet, SheetRow,
 };
-use proofmass_io::{DigitalCertificate, Error, ErrorKind, Input, Result, SensitivityRow, Source};
+use proofmass_io::{Error, ErrorKind, Input, Result, Source};
 use proofmass_uncertainty::Finding;
 use std::ffi::OsStr;
 use std::path::Path;

@@ -15,11 +15,11 @@ pub use outcome::{BelowDevice, BesideOutcome, FixtureModes, LayerEnd, ModesOutco
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use proofmass_core::Watch;
+use proofmass_documents::GmshMesh;
 use proofmass_fixture::{
     Accelerometer, Cause, Damping, Design, Device, Fault, Material, MeasuredResonance, Refine,
     Search, Support,
 };
-use proofmass_io::GmshMesh;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -15,7 +15,7 @@ pub use stream::NoiseStream;
 use crate::outcome::Job;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
-use proofmass_io::ImuYaml;
+use proofmass_documents::ImuYaml;
 use proofmass_noise::{
     AnalysisOptions, ChannelName, Gaps, LongRecord, NoiseChannel, analyse_beside_temperature,
 };

@@ -8,7 +8,8 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{Input, LARGEST_DOCUMENT, Source, StatedQuantity};
+use proofmass_documents::StatedQuantity;
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source};
 use proofmass_noise::{
     Analysis, CoefficientFit, NoiseLimit, Sensor, Term, TermSlope, UnitComparison, compare_units,
     slope_over_temperature,

@@ -3,7 +3,8 @@
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, ReadGravity, StatedQuantity};
+use proofmass_documents::{AnyCalibration, StatedQuantity};
+use proofmass_io::ReadGravity;
 use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;

@@ -8,8 +8,9 @@ use crate::outcome::{Job, Outcome};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
+use proofmass_documents::StatedQuantity;
 use proofmass_dynamic::reference_table::ReferenceTable;
-use proofmass_io::{Input, StatedQuantity};
+use proofmass_io::Input;
 use proofmass_report::Report;
 use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::plan::{

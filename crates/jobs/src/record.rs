@@ -1,7 +1,8 @@
 //! What a result is filed with: device, conditions, date, inputs. The caller knows it, not the mathematics.
 
 use proofmass_core::Gravity;
-use proofmass_io::{Ambient, Device, Input, ReadGravity, Reading, Software};
+use proofmass_documents::{Ambient, Device};
+use proofmass_io::{Input, ReadGravity, Reading, Software};
 use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
 use serde::{Deserialize, Serialize};
 

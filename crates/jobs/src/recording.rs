@@ -5,9 +5,10 @@ use crate::channels::{ChannelReading, WantedChannel};
 use crate::findings;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
+use proofmass_documents::{AnyCalibration, CalibrationFile};
 use proofmass_io::{
-    AnyCalibration, CalibrationFile, ClockUnit, ColumnRef, Layout, LayoutOptions, Reading,
-    Recording, RecordingOptions, Source, TimeUnit, Unit,
+    ClockUnit, ColumnRef, Layout, LayoutOptions, Reading, Recording, RecordingOptions, Source,
+    TimeUnit, Unit,
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};

@@ -11,11 +11,13 @@ use crate::certificate::CertificateFile;
 use crate::data_sheet::DataSheet;
 use crate::modes::modes_schema;
 use crate::stored_result::result_extra_schemas;
-use proofmass_io::{
+use proofmass_documents::{
     AnyCalibration, CALIBRATION_SCHEMA, CALIBRATION_VERSION, CalibrationFile, FREQUENCY_RESPONSE,
-    FrequencyResponseFile, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, PROVENANCE_SCHEMA,
-    PROVENANCE_VERSION, Provenance, RESULT_SCHEMA, RESULT_VERSION, ResultDocument, SINGLE_AXIS,
-    TRIAXIAL,
+    FrequencyResponseFile, RESULT_VERSION, ResultDocument, SINGLE_AXIS, TRIAXIAL,
+};
+use proofmass_io::{
+    MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, PROVENANCE_SCHEMA, PROVENANCE_VERSION, Provenance,
+    RESULT_SCHEMA,
 };
 use proofmass_uncertainty::{BudgetEntries, UncertaintyModel};
 use schemars::generate::SchemaSettings;

@@ -1,7 +1,7 @@
 //! The clock of a digital sensor beside that of the bench, as a result states it.
 
 use crate::findings;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_shaker::derived::PROBABILITY;
 use proofmass_shaker::recording::Quality;
 use proofmass_shaker::sample_clock::{ClockError, Latency, SampleClock};

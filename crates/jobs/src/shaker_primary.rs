@@ -10,7 +10,7 @@ use crate::record::Record;
 use crate::shaker_single::{ShakerSingleOutcome, against_datasheet};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{AnyCalibration, StatedQuantity};
+use proofmass_documents::{AnyCalibration, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_report::number::plain;
 use proofmass_shaker::findings::excluded_run;

@@ -14,10 +14,8 @@ use crate::record::{Record, read_gravity};
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, Watch};
-use proofmass_io::{
-    AnyCalibration, CalibrationFile, Input, LARGEST_DOCUMENT, ReadGravity, ResultDocument, Source,
-    StatedQuantity, Unit,
-};
+use proofmass_documents::{AnyCalibration, CalibrationFile, ResultDocument, StatedQuantity};
+use proofmass_io::{Input, LARGEST_DOCUMENT, ReadGravity, Source, Unit};
 use proofmass_report::Report;
 use proofmass_static::static_test::{
     Centrifuge, DatedEstimate, Linearity, MountedTurn, Mounting, Orthogonality, Sensitivity,

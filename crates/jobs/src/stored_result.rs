@@ -5,9 +5,10 @@ use crate::outcome::{Outcome, QUANTITIES};
 use crate::page::answer::answer_first;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{
-    AnyCalibration, Cell, Input, RESULT_VERSION, ResultDocument, StatedQuantity, Table, TrialFile,
+use proofmass_documents::{
+    AnyCalibration, RESULT_VERSION, ResultDocument, StatedQuantity, TrialFile,
 };
+use proofmass_io::{Cell, Input, Table};
 use proofmass_report::{Place, Report, Section, html};
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::de::DeserializeOwned;
@@ -35,7 +36,7 @@ const CALIBRATION_SECTION: &str = "calibration";
 ///
 /// let text = "[[input]]\nname = \"m\"\nunit = \"kg\"\nvalue = 2.0\nu = 0.1\n\
 ///             [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2 * m\"\n";
-/// let job = UncertaintyJob { model: proofmass_io::read_model(text).unwrap(), ..Default::default() };
+/// let job = UncertaintyJob { model: proofmass_documents::read_model(text).unwrap(), ..Default::default() };
 /// let result = StoredResult::new(Record::default(), &job.evaluate(&(), &Unwatched)?)?;
 /// let read = StoredResult::from_json(&result.to_json()?)?;
 /// assert_eq!(read.kind(), "uncertainty");
@@ -76,7 +77,7 @@ pub(crate) fn result_extra_schemas(
         ("date", generator.subschema_for::<Option<String>>()),
         (
             "ambient",
-            generator.subschema_for::<proofmass_io::Ambient>(),
+            generator.subschema_for::<proofmass_documents::Ambient>(),
         ),
     ]
 }

@@ -12,9 +12,10 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, THERMAL_ORDER, Watch};
-use proofmass_io::{
-    AnyCalibration, CalibrationFile, EnvironmentBlock, StatedQuantity, ThermalBlock, Unit,
+use proofmass_documents::{
+    AnyCalibration, CalibrationFile, EnvironmentBlock, StatedQuantity, ThermalBlock,
 };
+use proofmass_io::Unit;
 use proofmass_report::Report;
 use proofmass_static::{SweepData, TemperatureFit, TemperatureSweep};
 use proofmass_uncertainty::{Component, Estimate, Finding};

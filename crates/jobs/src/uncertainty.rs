@@ -10,7 +10,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble, TroubleKind};
 use crate::{Job, Outcome};
 use proofmass_core::Watch;
-use proofmass_io::{StatedQuantity, TRIALS_SECTION, TrialFile};
+use proofmass_documents::{StatedQuantity, TRIALS_SECTION, TrialFile};
 use proofmass_report::Report;
 use proofmass_uncertainty::{
     Estimate, Evaluate, Finding, FitScatter, FitWeights, InputEntry, ModelResult, Refusal,
@@ -24,7 +24,7 @@ use std::ops::ControlFlow;
 /// ```
 /// use proofmass_jobs::uncertainty::UncertaintyJob;
 /// use proofmass_jobs::{Job, Outcome, Unwatched};
-/// let model = proofmass_io::read_model(r#"
+/// let model = proofmass_documents::read_model(r#"
 /// [[input]]
 /// name = "V"
 /// unit = "V"
@@ -56,7 +56,7 @@ pub struct UncertaintyJob {
 }
 
 impl UncertaintyJob {
-    /// As [`Job::evaluate`], with the refusal that [`proofmass_io::explain_model`] finds the line of.
+    /// As [`Job::evaluate`], with the refusal that [`proofmass_documents::explain_model`] finds the line of.
     ///
     /// # Errors
     /// As [`UncertaintyModel::evaluate`].

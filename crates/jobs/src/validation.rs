@@ -12,7 +12,8 @@ use crate::record::{Record, read_gravity};
 use crate::standstills::found;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Gravity, Matrix3, SensorModel, Watch};
-use proofmass_io::{CalibrationFile, ReadGravity, StatedQuantity};
+use proofmass_documents::{CalibrationFile, StatedQuantity};
+use proofmass_io::ReadGravity;
 use proofmass_report::Report;
 use proofmass_static::{
     Calibrated, MeanNoise, NominalOutput, Samples, Segment, Standstill, Validation,
@@ -25,7 +26,8 @@ use serde::{Deserialize, Serialize};
 /// ```
 /// use proofmass_static::{MultiPosition, Samples, Standstill, StandstillCalibration};
 /// use proofmass_core::Gravity;
-/// use proofmass_io::{CalibrationFile, Unit};
+/// use proofmass_documents::CalibrationFile;
+/// use proofmass_io::Unit;
 /// use proofmass_jobs::validation::{ValidationData, ValidationJob};
 /// use proofmass_jobs::{Job, Unwatched};
 /// use proofmass_rig::HandHeld;

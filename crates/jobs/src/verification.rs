@@ -2,7 +2,8 @@
 
 use crate::certificate::DIGITAL;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{Fate, Link, Verification, VerifyingKey};
+use proofmass_documents::{Fate, Link, Verification};
+use proofmass_io::VerifyingKey;
 use proofmass_report::{Cell, Column, Report, Section, Table};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -3,8 +3,9 @@
 
 use crate::support::{Stop, law_outcome_comes_back};
 use num_complex::Complex64;
+use proofmass_documents::{AnyCalibration, CalibrationFile};
 use proofmass_dynamic::frequency_response::{Beyond, FilterDesign};
-use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
+use proofmass_io::{Source, Unit};
 use proofmass_jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, CompensationMethod, Destination, OutOfRange,
 };

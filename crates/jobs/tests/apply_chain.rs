@@ -3,7 +3,8 @@
 use proofmass_core::{
     Butterworth, Compensation, Decimator, DecimatorState, Gravity, Matrix3, SensorModel, TaitBryan,
 };
-use proofmass_io::{AnyCalibration, CalibrationFile, Source, Unit};
+use proofmass_documents::{AnyCalibration, CalibrationFile};
+use proofmass_io::{Source, Unit};
 use proofmass_jobs::apply::{
     ApplyData, ApplyJob, ApplyOutcome, Destination, LowPass, LowPassForm, Rotation,
 };

@@ -1,6 +1,7 @@
 //! Devices against their data sheet: verdicts computed by hand, how often they err, what is doubted and what is refused.
 
-use proofmass_io::{Device, Input, ResultDocument};
+use proofmass_documents::{Device, ResultDocument};
+use proofmass_io::Input;
 use proofmass_jobs::data_sheet::{DataSheet, SheetLimit, sheet};
 use proofmass_jobs::device_check::{
     DeviceCheckData, DeviceCheckJob, DeviceCheckOutcome, DeviceResult, JudgedLimit, SheetVerdict,

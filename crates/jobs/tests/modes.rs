@@ -312,7 +312,7 @@ fn law_a_measured_resonance_tells_the_layer() {
     let outcome = evaluate(&open(&[("wedge.toml", measured)]).unwrap());
     let (before, after) = (open_layer.quantities(), outcome.quantities());
     assert!((after[0].value - 1.05 * f).abs() < 10.0);
-    let u = |of: &[proofmass_io::StatedQuantity], m: usize| of[m].u.unwrap();
+    let u = |of: &[proofmass_documents::StatedQuantity], m: usize| of[m].u.unwrap();
     assert!(u(&after, 0) < 0.1 * u(&before, 0) && u(&after, 1) < 0.7 * u(&before, 1));
 }
 

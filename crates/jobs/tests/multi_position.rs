@@ -2,7 +2,8 @@
 
 use crate::support;
 use proofmass_core::Gravity;
-use proofmass_io::{CalibrationFile, Input, ThermalBlock, Unit};
+use proofmass_documents::{CalibrationFile, ThermalBlock};
+use proofmass_io::{Input, Unit};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::multi_position::{MultiPositionData, MultiPositionJob};
 use proofmass_jobs::validation::{ValidationData, ValidationJob};

@@ -1,6 +1,6 @@
 //! Results of earlier forms: what is still read of them, and what is refused by name.
 
-use proofmass_io::ResultDocument;
+use proofmass_documents::ResultDocument;
 use proofmass_jobs::static_test::dated;
 use proofmass_jobs::{StoredResult, noise_comparison::NoiseDocument};
 

@@ -1,6 +1,7 @@
 //! One recording, one sampling rate, whoever reads it.
 
-use proofmass_io::{CalibrationFile, RecordingOptions, Source, Unit, inspect_source};
+use proofmass_documents::CalibrationFile;
+use proofmass_io::{RecordingOptions, Source, Unit, inspect_source};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::noise::{NoiseReading, NoiseSamples};
 use proofmass_jobs::validation::ValidationRecording;

@@ -1,7 +1,8 @@
 //! Calibrations without twelve standstills: one axis alone, a sensor that is turned all the time, a logger that is worn.
 
 use proofmass_core::{Matrix3, SensorModel, Unwatched, norm};
-use proofmass_io::{AnyCalibration, ColumnRef, Source};
+use proofmass_documents::AnyCalibration;
+use proofmass_io::{ColumnRef, Source};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::{Job, StoredResult, Trouble};

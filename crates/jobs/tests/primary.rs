@@ -1,6 +1,6 @@
 //! Primary calibration by laser interferometry, from raw files to the result.
 
-use proofmass_io::AnyCalibration;
+use proofmass_documents::AnyCalibration;
 use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::simulate::{SimulateJob, SimulatedPrimary};
 use proofmass_jobs::{Gathered, Job, Memory, Sink, StoredResult, Trouble, Unwatched};

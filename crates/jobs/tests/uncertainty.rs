@@ -7,7 +7,7 @@ use proofmass_uncertainty::{Evaluate, StatementMethod, Trials};
 
 fn job(text: &str) -> UncertaintyJob {
     UncertaintyJob {
-        model: proofmass_io::read_model(text).unwrap(),
+        model: proofmass_documents::read_model(text).unwrap(),
         options: Evaluate {
             trials: Trials::Fixed(100_000),
             ..Evaluate::default()

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | What are bias, scale and misalignment of my triaxial sensor? | [`jobs::multi_position`], or [`statics::MultiPosition`] on means of your own |
 //! | What is its sensitivity matrix at each frequency on the shaker? | [`jobs::campaign`], [`shaker`] |
-//! | How do I compensate, on the desk and on the chip? | [`core::SensorModel`], a file by [`io::CalibrationFile`] |
+//! | How do I compensate, on the desk and on the chip? | [`core::SensorModel`], a file by [`documents::CalibrationFile`] |
 //! | How noisy is it, and what goes into my filter? | [`noise::analyse`] |
 //! | How fast does my axis move? | [`core::velocity`] sample by sample, [`motion`] with the whole record at hand |
 //! | Which wheel of my vehicle slips? | [`odometry`] |
@@ -87,6 +87,8 @@
 //! `default-features = false` nothing but the crate for firmware is built. `parquet` reads Parquet files as recordings; it is not a default.
 
 pub use proofmass_core as core;
+#[cfg(feature = "documents")]
+pub use proofmass_documents as documents;
 #[cfg(feature = "dynamic")]
 pub use proofmass_dynamic as dynamic;
 #[cfg(feature = "fixture")]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 /// Room and what it may use. `proofmass` (the façade) may use all, `proofmass-cli` the façade alone.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 17] = [
     ("core", &[]),
     ("uncertainty", &["core"]),
     ("signal", &["core", "uncertainty"]),
@@ -21,6 +21,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
     ("fixture", &["core", "uncertainty"]),
     ("formats", &["core"]),
     ("io", &["core", "uncertainty", "signal", "formats"]),
+    ("documents", &["core", "uncertainty", "signal", "io"]),
     ("report", &["core", "uncertainty"]),
     (
         "jobs",
@@ -38,6 +39,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "fixture",
             "formats",
             "io",
+            "documents",
             "report",
         ],
     ),
@@ -49,6 +51,7 @@ const ROOMS: [(&str, &[&str]); 16] = [
             "dynamic",
             "static",
             "io",
+            "documents",
             "report",
             "jobs",
         ],

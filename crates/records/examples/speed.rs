@@ -52,7 +52,7 @@ fn main() -> Result<(), proofmass_jobs::Trouble> {
             ..Default::default()
         };
         let candidate = Candidate {
-            device: proofmass_io::Device {
+            device: proofmass_documents::Device {
                 serial: Some(format!("D{}", k % devices)),
                 model: Some("A1".into()),
                 ..Default::default()

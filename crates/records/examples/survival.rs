@@ -14,7 +14,7 @@ const TODAY: &str = "2026-06-01";
 fn candidate(name: &str) -> Candidate {
     let large = name.bytes().cycle().take(100_000).collect();
     Candidate {
-        device: proofmass_io::Device {
+        device: proofmass_documents::Device {
             serial: Some(name.into()),
             ..Default::default()
         },

@@ -4,9 +4,8 @@ use crate::contribution::from_standards;
 use crate::day::day_of;
 use crate::entry::{FiledQuantity, sha256};
 use crate::filing::{CERTIFICATE, Filing};
-use proofmass_io::{
-    Device, Fate, LARGEST_DOCUMENT, MANIFEST, Manifest, Source, StatedQuantity, Verification,
-};
+use proofmass_documents::{Device, Fate, StatedQuantity, Verification};
+use proofmass_io::{LARGEST_DOCUMENT, MANIFEST, Manifest, Source};
 use proofmass_jobs::{RESULT, Result, StoredResult, Trouble};
 use proofmass_uncertainty::Finding;
 use std::path::Path;

@@ -1,8 +1,9 @@
 //! What a certificate of a standard says of its uncertainty: typed, or read from its table.
 
 use crate::entry::{FiledCertificate, FiledDevice, spelling};
+use proofmass_documents::DigitalCertificate;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
-use proofmass_io::{DigitalCertificate, Source};
+use proofmass_io::Source;
 use proofmass_jobs::campaign::{Certificate, CertificateOptions};
 use proofmass_jobs::{Result, Trouble};
 use proofmass_uncertainty::Finding;

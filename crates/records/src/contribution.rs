@@ -1,6 +1,6 @@
 //! What the reference standard has to do with each quantity of a result: its part of the uncertainty, from the budget that is stored.
 
-use proofmass_io::{AnyCalibration, at_frequency};
+use proofmass_documents::{AnyCalibration, at_frequency};
 use proofmass_jobs::{Result, StoredResult};
 use proofmass_uncertainty::{Effect, Estimate, Influence};
 use std::collections::BTreeMap;

@@ -4,7 +4,8 @@ use crate::candidate::Candidate;
 use crate::entry::{FiledQuantity, sha256};
 use crate::filing::{Filed, Filing, OTHERS};
 use crate::ledger::Records;
-use proofmass_io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
+use proofmass_documents::DigitalCertificate;
+use proofmass_io::{LARGEST_DOCUMENT, Source};
 use proofmass_jobs::{Result, Trouble};
 
 /// Reads a digital calibration certificate (DCC) as a result of its item: the sensitivity over frequency where it states one, else every

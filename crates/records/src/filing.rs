@@ -8,7 +8,7 @@ use crate::entry::{
 };
 use crate::ledger::{Records, append, entry, keep, person};
 use crate::used;
-use proofmass_io::Device;
+use proofmass_documents::Device;
 use proofmass_jobs::findings::filing as findings;
 use proofmass_jobs::{Result, Trouble};
 use proofmass_uncertainty::Finding;

@@ -8,7 +8,7 @@ use crate::filing::name_of;
 use crate::ledger::{Records, read_entry};
 use crate::rests::resting_on;
 use crate::schema::CALIBRATIONS;
-use proofmass_io::at_frequency;
+use proofmass_documents::at_frequency;
 use proofmass_jobs::{Result, Trouble};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};

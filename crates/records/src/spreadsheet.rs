@@ -5,11 +5,12 @@ use crate::day::day_of;
 use crate::entry::{FiledQuantity, sha256};
 use crate::filing::{Filed, Filing};
 use crate::ledger::Records;
+use proofmass_documents::Device;
+use proofmass_io::Source;
 use proofmass_io::sheet::{
     ACCELERATION_RATIO, COUNT_SENSITIVITY, FREQUENCY, PERCENT, Place, SENSITIVITY, Sheet, SheetRow,
     coherent,
 };
-use proofmass_io::{Device, Source};
 use proofmass_jobs::{Result, Trouble};
 use std::collections::BTreeMap;
 

@@ -6,12 +6,11 @@
 //! width is the mean square. Amplitude densities are their square roots, U/√Hz. Windows are periodic. A trend is
 //! removed only when it is named ([`Detrend`]).
 
-pub mod fourier;
-pub mod sine;
-
+mod any_compensation;
 pub mod clock;
 mod density;
 mod detrend;
+pub mod fourier;
 mod linear_phase;
 mod multitaper;
 mod oscillator;
@@ -19,6 +18,7 @@ mod power_sum;
 mod pulse_shape;
 pub mod saturation;
 mod shock_spectrum;
+pub mod sine;
 mod strong_motion;
 mod trace;
 pub mod transfer;
@@ -26,6 +26,7 @@ mod vibration;
 mod welch;
 mod window;
 
+pub use any_compensation::AnyCompensation;
 pub use density::Density;
 pub use detrend::{Detrend, Trend};
 pub use linear_phase::LinearPhase;

@@ -1,7 +1,7 @@
 //! Writes the exported constants that `tests/filters.rs` and `tests/chain.rs` compile: `cargo run -p proofmass-example-c --example exported`.
 
+use proofmass_documents::{ExportForm, ExportNumber, ExportOptions, export_block, export_chain};
 use proofmass_example_c::{chain, chained, filters};
-use proofmass_io::{ExportForm, ExportNumber, ExportOptions, export_block, export_chain};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/exported"));

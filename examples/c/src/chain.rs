@@ -1,7 +1,7 @@
 //! A calibration in the frame of a machine, with a low-pass and a decimation behind it.
 
 use proofmass_core::{Error, TaitBryan};
-use proofmass_io::{CalibrationFile, LowPassBehind};
+use proofmass_documents::{CalibrationFile, LowPassBehind};
 
 /// What stands behind the calibration.
 pub fn chain() -> LowPassBehind {

@@ -3,7 +3,7 @@
 use proofmass_core::encoder::ErrorLine;
 use proofmass_core::velocity::{BiasModel, Hold, Kalman, MotionNoise, ProcessNoise};
 use proofmass_core::{BiasFilter, Error};
-use proofmass_io::FirmwareBlock;
+use proofmass_documents::FirmwareBlock;
 
 /// Name and block.
 ///

@@ -11,7 +11,8 @@ mod filters;
 pub use chain::{chain, chained};
 pub use filters::{filters, raised_cosine};
 
-use proofmass_io::{CalibrationFile, CurvatureBlock, ThermalBlock, Unit};
+use proofmass_documents::{CalibrationFile, CurvatureBlock, ThermalBlock};
+use proofmass_io::Unit;
 use proofmass_uncertainty::Estimate;
 
 /// A 16-bit sensor with everything a calibration can hold, as far as asked for.

@@ -4,10 +4,10 @@ use proofmass_core::{
     Butterworth, Compensation, Decimator, DecimatorState, FirDecimator, FirDecimatorState,
     SensorModel, TaitBryan,
 };
-use proofmass_example_c::{chain, chained, raised_cosine};
-use proofmass_io::{
+use proofmass_documents::{
     ExportForm, ExportNumber, ExportOptions, FirmwareBlock, LowPassBehind, export_chain,
 };
+use proofmass_example_c::{chain, chained, raised_cosine};
 use std::process::Command;
 
 /// The exported text, as firmware has it.

@@ -1,8 +1,8 @@
 //! The exported headers, compiled for a Cortex-M4 and run under emulation, against the desk on 10⁵ random samples.
 
 use proofmass_core::{FixedPoint, FixedRange};
+use proofmass_documents::{ExportForm, ExportNumber, ExportOptions, export};
 use proofmass_example_c::calibration;
-use proofmass_io::{ExportForm, ExportNumber, ExportOptions, export};
 use std::process::Command;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/cortex-m4");

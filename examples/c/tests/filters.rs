@@ -1,7 +1,7 @@
 //! Exported filters, gains and maps: the constants of Rust and the headers of C against `proofmass-core`.
 
+use proofmass_documents::{ExportForm, ExportNumber, ExportOptions, FirmwareBlock, export_block};
 use proofmass_example_c::filters;
-use proofmass_io::{ExportForm, ExportNumber, ExportOptions, FirmwareBlock, export_block};
 use std::process::Command;
 
 /// The exported text, as firmware has it.

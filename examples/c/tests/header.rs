@@ -1,8 +1,8 @@
 //! The exported header, compiled by the host compiler, against the desk on 10⁵ random samples.
 
 use proofmass_core::{FixedPoint, FixedRange};
+use proofmass_documents::{CalibrationFile, ExportForm, ExportNumber, ExportOptions, export};
 use proofmass_example_c::calibration;
-use proofmass_io::{CalibrationFile, ExportForm, ExportNumber, ExportOptions, export};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

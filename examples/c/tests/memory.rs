@@ -3,8 +3,8 @@
 use proofmass_core::{
     AxisCompensation, CalibrationMemory, MemoryUnit, StoredCompensation, ThermalTerms,
 };
+use proofmass_documents::{ExportForm, ExportOptions, MemoryContent, export, export_memory};
 use proofmass_example_c::calibration;
-use proofmass_io::{ExportForm, ExportOptions, MemoryContent, export, export_memory};
 use std::io::Write;
 use std::process::{Command, Stdio};
 

@@ -130,7 +130,7 @@ mod tests {
             "/../uncertainty/mass.toml"
         ));
         let job = UncertaintyJob {
-            model: proofmass::io::read_model(&text.unwrap()).unwrap(),
+            model: proofmass::documents::read_model(&text.unwrap()).unwrap(),
             ..UncertaintyJob::default()
         };
         let body = AnyJob::from(job).to_json().unwrap();

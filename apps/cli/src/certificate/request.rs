@@ -2,10 +2,9 @@
 
 use crate::console::Progress;
 use crate::{Failure, clock, console};
+use proofmass::documents::{DigitalCertificate, Fate, Verification};
 use proofmass::io::formats::calendar::day_of;
-use proofmass::io::{
-    DigitalCertificate, Fate, Input, LARGEST_DOCUMENT, Source, Verification, unlisted,
-};
+use proofmass::io::{Input, LARGEST_DOCUMENT, Source, unlisted};
 use proofmass::jobs::certificate::register::Register;
 use proofmass::jobs::certificate::{
     CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Numbering,

@@ -1,7 +1,8 @@
 //! `proofmass records add`: what is filed.
 
 use crate::{Failure, Outcome, console};
-use proofmass::io::{DigitalCertificate, LARGEST_DOCUMENT, Source};
+use proofmass::documents::DigitalCertificate;
+use proofmass::io::{LARGEST_DOCUMENT, Source};
 use proofmass::records::{
     Content, EventKind, FiledCampaign, FiledCertificate, FiledCheck, FiledDevice, FiledEvent,
     FiledRule, FiledUse, Filing, Records as Ledger, Tolerance,

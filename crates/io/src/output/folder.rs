@@ -1,9 +1,8 @@
 //! A folder of results in the making.
 
-use super::manifest::{Listed, MANIFEST, Manifest, SIMULATION, digest, is_plain};
+use super::manifest::{Listed, MANIFEST, Manifest, RESULT_SCHEMA, SIMULATION, digest, is_plain};
 use super::place::{Lock, Place, exchange, move_file, remove_flat, sync};
 use super::unfinished::{Unfinished, in_place, sweep};
-use crate::result_document::RESULT_SCHEMA;
 use crate::signature::SigningKey;
 use crate::{Error, ErrorKind, Input, Result, Schema};
 use serde::{Deserialize, Serialize};

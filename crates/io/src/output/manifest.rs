@@ -13,6 +13,9 @@ pub const MANIFEST_SCHEMA: &str = "proofmass.manifest";
 /// Version of the form.
 pub const MANIFEST_VERSION: u32 = 1;
 
+/// Name of the form of the result.json that a folder of results has.
+pub const RESULT_SCHEMA: &str = "proofmass.result";
+
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -21,7 +24,7 @@ pub struct Listed {
     /// Name in the folder.
     pub name: String,
     /// SHA-256 in hexadecimal digits.
-    pub(crate) sha256: String,
+    pub sha256: String,
 }
 
 /// Kind of a folder without result.json.
@@ -35,14 +38,14 @@ pub struct Manifest {
     /// Form and version.
     pub(crate) schema: Schema,
     /// Program that wrote them.
-    pub(crate) software: Software,
+    pub software: Software,
     /// Kind of the result, as `kind` in result.json.
     pub kind: String,
     /// The files, the manifest itself left out.
     pub files: Vec<Listed>,
     /// The result.json that they were rendered from, where no list named it: nobody says that it is as it was computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) rendered_from: Option<Input>,
+    pub rendered_from: Option<Input>,
     /// Who vouches for all of this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signature: Option<Signature>,
@@ -52,10 +55,7 @@ impl Manifest {
     /// For the files of a result.
     pub fn new(kind: impl Into<String>, files: Vec<Listed>) -> Self {
         Self {
-            schema: Schema {
-                name: MANIFEST_SCHEMA.into(),
-                version: MANIFEST_VERSION,
-            },
+            schema: Schema::new(MANIFEST_SCHEMA, MANIFEST_VERSION),
             software: Software::default(),
             kind: kind.into(),
             files,
@@ -95,7 +95,7 @@ impl Manifest {
     }
 
     /// Whether it says that its files are as they were written: an example or a simulated campaign is there to be changed, unless signed.
-    pub(crate) fn vouches(&self) -> bool {
+    pub fn vouches(&self) -> bool {
         self.kind != SIMULATION || self.signature.is_some()
     }
 

@@ -3,8 +3,9 @@
 use super::{CompensationMethod, CompensationStream};
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Unwatched;
+use proofmass_documents::{AnyCalibration, CalibrationFile};
 use proofmass_dynamic::frequency_response::CompensationError;
-use proofmass_io::{AnyCalibration, CalibrationFile, Unit};
+use proofmass_io::Unit;
 use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence};
 
 /// The constant matrix of a band as a calibration, and what is to be said of it: the band, the stated error of the acceleration, the

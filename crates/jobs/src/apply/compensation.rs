@@ -3,10 +3,11 @@
 use crate::frequency_response;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
+use proofmass_documents::AnyCalibration;
 use proofmass_dynamic::frequency_response::{
     BandMatrix, CompensationError, CompensationFilter, FilterDesign, FilterStream,
 };
-use proofmass_io::{AnyCalibration, AnyCompensation};
+use proofmass_signal::AnyCompensation;
 use serde::{Deserialize, Serialize};
 
 /// How a calibration is used.

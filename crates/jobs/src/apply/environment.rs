@@ -3,7 +3,8 @@
 use crate::data_sheet::unit_ratio;
 use crate::temperature::EnvironmentalRequest;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{AnyCalibration, ColumnRef, EnvironmentBlock, Layout, ReadQuantity};
+use proofmass_documents::{AnyCalibration, EnvironmentBlock};
+use proofmass_io::{ColumnRef, Layout, ReadQuantity};
 use proofmass_report::scientific;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;

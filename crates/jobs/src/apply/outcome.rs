@@ -8,10 +8,9 @@ use crate::plural::count_lying;
 use crate::record::Record;
 use crate::trouble::Result;
 use crate::value_range::widened;
+use proofmass_documents::{AnyCalibration, CalibrationFile, StatedQuantity, ThermalBlock};
 use proofmass_dynamic::frequency_response::{BandMatrix, CompensationError};
-use proofmass_io::{
-    AnyCalibration, CalibrationFile, Input, StatedQuantity, ThermalBlock, rows_outside,
-};
+use proofmass_io::{Input, rows_outside};
 use proofmass_report::{Report, scientific};
 use proofmass_uncertainty::findings::gaps_in_record;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};

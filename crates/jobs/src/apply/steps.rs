@@ -5,7 +5,7 @@ use crate::bias::TrackedBias;
 use crate::findings;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Butterworth, Decimator, DecimatorState, Matrix3, weighted_sum};
-use proofmass_io::{FirmwareBlock, LowPassBehind};
+use proofmass_documents::{FirmwareBlock, LowPassBehind};
 use proofmass_signal::LinearPhase;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding};
 use serde::Serialize;

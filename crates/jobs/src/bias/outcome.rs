@@ -6,7 +6,7 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
 use proofmass_core::{BiasFilter, Error};
-use proofmass_io::{FirmwareBlock, StatedQuantity};
+use proofmass_documents::{FirmwareBlock, StatedQuantity};
 use proofmass_report::Report;
 use proofmass_static::{AxisTrack, BiasTrack, Segment};
 use proofmass_uncertainty::Finding;

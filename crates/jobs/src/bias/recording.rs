@@ -110,7 +110,7 @@ impl BiasRecording {
     }
 }
 
-type OfNoise = ([AxisNoise; 3], (Input, proofmass_io::Device));
+type OfNoise = ([AxisNoise; 3], (Input, proofmass_documents::Device));
 
 fn of_result(source: Source, columns: [&str; 3]) -> Result<OfNoise> {
     let name = source.name().display().to_string();

@@ -4,7 +4,8 @@ use super::{BiasOutcome, OnChip};
 use crate::outcome::Outcome;
 use crate::stored_result::{StoredResult, read_section};
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{AnyCalibration, Device, Input, LARGEST_DOCUMENT, Source};
+use proofmass_documents::{AnyCalibration, Device};
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source};
 use std::path::Path;
 
 /// Smoothed bias of three axes over time: what `proofmass bias` filed.
@@ -43,8 +44,8 @@ impl TrackedBias {
                     "a chain has one calibration, which stands first; {hint} here"
                 )));
         }
-        let known = proofmass_io::is_result(&bytes);
-        let document = known.then(|| proofmass_io::ResultDocument::from_json(&bytes));
+        let known = proofmass_documents::is_result(&bytes);
+        let document = known.then(|| proofmass_documents::ResultDocument::from_json(&bytes));
         match document {
             Some(Ok(document)) if document.kind != BiasOutcome::KIND => {
                 return Err(Trouble::data(format!(

@@ -21,10 +21,10 @@ macro_rules! campaign {
             title: Option<String>,
             /// The device.
             #[serde(default)]
-            pub(crate) device: proofmass_io::Device,
+            pub(crate) device: proofmass_documents::Device,
             /// Conditions.
             #[serde(default)]
-            pub(crate) ambient: proofmass_io::Ambient,
+            pub(crate) ambient: proofmass_documents::Ambient,
             $($fields)*
         }
 

@@ -8,7 +8,7 @@ use super::shaker::{
 use super::shaker_triaxial::{Datasheet, of_the_bench, waveform_options};
 use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
-use proofmass_io::Device;
+use proofmass_documents::Device;
 use proofmass_io::{Result, WaveformOptions};
 use proofmass_shaker::single_axis::TransverseMotion;
 use serde::Deserialize;

@@ -620,7 +620,7 @@ fn conformity(words: &Words, content: &Content, blocks: &mut Vec<SheetBlock>) {
             unit: String::new(),
             align: SheetAlign::Text,
         };
-        let frequency = |name: &str| proofmass_io::at_frequency(name).map(|(_, f)| plain(f));
+        let frequency = |name: &str| proofmass_documents::at_frequency(name).map(|(_, f)| plain(f));
         let has_frequencies = entry
             .decisions
             .iter()

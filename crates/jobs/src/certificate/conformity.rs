@@ -5,7 +5,7 @@ use super::results::StatedResults;
 use super::texts::{Language, Text};
 use crate::StoredResult;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::number::plain;
 use proofmass_uncertainty::{DecisionRule, DegreesOfFreedom, Measured, Quantity};
 use serde::{Deserialize, Serialize};
@@ -81,7 +81,7 @@ fn decide_one(
     let is_of = |q: &&StatedQuantity| {
         q.expanded > 0.0
             && (q.name == entry.quantity
-                || proofmass_io::at_frequency(&q.name)
+                || proofmass_documents::at_frequency(&q.name)
                     .is_some_and(|(name, _)| name == entry.quantity))
     };
     let mut decisions = Vec::new();

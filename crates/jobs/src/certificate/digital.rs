@@ -9,7 +9,7 @@ use super::standards;
 use super::texts::{Language, Text};
 use crate::trouble::{Result, Trouble};
 use crate::{StoredResult, frequency_response};
-use proofmass_io::{
+use proofmass_documents::{
     AnyCalibration, NewAttachment, NewCertificate, NewComplex, NewConformity, NewContact,
     NewEquipment, NewItem, NewMethod, NewNumber, NewQuantity, NewRange, NewResult, NewStatement,
     NewText, dsi_squared, dsi_text,

@@ -1,6 +1,6 @@
 //! What a digital calibration certificate says, as a page and as data.
 
-use proofmass_io::{DccQuantity, DccSensitivity, DigitalCertificate};
+use proofmass_documents::{DccQuantity, DccSensitivity, DigitalCertificate};
 use proofmass_report::number::minus;
 use proofmass_report::{Cell, Column, Field, Report, Rounding, Section, Table};
 use serde::Serialize;
@@ -13,7 +13,7 @@ pub struct CertificateRead {
     identifier: Option<String>,
     laboratory: Option<String>,
     customer: Option<String>,
-    item: proofmass_io::Device,
+    item: proofmass_documents::Device,
     performed: Option<[String; 2]>,
     issued: Option<String>,
     sha256: String,
@@ -61,7 +61,7 @@ fn table_of(certificate: &DigitalCertificate) -> Result<DccSensitivity, String> 
 pub fn data(certificate: &DigitalCertificate) -> CertificateRead {
     let table = table_of(certificate);
     let points = table.as_ref().ok().map(|t| {
-        let point = |r: &proofmass_io::SensitivityRow| PointRead {
+        let point = |r: &proofmass_documents::SensitivityRow| PointRead {
             frequency: r.frequency,
             sensitivity: r.sensitivity,
             u_sensitivity: r.sensitivity_uncertainty,
@@ -160,7 +160,7 @@ pub fn page(certificate: &DigitalCertificate) -> Report {
 }
 
 fn sensitivity(table: &DccSensitivity, unit: &str) -> Table {
-    type Row = proofmass_io::SensitivityRow;
+    type Row = proofmass_documents::SensitivityRow;
     let fields = [
         Field::shown("f", "Hz", |r: &Row| r.frequency.into()).rounded(Rounding::Plain),
         Field::shown("sensitivity", unit, |r: &Row| {

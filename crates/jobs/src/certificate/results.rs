@@ -3,7 +3,7 @@
 use super::texts::{Language, Text};
 use crate::StoredResult;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{StatedQuantity, at_frequency};
+use proofmass_documents::{StatedQuantity, at_frequency};
 use proofmass_report::number::{plain, rounded_up, two_digits};
 use serde::{Deserialize, Serialize};
 

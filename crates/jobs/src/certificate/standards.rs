@@ -5,7 +5,8 @@ use super::content::says;
 use super::laboratory::{CertificateFile, Item, Standard, is_day};
 use super::register::{Registered, replaced_by};
 use crate::StoredResult;
-use proofmass_io::{DigitalCertificate, Input, ReadGravity};
+use proofmass_documents::DigitalCertificate;
+use proofmass_io::{Input, ReadGravity};
 use std::path::Path;
 
 /// Normal gravity that a result was held against, where a recording was: it is a reference that has no certificate.

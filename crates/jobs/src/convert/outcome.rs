@@ -4,7 +4,8 @@ use super::plan::{Plan, word};
 use crate::outcome::Outcome;
 use crate::plural::count;
 use crate::record::Record;
-use proofmass_io::{Input, StatedQuantity, TargetForm};
+use proofmass_documents::StatedQuantity;
+use proofmass_io::{Input, TargetForm};
 use proofmass_report::{KeyFigure, Report, Section};
 use proofmass_uncertainty::Finding;
 

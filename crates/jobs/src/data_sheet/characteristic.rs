@@ -1,6 +1,6 @@
 //! What a data sheet promises, by the terms of the field, and which quantities of results show it.
 
-use proofmass_io::at_frequency;
+use proofmass_documents::at_frequency;
 use proofmass_noise::Term;
 
 /// A characteristic of a device.

@@ -2,8 +2,8 @@
 
 use super::DeconvolutionOutcome;
 use crate::shock::integral_unit;
+use proofmass_documents::StatedQuantity;
 use proofmass_dynamic::deconvolution::PulseReading;
-use proofmass_io::StatedQuantity;
 use proofmass_report::number::{concise, plain};
 use proofmass_report::{
     Axis, Field, KeyFigure, Report, Rounding, Section, Series, Table, XyPlot, scientific,

@@ -6,7 +6,7 @@ use crate::data_sheet::{
 };
 use crate::measured_within::MEASURED_WITHIN;
 use crate::trouble::Result;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_uncertainty::{DegreesOfFreedom, Limits, Measured, Quantity};
 
 /// A value with its interval.

@@ -5,7 +5,8 @@ use crate::page::AXES;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{STANDARD_GRAVITY, THERMAL_ORDER};
-use proofmass_io::{CalibrationFile, ThermalBlock, Unit};
+use proofmass_documents::{CalibrationFile, ThermalBlock};
+use proofmass_io::Unit;
 use proofmass_uncertainty::{Component, DegreesOfFreedom, Effect, Estimate, Influence, Quantity};
 
 impl FreeLivingOutcome {

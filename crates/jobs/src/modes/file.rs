@@ -3,12 +3,13 @@
 use super::{Beside, Body, MeshedBody, ModesData, ModesJob};
 use crate::campaign::CampaignFile;
 use crate::record::Record;
+use proofmass_documents::{Ambient, Device, GmshMesh};
 use proofmass_fixture::{
     Accelerometer, Bore, Cause, Damping, Design, Device as GluedDevice, Dimension, Foot, Goal,
     JointStiffness, Layer, LayerModulus, Material, MeasuredResonance, Observed, Parameter, Search,
     ShakerTable, Sides, Support, Wedge,
 };
-use proofmass_io::{Ambient, Device, Error, GmshMesh, Input, Result, Software};
+use proofmass_io::{Error, Input, Result, Software};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;

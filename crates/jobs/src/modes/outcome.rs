@@ -4,11 +4,11 @@ use super::page;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
+use proofmass_documents::{StatedQuantity, VtuField, vtu};
 use proofmass_fixture::{
     BodyMesh, Convergence, Damping, Effort, Found, FrequencySensitivity, JointStiffness, Level,
     LineMotion, NaturalMode, Search, TransferPoint, Update, round,
 };
-use proofmass_io::{StatedQuantity, VtuField, vtu};
 use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding};
 use serde::{Deserialize, Serialize};

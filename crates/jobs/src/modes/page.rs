@@ -5,11 +5,11 @@ use crate::page::AXES;
 use crate::page::answer::stated_as;
 use crate::page::columns::{coverage_factor, filed, number};
 use crate::page::words::words;
+use proofmass_documents::StatedQuantity;
 use proofmass_fixture::{
     Convergence, Found, FrequencySensitivity, Goal, Level, LineMotion, NaturalMode, Search,
     TransferPoint, Trial, Update, round,
 };
-use proofmass_io::StatedQuantity;
 use proofmass_report::Rounding::{Decimals, Plain, TwoDigits};
 use proofmass_report::number::{plain, rounded, two_digits};
 use proofmass_report::plot::BodyPlot;

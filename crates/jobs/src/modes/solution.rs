@@ -5,13 +5,13 @@ use super::{Body, MeshedBody, ModesData, ModesJob, trouble};
 use crate::findings;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
+use proofmass_documents::GmshMesh;
 use proofmass_fixture::{
     BodyMesh, Design, Device, Face, FiniteElementModel, Fixture, JointStiffness, Layer,
     LayerModulus, LineDirection, LineMotion, Material, Mesh, Observed, Solved, Support,
     close_modes, frequency_estimate, layer_range, lowest_faces, mass_and_centre, modes,
     relative_covariance, round, search, sensitivities, thirds_of_octave, update,
 };
-use proofmass_io::GmshMesh;
 use proofmass_report::scientific;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;

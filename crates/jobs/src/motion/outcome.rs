@@ -6,7 +6,7 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::required_density::JudgedDensity;
 use crate::trouble::Result;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_signal::{StrongMotion, Trace, Vibration};
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity};

@@ -5,9 +5,10 @@ use crate::campaign::MethodModel;
 use crate::outcome::{Outcome, section};
 use crate::record::{Record, gravity_quantity};
 use crate::trouble::Result;
-use proofmass_io::{
-    AnyCalibration, CalibrationFile, ColumnRef, CurvatureBlock, StatedQuantity, ThermalBlock, Unit,
+use proofmass_documents::{
+    AnyCalibration, CalibrationFile, CurvatureBlock, StatedQuantity, ThermalBlock,
 };
+use proofmass_io::{ColumnRef, Unit};
 use proofmass_report::Report;
 use proofmass_signal::Trace;
 use proofmass_static::{

@@ -8,7 +8,7 @@ use crate::campaign::MethodModel;
 use crate::page::measures::lines;
 use crate::page::parameters::stated_parameters;
 use crate::page::{AXES, MG};
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::number::{concise, freedom, rounded, two_digits};
 use proofmass_report::plot::Style;
 use proofmass_report::{

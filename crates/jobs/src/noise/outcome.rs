@@ -6,10 +6,10 @@ use crate::record::Record;
 use crate::stored_result::read_section;
 use crate::trouble::Result;
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_io::{
-    Device, ImuSensorNoise, ImuValue, ImuYaml, Input, LARGEST_DOCUMENT, ResultDocument, Source,
-    StatedQuantity, Unit,
+use proofmass_documents::{
+    Device, ImuSensorNoise, ImuValue, ImuYaml, ResultDocument, StatedQuantity,
 };
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source, Unit};
 use proofmass_noise::{
     Analysis, AnalysisOptions, CoefficientFit, Sensor, StateSpace, Term, conservative,
 };

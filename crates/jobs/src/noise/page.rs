@@ -6,7 +6,7 @@ mod tables;
 use crate::page::answer::stated_as;
 use crate::page::stability::stability as with_intervals;
 use figures::{over_time, spectrum, stability, time};
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_noise::{Analysis, ChannelAnalysis, DeviationCurve, Term, Verdict};
 use proofmass_report::{Axis, Block, KeyFigure, Report, Section, Series, XyPlot, scientific};
 use proofmass_signal::Trace;

@@ -1,7 +1,7 @@
 //! The answer of a page: quantities as a reader expects them, always with U and what it rests on.
 
 use proofmass_core::STANDARD_GRAVITY;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::number::{minus, rounded, scientific};
 use proofmass_report::{KeyFigure, Report};
 use proofmass_uncertainty::superscript;

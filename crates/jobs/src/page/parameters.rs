@@ -1,7 +1,7 @@
 //! Fitted parameters with their intervals.
 
 use super::columns::coverage_factor;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::number::freedom;
 use proofmass_report::{Cell, Field, Rounding, Table};
 use proofmass_uncertainty::Quantity;

@@ -2,8 +2,8 @@
 
 use super::ResponseOutcome;
 use crate::page::answer::with_unit;
+use proofmass_documents::StatedQuantity;
 use proofmass_dynamic::modes::Resonance;
-use proofmass_io::StatedQuantity;
 use proofmass_report::number::plain;
 use proofmass_signal::transfer::ResponseEstimate;
 use proofmass_uncertainty::{DegreesOfFreedom, Quantity, student_quantile};

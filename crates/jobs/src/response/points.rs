@@ -4,8 +4,9 @@ use super::ModelData;
 use crate::channels::{ChannelReading, WantedChannel};
 use crate::frequency_response;
 use crate::trouble::{Result, Trouble};
+use proofmass_documents::AnyCalibration;
 use proofmass_dynamic::model::ResponsePoints;
-use proofmass_io::{AnyCalibration, ColumnRef, Input, Source, Unit};
+use proofmass_io::{ColumnRef, Input, Source, Unit};
 use proofmass_uncertainty::Finding;
 
 /// Columns of a table of points.

@@ -4,7 +4,7 @@ use super::ShakerTriaxialOutcome;
 use crate::page::AXES;
 use crate::page::columns::{filed, frequency};
 use crate::page::polar::{Polar, polar};
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_report::{Field, Table};
 use proofmass_shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_shaker::published::PublishedFit;

@@ -5,11 +5,11 @@ use super::page;
 use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::trouble::Result;
+use proofmass_documents::StatedQuantity;
 use proofmass_dynamic::shock::{
     Pulse, PulseMeasures, ReturnToBaseline, ShockCalibration, SpectrumToleranceResult,
     ToleranceResult,
 };
-use proofmass_io::StatedQuantity;
 use proofmass_report::Report;
 use proofmass_signal::{Extremes, Trace};
 use proofmass_uncertainty::{DegreesOfFreedom, Estimate, Finding, Quantity};

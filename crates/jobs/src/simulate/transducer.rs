@@ -3,7 +3,8 @@
 use super::Desk;
 use super::construction::TransducerConstruction;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{StatedQuantity, Table};
+use proofmass_documents::StatedQuantity;
+use proofmass_io::Table;
 use proofmass_rig::{
     ProofMass, Transducer, TransducerBench, TransducerMotion, TransducerRecording,
 };

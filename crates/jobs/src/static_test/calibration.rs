@@ -5,7 +5,8 @@ use crate::record::gravity_quantity;
 use crate::trouble::{Result, Trouble};
 use crate::value_range::widened;
 use proofmass_core::THERMAL_ORDER;
-use proofmass_io::{CalibrationFile, CurvatureBlock, ThermalBlock, Unit};
+use proofmass_documents::{CalibrationFile, CurvatureBlock, ThermalBlock};
+use proofmass_io::Unit;
 use proofmass_static::static_test::StaticFit;
 use proofmass_uncertainty::Component;
 

@@ -5,9 +5,10 @@ use crate::findings;
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
+use proofmass_documents::{CalibrationFile, Device};
 use proofmass_io::{
-    CalibrationFile, ColumnRef, Device, Input, LARGEST_DOCUMENT, RecordedColumn, Recording,
-    RecordingOptions, SaidBy, Source, Unit,
+    ColumnRef, Input, LARGEST_DOCUMENT, RecordedColumn, Recording, RecordingOptions, SaidBy,
+    Source, Unit,
 };
 use proofmass_static::static_test::DatedEstimate;
 use proofmass_uncertainty::Finding;

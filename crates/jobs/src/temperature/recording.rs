@@ -4,7 +4,8 @@ use super::{EnvironmentalColumn, EnvironmentalRequest, TemperatureData};
 use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::{CalibrationFile, ColumnRef, Input, Recording, Source, Unit};
+use proofmass_documents::CalibrationFile;
+use proofmass_io::{ColumnRef, Input, Recording, Source, Unit};
 
 /// Outputs and temperature of a resting sensor, with the calibration that is to get the coefficients.
 #[derive(Clone, Debug)]

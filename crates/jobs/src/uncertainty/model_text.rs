@@ -4,11 +4,11 @@ use super::{UncertaintyJob, UncertaintyOutcome, trouble};
 use crate::Outcome;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::{
-    ColumnTrouble, Fate, Input, LARGEST_DOCUMENT, ResultDocument, RowWriter, Source,
-    StatedQuantity, TrialFile, Verification, check_model, explain_model, fill_columns, parse_model,
-    unlisted,
+use proofmass_documents::{
+    ColumnTrouble, Fate, ResultDocument, StatedQuantity, TrialFile, Verification, check_model,
+    explain_model, fill_columns, parse_model,
 };
+use proofmass_io::{Input, LARGEST_DOCUMENT, RowWriter, Source, unlisted};
 use proofmass_uncertainty::{
     EarlierEntry, Evaluate, EvidenceValue, Finding, Refusal, Severity, SweepEntry, TargetEntry,
     UncertaintyModel,

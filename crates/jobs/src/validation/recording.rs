@@ -8,9 +8,9 @@ use crate::record::Record;
 use crate::recording::RecordingReading;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
+use proofmass_documents::CalibrationFile;
 use proofmass_io::{
-    CalibrationFile, ClockUnit, Input, Layout, LayoutOptions, Recording, RowReader, SegmentRow,
-    Source,
+    ClockUnit, Input, Layout, LayoutOptions, Recording, RowReader, SegmentRow, Source,
 };
 use proofmass_static::Segment;
 use proofmass_uncertainty::Finding;

@@ -6,7 +6,7 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_motion::{IntegratorDesign, IntegratorTask};
 use proofmass_report::Report;
 use proofmass_uncertainty::Finding;

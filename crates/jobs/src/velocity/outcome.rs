@@ -6,7 +6,7 @@ use crate::outcome::{Outcome, section};
 use crate::record::Record;
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_motion::{
     CompareResult, EstimateResult, LowCorner, Method, MotionRecord, ReadingSource, TuneResult,
     Tuned, TunedValue, Tuning, VelocityTrace,

@@ -14,16 +14,17 @@ use crate::store::Store;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::Trouble;
 use proofmass_core::Watch;
+use proofmass_documents::{AnyCalibration, CalibrationFile};
 use proofmass_io::{
-    Absent, AnyCalibration, AnyCompensation, CalibrationFile, ColumnRef, Input, Layout,
-    LayoutOptions, RecordedColumn, Recording, RecordingOptions, SaidBy, Source as Bytes, TimeUnit,
-    Unit,
+    Absent, ColumnRef, Input, Layout, LayoutOptions, RecordedColumn, Recording, RecordingOptions,
+    SaidBy, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
     LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches,
     drop_wild_accelerations, edge_places, even_clock, held, longest_stretch, mean_between,
     moves_while_still, thin,
 };
+use proofmass_signal::AnyCompensation;
 use proofmass_signal::saturation;
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};

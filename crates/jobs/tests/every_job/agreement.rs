@@ -2,7 +2,7 @@
 
 use crate::Answer;
 use crate::support::{Steps, Stop};
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_jobs::{REPORT, StoredResult, TroubleKind, Watch};
 use proofmass_report::terminal;
 use std::f64::consts::TAU;

@@ -6,9 +6,10 @@ use crate::agreement::{
 use crate::ask;
 use num_complex::Complex64;
 use proofmass_core::Gravity;
+use proofmass_documents::AnyCalibration;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
-use proofmass_io::{AnyCalibration, Source, Unit};
+use proofmass_io::{Source, Unit};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, CompensationMethod, Destination, Rotation};
 use proofmass_jobs::bias::{AxisNoise, BiasData, BiasJob};
 use proofmass_jobs::campaign::Campaign;

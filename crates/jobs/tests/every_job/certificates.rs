@@ -3,7 +3,8 @@
 use crate::agreement::{check, in_the_terminal};
 use crate::support::record;
 use crate::{ask, calibrations};
-use proofmass_io::{DigitalCertificate, Source};
+use proofmass_documents::DigitalCertificate;
+use proofmass_io::Source;
 use proofmass_jobs::certificate::{
     CertificateData, CertificateFile, CertificateJob, CertificateOutcome, Language, Replaced,
 };

@@ -215,7 +215,7 @@ pub fn uncertainty(kind: &str) {
                  [[output]]\nname = \"w\"\nunit = \"kg\"\nexpression = \"2.137 * m\"\n";
     check(kind, &|watch| {
         let job = UncertaintyJob {
-            model: proofmass_io::read_model(model).expect("a model"),
+            model: proofmass_documents::read_model(model).expect("a model"),
             ..UncertaintyJob::default()
         };
         ask(job, &AnyData::None, watch)
@@ -227,7 +227,7 @@ pub fn uncertainty(kind: &str) {
     );
     check(kind, &|watch| {
         let mut job = UncertaintyJob {
-            model: proofmass_io::read_model(&all).expect("a model"),
+            model: proofmass_documents::read_model(&all).expect("a model"),
             ..UncertaintyJob::default()
         };
         job.options.effects = true;

@@ -4,7 +4,7 @@ use crate::agreement::check;
 use crate::ask;
 use crate::calibrations::hand_held;
 use proofmass_core::{Gravity, STANDARD_GRAVITY};
-use proofmass_io::AnyCalibration;
+use proofmass_documents::AnyCalibration;
 use proofmass_jobs::AnyData;
 use proofmass_jobs::static_test::{StaticTest, StaticTestData, StaticTestInput, StaticTestJob};
 use proofmass_static::static_test::{

@@ -2,10 +2,8 @@
 
 use super::files::Odd;
 use proofmass_core::Unwatched;
-use proofmass_io::{
-    AnyCalibration, CalibrationFile, ColumnRef, Input, Source, TimeUnit, Unit, Waveform,
-    WaveformOptions,
-};
+use proofmass_documents::{AnyCalibration, CalibrationFile};
+use proofmass_io::{ColumnRef, Input, Source, TimeUnit, Unit, Waveform, WaveformOptions};
 use proofmass_jobs::apply::{ApplyData, ApplyJob, Destination};
 use proofmass_jobs::bias::BiasRecording;
 use proofmass_jobs::campaign::{Campaign, Draft};

@@ -2,7 +2,8 @@
 #![allow(dead_code)]
 
 use proofmass_core::Watch;
-use proofmass_io::{Ambient, Device, Input};
+use proofmass_documents::{Ambient, Device};
+use proofmass_io::Input;
 use proofmass_jobs::{Outcome, Record, StoredResult};
 use std::ops::ControlFlow;
 use std::sync::Mutex;

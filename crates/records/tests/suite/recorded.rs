@@ -61,7 +61,7 @@ pub fn candidate(serial: &str, date: &str, value: f64, u: f64, u_standard: f64) 
         ..Default::default()
     };
     Candidate {
-        device: proofmass_io::Device {
+        device: proofmass_documents::Device {
             manufacturer: Some("maker".into()),
             model: Some("A1".into()),
             serial: Some(serial.into()),

@@ -337,7 +337,7 @@ impl ShakerBudget {
             BudgetSource::Table(BudgetTable { file: Some(file), bench: None }) => {
                 let path = source.resolve(file);
                 let (text, input) = source.text(file)?;
-                let budget = proofmass_io::read_budget(&text).map_err(|refusal| {
+                let budget = proofmass_documents::read_budget(&text).map_err(|refusal| {
                     let (line, what) = match refusal {
                         proofmass_uncertainty::Refusal::File { line, reason } => (line, reason),
                         other => (None, other.to_string()),

@@ -5,7 +5,7 @@ use crate::page::answer::{plus_minus, stated, stated_by, with_unit};
 use crate::page::columns::{filed, number};
 use crate::velocity::VelocityEstimate;
 use crate::velocity::outcome::Head;
-use proofmass_io::StatedQuantity;
+use proofmass_documents::StatedQuantity;
 use proofmass_motion::{
     Episode, EstimateResult, ReadingSource, RippleLine, VelocityTrace, excerpt,
 };
