@@ -1,5 +1,8 @@
 //! Finding the shape of a text from its head.
 
+mod head_line;
+mod one_comma;
+
 use super::{DecimalMark, LARGEST_HEAD, Layout, LayoutOptions, Separator};
 use crate::field::{Fields, other_mark, parse_number};
 use crate::stamp::Stamp;
@@ -43,7 +46,15 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
         ));
     }
     let voters = &content[content.len().saturating_sub(VOTERS)..];
-    let (separator, decimal) = separator_and_decimal(voters, options);
+    let (mut separator, mut decimal) = separator_and_decimal(voters, options);
+    if separator == Separator::Comma
+        && options.separator.is_none()
+        && options.decimal.is_none()
+        && one_comma::is_decimal_mark(&lines, &content, &comment)?
+    {
+        // No field has a semicolon, so that each line is one.
+        (separator, decimal) = (Separator::Semicolon, DecimalMark::Comma);
+    }
     let columns = width(voters, separator);
     let numeric = columns_that(voters, separator, columns, |f| is_number(f, decimal), 0);
     let dated = columns_that(
@@ -71,8 +82,13 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
     // From the top: what is not of full width and not all numbers is preamble, then come headings, then data.
     let mut headings: Vec<&Line> = Vec::new();
     let mut first_data = None;
+    let shape = head_line::Shape::of(voters, separator, decimal, columns);
     for line in &content {
         let fields = split(line.text, separator);
+        if headings.is_empty() && options.header.is_none() && shape.is_above_data(line.text) {
+            preamble.push(line);
+            continue;
+        }
         let full = fits(&fields, columns);
         let numbers = fields.iter().filter(|f| is_number(f, decimal)).count();
         if !full {
@@ -410,6 +426,8 @@ fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separato
                     .map(|f| match (f.is_empty(), is_number(f, decimal)) {
                         (true, _) => 0.0,
                         (_, true) => 1.0,
+                        // A field with another separator in it was cut at the wrong mark.
+                        _ if f.iter().any(|b| matches!(b, b';' | b'\t' | b'|')) => -1.0,
                         _ => -0.5,
                     })
                     .sum::<f64>()
