@@ -3,6 +3,7 @@
 use crate::Failure;
 use clap::builder::PossibleValuesParser;
 use proofmass::io::{TimeUnit, Unit};
+use proofmass::jobs::StatedMarks;
 use proofmass::jobs::campaign::{Draft, MethodModel, RowsAre};
 
 /// Options of a recording without a campaign.
@@ -49,6 +50,8 @@ pub(crate) struct DraftArguments {
     /// Stream of a file that holds several, by its name as `proofmass inspect` lists it
     #[arg(long, value_name = "NAME")]
     source: Option<String>,
+    #[command(flatten)]
+    marks: StatedMarks,
     /// Read the rows from one time on and before another, in seconds
     #[arg(long, num_args = 2, value_names = ["FROM", "TO"], allow_negative_numbers = true)]
     between: Option<Vec<f64>>,
@@ -98,6 +101,7 @@ impl DraftArguments {
         draft.time_unit = self.time_unit;
         draft.rate_hz = self.rate;
         draft.source = self.source.clone();
+        draft.marks = self.marks.clone();
         draft.between = self
             .between
             .as_deref()

@@ -56,6 +56,15 @@ impl fmt::Display for Separator {
     }
 }
 
+/// What separates columns and what begins decimals, as far as somebody says it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TextMarks {
+    /// Separator of fields.
+    pub separator: Option<Separator>,
+    /// Decimal mark.
+    pub decimal: Option<DecimalMark>,
+}
+
 /// What the user knows about the text; everything that is `None` is sniffed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayoutOptions {
@@ -147,6 +156,11 @@ impl Layout {
         {
             return opened.one().cloned().map_err(|e| e.at(&name));
         }
+        let options = &LayoutOptions {
+            separator: options.separator.or(source.marks.separator),
+            decimal: options.decimal.or(source.marks.decimal),
+            ..options.clone()
+        };
         let mut size = HEAD;
         loop {
             // One byte more tells whether the head is the whole text.
@@ -234,10 +248,13 @@ impl Layout {
         }
         let norm = self.norm(columns);
         let within = if columns.len() == 3 { 0.15 } else { 0.02 };
-        Unit::of_gravity(norm, within).or_else(|| {
-            let whole = |&i: &usize| self.head.get(i).is_some_and(|h| h.whole);
-            (norm > 0.0 && columns.iter().all(whole)).then_some(Unit::Count)
-        })
+        let whole = |&i: &usize| self.head.get(i).is_some_and(|h| h.whole);
+        let gravity = Unit::of_gravity(norm, within);
+        match norm > 0.0 && columns.iter().all(whole) {
+            // Whole numbers may be mg; of 9.8 m/s² nothing would be left.
+            true => gravity.filter(|_| norm > 100.0).or(Some(Unit::Count)),
+            false => gravity,
+        }
     }
 
     /// Root of the mean of the squared norm of some columns, over the head.

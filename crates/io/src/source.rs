@@ -4,6 +4,7 @@ mod utf16;
 mod zstd;
 
 use crate::digest::hexadecimal;
+use crate::layout::TextMarks;
 use crate::loan::{self, Content, ContentReader};
 use crate::provenance::doubt_of;
 use crate::stream::Opened;
@@ -66,6 +67,8 @@ pub struct Source {
     pub(crate) stream: Option<String>,
     /// Numbers as stored, without the scaling that the file declares.
     pub(crate) as_stored: bool,
+    /// What somebody says of its columns and numbers, where it is a text.
+    pub(crate) marks: TextMarks,
     /// Files beside it that it names.
     beside: Vec<PathBuf>,
     /// What lies ahead, where it is no text and was looked at.
@@ -222,6 +225,7 @@ impl Source {
             lent: None,
             stream: None,
             as_stored: false,
+            marks: TextMarks::default(),
             beside: Vec::new(),
             opened: None,
         })
@@ -239,6 +243,11 @@ impl Source {
             self.opened = None;
         }
         self
+    }
+
+    /// States the marks of a text; what is `None` is found by looking at it.
+    pub fn state_marks(&mut self, marks: TextMarks) {
+        self.marks = marks;
     }
 
     /// The content as something in which a reader can jump: the file opened a second time, or held in memory where it came through

@@ -32,7 +32,8 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// Reads a decimal number of any common form, a date with a time after ISO 8601, or hours, minutes and seconds.
+    /// Reads a decimal number of any common form, a date with a time after ISO 8601 or as `01.03.2026 12:00:00` (the day first), or hours,
+    /// minutes and seconds.
     ///
     /// `2026-03-01T12:00:00.25Z`, with a blank for the `T`, with `+01:00` for the `Z` or with nothing (taken as UTC:
     /// only differences count); `23:59:59.25` are seconds since midnight, or of a clock that was started. Decimals beyond the
@@ -232,7 +233,7 @@ fn rare(field: &[u8], decimal: DecimalMark) -> Option<Stamp> {
     })
 }
 
-/// `YYYY-MM-DD`, `T` or a blank, `hh:mm:ss`, a fraction, `Z` or an offset.
+/// `YYYY-MM-DD` or, with points, `DD.MM.YYYY`; `T` or a blank, `hh:mm:ss`, a fraction, `Z` or an offset.
 fn dated(field: &[u8]) -> Option<Stamp> {
     let digits = |range: std::ops::Range<usize>| -> Option<i64> {
         field.get(range)?.iter().try_fold(0, |n: i64, b| {
@@ -240,9 +241,14 @@ fn dated(field: &[u8]) -> Option<Stamp> {
         })
     };
     let sign = |at: usize, b: u8| (field.get(at) == Some(&b)).then_some(());
-    let (year, month, day) = (digits(0..4)?, digits(5..7)?, digits(8..10)?);
-    sign(4, b'-')?;
-    sign(7, b'-')?;
+    let (year, month, day) = if sign(2, b'.').is_some() {
+        sign(5, b'.')?;
+        (digits(6..10)?, digits(3..5)?, digits(0..2)?)
+    } else {
+        sign(4, b'-')?;
+        sign(7, b'-')?;
+        (digits(0..4)?, digits(5..7)?, digits(8..10)?)
+    };
     matches!(field.get(10), Some(b'T' | b't' | b' ')).then_some(())?;
     let (hour, minute, second) = (digits(11..13)?, digits(14..16)?, digits(17..19)?);
     sign(13, b':')?;
@@ -343,6 +349,9 @@ mod tests {
         let (a, b) = (at("1700000000.123456789"), at("1700000000.123456790"));
         assert_eq!(b.since(a), 1e-9);
         assert_eq!(at("-0.25").value(), -0.25);
+        // Dates with points have the day first.
+        assert_eq!(at("01.03.2026 12:00:00,25"), at("2026-03-01T12:00:00.25Z"));
+        assert_eq!(parse("30.02.2026 12:00:00"), None);
         assert_eq!(at("+3").decimals, 0);
         assert_eq!(at("1.5e-3").value(), 1.5e-3);
         assert_eq!(at("\"7\"").value(), 7.0);

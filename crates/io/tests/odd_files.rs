@@ -1,8 +1,8 @@
 //! Files whose headings say too little: a refusal where two readings are plausible, else the right number with the assumption.
 
 use proofmass_io::{
-    DecimalMark, Error, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Source,
-    TimeUnit, Unit, inspect_source,
+    ColumnRef, DecimalMark, Error, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy,
+    Source, TimeUnit, Unit, inspect_source,
 };
 
 /// Rows at 100 Hz with a column of times as `stamp` writes it, and gravity along z.
@@ -284,4 +284,96 @@ fn a_clock_is_seen_whatever_it_is_called() {
             "{refused}"
         );
     }
+}
+
+/// One column of numbers from a text, and what was found about its shape.
+fn one_column(text: &str, options: LayoutOptions) -> Result<(Vec<f64>, Vec<String>), Error> {
+    let options = RecordingOptions {
+        layout: options,
+        columns: vec![ColumnRef::Index(1)],
+        sampling_rate_hz: Some(100.0),
+        ..RecordingOptions::default()
+    };
+    let recording = Recording::from_source(Source::from_bytes("a.csv", text)?, &options)?;
+    let codes = recording.findings().iter().map(|f| f.code().to_owned());
+    Ok((recording.columns[0].data.clone(), codes.collect()))
+}
+
+/// Fractions about 9.8 with a decimal comma, some of which begin with a zero.
+fn commas(from: u32, rows: u32) -> String {
+    (0..rows)
+        .map(|k| format!("9,{:05}\n", from + 37 * k))
+        .collect()
+}
+
+#[test]
+fn law_the_one_comma_of_a_row_is_the_mark_that_the_rows_tell() {
+    let first = |text: &str| one_column(text, LayoutOptions::default()).map(|r| r.0[0]);
+    // Zeros begin fractions, not whole numbers.
+    assert_eq!(first(&commas(50, 40)).unwrap(), 9.0005);
+    // A heading without a comma is that of one column.
+    assert_eq!(
+        first(&format!("a [m/s2]\n{}", commas(78394, 40))).unwrap(),
+        9.78394
+    );
+    // Without one nobody knows.
+    let error = first(&commas(78394, 40)).unwrap_err();
+    assert!(error.to_string().contains("cannot be told"), "{error}");
+    assert!(error.hint().unwrap().contains("--decimal comma"));
+    for (decimal, value) in [(DecimalMark::Comma, 9.78394), (DecimalMark::Point, 9.0)] {
+        let said = LayoutOptions {
+            decimal: Some(decimal),
+            ..LayoutOptions::default()
+        };
+        assert_eq!(one_column(&commas(78394, 40), said).unwrap().0[0], value);
+    }
+    // Two columns of whole numbers stay two: by the comma of their heading, a sign, the many that begin with no zero, a rising count.
+    let whole = |k: u32| format!("{},{}\n", 512 + k % 7, 100 + 97 * k % 900);
+    let rows: String = (0..150).map(whole).collect();
+    assert_eq!(first(&rows).unwrap(), 512.0);
+    assert_eq!(first("x,y\n512,498\n511,500\n").unwrap(), 512.0);
+    assert_eq!(first("512,-498\n511,500\n513,501\n").unwrap(), 512.0);
+    assert_eq!(first("0,498\n1,500\n2,501\n3,505\n").unwrap(), 0.0);
+}
+
+/// A word or a clock beside a decimal comma does not make the comma a separator.
+#[test]
+fn regress_a_decimal_comma_beside_one_other_column() {
+    for (before, separator) in [
+        ("OK", ';'),
+        ("10:00:00.000", ';'),
+        ("2024-03-01 10:00:00", ';'),
+        ("01.03.2024 10:00:00,000", ';'),
+        ("OK", '\t'),
+    ] {
+        let row = |k: u32| format!("{before}{separator}9,{:05}\n", 78394 + k);
+        let text: String = (0..30).map(row).collect();
+        let options = RecordingOptions {
+            columns: vec![ColumnRef::Index(2)],
+            sampling_rate_hz: Some(100.0),
+            ..RecordingOptions::default()
+        };
+        let source = Source::from_bytes("a.csv", text).unwrap();
+        let read = Recording::from_source(source, &options).unwrap();
+        assert_eq!(read.columns[0].data[0], 9.78394, "{before}{separator}");
+    }
+}
+
+/// How many rows, their interval, the rate: numbers above the data are none of it, and that is said.
+#[test]
+fn law_numbers_above_the_data_are_passed_over_and_told() {
+    let rows: String = (0..40).map(|k| format!("0.{:04}\n", 13 * k + 1)).collect();
+    for above in ["40", "4684 0.0100", "100 Hz"] {
+        let (data, codes) =
+            one_column(&format!("{above}\n{rows}"), LayoutOptions::default()).unwrap();
+        assert_eq!((data.len(), data[0]), (40, 0.0001), "{above}");
+        assert!(
+            codes.iter().any(|c| c == "preamble-skipped"),
+            "{above}: {codes:?}"
+        );
+    }
+    // A whole number among fractions is a sample where it is of their size.
+    let rows = rows.replace("0.", "9.");
+    let (data, codes) = one_column(&format!("10\n{rows}"), LayoutOptions::default()).unwrap();
+    assert_eq!((data.len(), codes.len()), (41, 0));
 }

@@ -11,6 +11,12 @@ pub(crate) fn stretch(text: &str) -> Result<[f64; 2], String> {
     }
 }
 
+/// One of the words that a type has in files.
+pub(crate) fn word<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, String> {
+    let words = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(text);
+    T::deserialize(words).map_err(|e| e.to_string())
+}
+
 /// A number above zero.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -167,6 +167,7 @@ impl ChannelReading {
             return Ok(roles.iter().filter_map(|r| r.1.cloned()).collect());
         }
         let name = source.name().display().to_string();
+        self.choice.marks.mark(source);
         let layout = Layout::of(source, &LayoutOptions::default())?;
         let mut taken: Vec<usize> = layout.time_column().into_iter().collect();
         let named = self.time.iter().chain(roles.iter().filter_map(|r| r.1));

@@ -13,9 +13,10 @@ use std::fmt::{self, Write as _};
 
 /// Every kind of finding with the room that declares it.
 pub fn catalogue() -> Vec<(&'static str, &'static FindingKind)> {
-    let rooms: [(&str, &'static [FindingKind]); 11] = [
+    let rooms: [(&str, &'static [FindingKind]); 12] = [
         ("uncertainty", proofmass_uncertainty::CATALOGUE),
         ("io", proofmass_io::CATALOGUE),
+        ("documents", proofmass_documents::CATALOGUE),
         ("noise", proofmass_noise::CATALOGUE),
         ("static", proofmass_static::CATALOGUE),
         ("shaker", proofmass_shaker::findings::CATALOGUE),

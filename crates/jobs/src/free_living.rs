@@ -284,9 +284,10 @@ impl Job for FreeLivingJob {
                 )),
                 other => Trouble::from(other),
             };
-            trouble.detail(&place).with_hint(
-                "record longer, or lay the logger still on each of its sides for a minute",
-            )
+            trouble.detail(&place).with_hint(match data.seen {
+                0 => "no window holds samples enough: rows that are means of windows themselves are read with `--rows readings` in the place of --free-living",
+                _ => "record longer, or lay the logger still on each of its sides for a minute",
+            })
         })?;
         watch.step("fit", 1, 1)?;
         let still = data.still.iter();

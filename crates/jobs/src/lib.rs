@@ -88,7 +88,7 @@ pub use recording::RecordingReading;
 pub use sensor_clock::SensorClock;
 pub use store::{Folder, Gathered, Memory, Sink, Store};
 pub use stored_result::{CALIBRATION, REPORT, RESULT, StoredResult};
-pub use stream_choice::StreamChoice;
+pub use stream_choice::{StatedMarks, StreamChoice};
 pub use trouble::{Result, Trouble, TroubleKind};
 
 /// The example of the README, so that it stays true.

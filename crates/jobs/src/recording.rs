@@ -189,6 +189,7 @@ impl RecordingReading {
     /// The columns as they are named, else those of three axes by their headings.
     fn columns_of_axes(&self, source: &mut Source) -> Result<Option<Vec<ColumnRef>>> {
         let name = source.name().to_path_buf();
+        self.choice.marks.mark(source);
         let layout = Layout::of(source, &LayoutOptions::default())?;
         let at = |e: proofmass_io::Error| Trouble::from(e.at(&name));
         let (columns, unknown) = match (&self.columns, axes(&layout)) {
@@ -242,7 +243,6 @@ impl RecordingReading {
     /// A stretch that ends before it begins.
     pub(crate) fn reading_of(&self, columns: Vec<ColumnRef>) -> Result<RecordingOptions> {
         Ok(RecordingOptions {
-            layout: LayoutOptions::default(),
             columns,
             time: self.time.clone(),
             time_unit: self.time_unit,

@@ -1,7 +1,49 @@
 //! Which stream of a file is read, and as what.
 
-use proofmass_io::{RecordingOptions, Source};
+use proofmass_io::{DecimalMark, LayoutOptions, RecordingOptions, Separator, Source, TextMarks};
 use serde::{Deserialize, Serialize};
+
+/// Marks of a text that its look does not tell.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+#[non_exhaustive]
+pub struct StatedMarks {
+    /// Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe, whitespace
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SEPARATOR", value_parser = crate::arguments::word::<Separator>)
+    )]
+    pub separator: Option<Separator>,
+    /// Decimal mark of a text, where its look does not tell: point, comma
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "MARK", value_parser = crate::arguments::word::<DecimalMark>)
+    )]
+    pub decimal: Option<DecimalMark>,
+}
+
+impl StatedMarks {
+    /// What is stated, as keys and words of a campaign.
+    pub(crate) fn words(&self) -> Vec<(&'static str, String)> {
+        let word = |value: serde_json::Value| value.as_str().unwrap_or_default().to_owned();
+        let separator = self.separator.map(|s| ("separator", serde_json::json!(s)));
+        let decimal = self.decimal.map(|d| ("decimal", serde_json::json!(d)));
+        let stated = separator.into_iter().chain(decimal);
+        stated.map(|(key, value)| (key, word(value))).collect()
+    }
+
+    /// States them of a source.
+    pub(crate) fn mark(&self, source: &mut Source) {
+        source.state_marks(TextMarks {
+            separator: self.separator,
+            decimal: self.decimal,
+        });
+    }
+}
 
 /// Choice among the streams of a file that holds several, and whether its scaling counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -18,18 +60,29 @@ pub struct StreamChoice {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[cfg_attr(feature = "clap", arg(long))]
     pub raw: bool,
+    /// How a text is to be read.
+    #[serde(flatten)]
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub marks: StatedMarks,
 }
 
 impl StreamChoice {
     /// The stream of a source that is chosen.
     #[must_use]
     pub fn stream_of(&self, source: Source) -> Source {
-        source.with_stream(self.source.as_deref(), self.raw)
+        let mut source = source.with_stream(self.source.as_deref(), self.raw);
+        self.marks.mark(&mut source);
+        source
     }
 
     /// The same as options of a reader.
     pub(crate) fn options(&self) -> RecordingOptions {
         RecordingOptions {
+            layout: LayoutOptions {
+                separator: self.marks.separator,
+                decimal: self.marks.decimal,
+                ..LayoutOptions::default()
+            },
             stream: self.source.clone(),
             as_stored: self.raw,
             ..RecordingOptions::default()

@@ -233,7 +233,9 @@ impl Text {
                 text.group(group, detail);
             }
             if shown < groups.len() {
-                let codes: Vec<&str> = groups[shown..].iter().map(|g| g.code()).collect();
+                let mut codes: Vec<&str> = groups[shown..].iter().map(|g| g.code()).collect();
+                codes.sort_unstable();
+                codes.dedup();
                 let kinds = if codes.len() == 1 { "kind" } else { "kinds" };
                 let line = format!("and {} more {kinds}: {}", codes.len(), codes.join(", "));
                 text.line(&cut(&line, text.width));
@@ -248,7 +250,13 @@ impl Text {
             .map(|detail| told(detail, groups.len()))
             .find(|text| text.lines().count() <= room);
         let text = whole.unwrap_or_else(|| {
-            let shown = room.saturating_sub(3).clamp(1, groups.len());
+            // What has to be decided is told whatever room it takes.
+            let decisions = groups
+                .iter()
+                .filter(|g| g.severity() == Severity::Decision)
+                .count();
+            let shown = room.saturating_sub(3).max(decisions);
+            let shown = shown.clamp(1, groups.len());
             told(Detail::Cut, shown)
         });
         self.out.push_str(&text);

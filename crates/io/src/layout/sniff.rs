@@ -426,8 +426,13 @@ fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separato
                     .map(|f| match (f.is_empty(), is_number(f, decimal)) {
                         (true, _) => 0.0,
                         (_, true) => 1.0,
-                        // A field with another separator in it was cut at the wrong mark.
-                        _ if f.iter().any(|b| matches!(b, b';' | b'\t' | b'|')) => -1.0,
+                        // What was cut at a comma and holds another separator was cut at the wrong mark.
+                        _ if separator == S::Comma
+                            && columns > 1
+                            && f.iter().any(|b| matches!(b, b';' | b'\t' | b'|')) =>
+                        {
+                            -1.0
+                        }
                         _ => -0.5,
                     })
                     .sum::<f64>()

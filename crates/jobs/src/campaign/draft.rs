@@ -2,6 +2,7 @@
 
 use super::{Campaign, CampaignFile, RowsAre};
 use crate::store::{Folder, Store};
+use crate::stream_choice::StatedMarks;
 use proofmass_io::{
     ClockUnit, ColumnRef, Error, ErrorKind, Layout, LayoutOptions, Result, Source, TimeUnit, Unit,
     split_heading,
@@ -37,6 +38,8 @@ pub struct Draft {
     pub height_m: Option<f64>,
     /// Stream of a file that holds several.
     pub source: Option<String>,
+    /// Marks of its text.
+    pub marks: StatedMarks,
     /// Stretch of the recording that is read, s.
     pub between: Option<[f64; 2]>,
     /// Standard uncertainty of a given attitude about each transverse axis, degrees.
@@ -57,6 +60,7 @@ impl Draft {
     pub fn text(&self, recording: &Path) -> Result<String> {
         let source = Source::open(recording)?;
         let mut source = source.with_stream(self.source.as_deref(), false);
+        self.marks.mark(&mut source);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let columns = self.columns.clone().or_else(|| axes(&layout).ok());
         let signals = columns
@@ -142,6 +146,9 @@ impl Draft {
         }
         if let Some(name) = &self.source {
             line(format!("source = {name:?}"));
+        }
+        for (key, word) in self.marks.words() {
+            line(format!("{key} = \"{word}\""));
         }
         if let Some([from, to]) = self.between {
             line(format!("between_s = [{from:?}, {to:?}]"));
@@ -240,6 +247,7 @@ impl Draft {
     fn check(&self, recording: &Path) -> Result<()> {
         let source = Source::open(recording)?;
         let mut source = source.with_stream(self.source.as_deref(), false);
+        self.marks.mark(&mut source);
         let layout = Layout::of(&mut source, &LayoutOptions::default())?;
         let mut missing: Vec<(String, String)> = Vec::new();
         if !self.free_living && self.gravity.is_none() && self.latitude_deg.is_none() {
@@ -356,7 +364,7 @@ impl Draft {
 
 /// The option behind a key of a drafted campaign; any other word is a value that was typed.
 pub(super) fn option_of(key: &str) -> String {
-    const OPTIONS: [(&str, &str); 14] = [
+    const OPTIONS: [(&str, &str); 16] = [
         ("latitude_deg", "--latitude"),
         ("height_m", "--height"),
         ("value", "--gravity"),
@@ -367,6 +375,8 @@ pub(super) fn option_of(key: &str) -> String {
         ("sampling_rate_Hz", "--rate"),
         ("between_s", "--between"),
         ("source", "--source"),
+        ("separator", "--separator"),
+        ("decimal", "--decimal"),
         ("temperature", "--temperature"),
         ("model", "--model"),
         ("standard_uncertainty_deg", "--attitude-uncertainty"),

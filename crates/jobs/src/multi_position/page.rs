@@ -63,22 +63,34 @@ fn verdict(fit: &MultiPositionFit) -> String {
     let left = fit.residual_rms();
     let left = format!("{} mg RMS", two_digits(left * MG));
     let (noun, birge) = (noun(fit), fit.birge_ratio().zip(fit.scatter()));
-    match birge {
+    let at = at_reference(fit).map_or_else(String::new, |at| {
+        format!(" Bias and scale are those {at}; they follow the temperature.")
+    });
+    let agreement = match birge {
         Some((birge, scatter)) if birge <= scatter.birge_range[1] => {
             format!(
                 "The model fits the {noun}s within their noise: ‖a‖ is {} within {left}.",
                 length(fit)
             )
         }
-        Some(_) => format!(
-            "The model fits the {noun}s within {left} of {}. That is more than their noise, and the intervals allow for it.",
-            length(fit)
+        Some((birge, _)) => format!(
+            "The model fits the {noun}s within {left} of {}. That is {} times what their noise explains, and the intervals allow for it.",
+            length(fit),
+            two_digits(birge)
         ),
         None => format!(
             "The model fits the {noun}s within {left} of {}.",
             length(fit)
         ),
-    }
+    };
+    agreement + &at
+}
+
+/// The temperature at which K and b hold, where they follow it.
+fn at_reference(fit: &MultiPositionFit) -> Option<String> {
+    let thermal = fit.beyond()?.thermal?;
+    let at = format!("at T₀ = {:.2} °C", thermal.reference);
+    Some(proofmass_report::number::minus_signs(at))
 }
 
 /// What ‖a‖ is held against.
@@ -112,8 +124,12 @@ fn typed(fit: &MultiPositionFit) -> Option<String> {
         format!("{{{}}}", numbers.join(", "))
     };
     let rows: Vec<String> = inverse.iter().map(row).collect();
+    let at = at_reference(fit).map_or_else(String::new, |at| format!(" {at}"));
+    let followed = fit.beyond().and_then(|b| b.thermal).map_or("", |_| {
+        "\nb and K follow the temperature: their terms stand in the table of parameters and in calibration.json"
+    });
     Some(format!(
-        "a = K⁻¹ (ã − b), ã in {}, a in m/s²\nK⁻¹ = {{{}}}\nb   = {{{}}}",
+        "a = K⁻¹ (ã − b){at}, ã in {}, a in m/s²\nK⁻¹ = {{{}}}\nb   = {{{}}}{followed}",
         fit.output_unit(),
         rows.join(",\n       "),
         [0, 1, 2].map(of_bias).join(", ")

@@ -28,8 +28,9 @@ pub(super) fn is_decimal_mark(
     let Some(rows) = rows else { return Ok(false) };
     let above = match first {
         0 => {
+            // A remark is no heading, but where it has a comma it is one of two columns.
             let before = lines.iter().rfind(|l| l.number < content[0].number);
-            before.filter(|l| is_comment(l.text, comment))
+            before.filter(|l| is_comment(l.text, comment) && l.text.contains(&b','))
         }
         n => Some(content[n - 1]),
     };
@@ -49,7 +50,7 @@ pub(super) fn is_decimal_mark(
     if above.is_some() && !rises {
         return Ok(true);
     }
-    if above.is_none() && rises && rows.len() > 2 {
+    if above.is_none() && rises && rows.len() > 1 {
         return Ok(false);
     }
     Err(Error::new(
