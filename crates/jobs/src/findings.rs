@@ -84,10 +84,9 @@ impl Explanation {
             what: kind.what_line(),
             evidence: kind.evidence_line(),
             // There are several, and the call that found it chooses.
-            advice: kind.advice_line().replace(
-                "⟨remedy⟩",
-                "it depends on the cause, and the result states it",
-            ),
+            advice: kind
+                .advice_line()
+                .replace("⟨remedy⟩", "the result states what to do"),
             evidence_fields: kind.evidence_fields,
             false_alarms: kind.false_alarms,
         }
