@@ -151,7 +151,9 @@ impl Job for ApplyJob {
             _ => return Err(Trouble::request("a calibration of an unknown kind")),
         };
         for signal in self.reading.signals(calibration)? {
-            let index = layout.find(&signal).map_err(|e| about(e.into()))?;
+            let index = layout
+                .find(&signal)
+                .map_err(|e| about(self.reading.not_of_calibration(e, calibration)))?;
             let column = layout.name(index);
             columns.push(index);
             let bare = split_heading(&column).0.replace(' ', "_");

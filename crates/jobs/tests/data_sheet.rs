@@ -111,7 +111,7 @@ fn refuses_a_sheet_that_contradicts_itself_and_says_the_line() {
         ),
         (
             "[[limit]]\ncharacteristic = \"bias\"\nmost = 1\nlower = 0\nunit = \"mg\"\n",
-            "no values, or several",
+            "more than one kind of value",
             "limit 1",
         ),
         (

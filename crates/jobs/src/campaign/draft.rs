@@ -512,7 +512,10 @@ impl Unsaid<'_> {
         };
         Err(Error::new(
             ErrorKind::Configuration,
-            format!("not all of the recording is said: {}", what.join("; ")),
+            format!(
+                "some properties of the recording are missing: {}",
+                what.join("; ")
+            ),
         )
         .with_hint(format!("add {}{words}", options.join(" "))))
     }
@@ -530,7 +533,7 @@ impl Unsaid<'_> {
             hints.push(format!("{} to [recording]", lines.join(", ")));
         }
         if place {
-            what.push("the place of the recording is not known, which g needs".to_owned());
+            what.push("local gravity is not known".to_owned());
             hints.push(
                 "latitude_deg = DEGREES and height_m = METRES (or value = … and standard_uncertainty = …) to [gravity]"
                     .to_owned(),
@@ -538,7 +541,10 @@ impl Unsaid<'_> {
         }
         let what = match what.as_slice() {
             [one] => one.clone(),
-            all => format!("not all of the recording is said: {}", all.join("; ")),
+            all => format!(
+                "some properties of the recording are missing: {}",
+                all.join("; ")
+            ),
         };
         Err(Error::new(ErrorKind::Configuration, what)
             .with_hint(format!("in the campaign add {}", hints.join(", and "))))

@@ -24,6 +24,7 @@ use proofmass_motion::{
     drop_wild_accelerations, edge_places, even_clock, held, longest_stretch, mean_between,
     moves_while_still, thin,
 };
+use proofmass_report::scientific;
 use proofmass_signal::AnyCompensation;
 use proofmass_signal::saturation;
 use proofmass_uncertainty::Finding;
@@ -458,6 +459,22 @@ impl AxisSensors {
             *t -= self.latency;
         }
         if let Some([from, to]) = still {
+            let (first, last) = (acceleration.time.first(), acceleration.time.last());
+            if let (true, Some(first), Some(last)) = (resting, first, last)
+                && *first >= from
+                && *last <= to
+            {
+                return Err(Trouble::request(format!(
+                    "the interval at rest, {} s to {} s, leaves no other sample to estimate from",
+                    from + origin,
+                    to + origin
+                ))
+                .detail(self.recording.clone())
+                .with_hint(format!(
+                    "end --still before the last sample, {} s",
+                    scientific(last + origin, 6)
+                )));
+            }
             let offset = mean_between(&acceleration.time, &acceleration.value, from, to)
                 .ok_or_else(|| {
                     Trouble::data(format!(
