@@ -307,7 +307,7 @@ impl ApplyJob {
                 "a temperature is named, but the calibration does not follow it",
             )
             .with_hint(
-                "leave the temperature away, or complete the calibration with `proofmass test temperature`",
+                "leave --temperature out, or complete the calibration with `proofmass test temperature`",
             )),
             (Some(block), None) => Err(Trouble::request(
                 "the calibration follows the temperature, and no column of temperatures is named",

@@ -283,7 +283,7 @@ impl Campaign {
 }
 
 /// What a reader of TOML complains of, in the words of somebody who wrote the file.
-fn plain_toml(message: &str) -> String {
+pub(crate) fn plain_toml(message: &str) -> String {
     let kind = |word| match word {
         "f64" | "f32" => "a number",
         "u64" | "u32" | "usize" | "i64" | "i32" => "a whole number",

@@ -200,9 +200,11 @@ fn no_sheet(error: &toml::de::Error, text: &str) -> Trouble {
                 .map_or(String::new(), |near| format!("did you mean `{near}`? "));
             Trouble::request(what).with_hint(format!("{near}known: {}", known.join(", ")))
         }
-        _ => {
-            Trouble::request(format!("the limits cannot be read: {message}")).with_hint(limit::HOW)
-        }
+        _ => Trouble::request(format!(
+            "the limits cannot be read: {}",
+            crate::campaign::plain_toml(message)
+        ))
+        .with_hint(limit::HOW),
     };
     match number {
         Some(number) => trouble.detail(format!("line {}", number + 1)),

@@ -143,7 +143,7 @@ fn refused(error: Error, record: &[f64], rate: f64) -> Trouble {
         ))
         .with_hint("a low-pass behind the device, strong damping or noise hides the resonance: record with less noise and more samples, or measure it by `proofmass test sweep`"),
         Ok(first) if first.rise_samples < 4.0 => Trouble::data(format!(
-            "natural frequency and damping cannot be told apart: {:.1} samples lie between a tenth and nine tenths of the step",
+            "natural frequency and damping cannot be separated: only {:.1} samples lie between a tenth and nine tenths of the step",
             first.rise_samples
         ))
         .with_hint("sample faster"),

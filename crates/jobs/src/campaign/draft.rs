@@ -556,7 +556,7 @@ pub(crate) fn no_axes(layout: &Layout, several: bool) -> Error {
     let what = match (several, &layout.header) {
         (true, Some(_)) => "more than one sensor may be meant by x, y and z",
         (true, None) => "without headings it is not known which columns x, y and z are",
-        (false, _) => "the columns of x, y and z cannot be told",
+        (false, _) => "it is not known which columns are x, y and z",
     };
     Error::new(ErrorKind::Column, what).with_hint(format!(
         "name them with --columns X,Y,Z, by heading or number; {}",

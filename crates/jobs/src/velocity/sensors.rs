@@ -24,7 +24,6 @@ use proofmass_motion::{
     drop_wild_accelerations, edge_places, even_clock, held, longest_stretch, mean_between,
     moves_while_still, thin,
 };
-use proofmass_report::scientific;
 use proofmass_signal::AnyCompensation;
 use proofmass_signal::saturation;
 use proofmass_uncertainty::Finding;
@@ -464,15 +463,17 @@ impl AxisSensors {
                 && *first >= from
                 && *last <= to
             {
+                // Digits that a clock counted from zero has, without those of its sum.
+                let shown = |t: f64| (1e6 * (t + origin)).round() / 1e6;
                 return Err(Trouble::request(format!(
                     "the interval at rest, {} s to {} s, leaves no other sample to estimate from",
-                    from + origin,
-                    to + origin
+                    shown(from),
+                    shown(to)
                 ))
                 .detail(self.recording.clone())
                 .with_hint(format!(
                     "end --still before the last sample, {} s",
-                    scientific(last + origin, 6)
+                    shown(*last)
                 )));
             }
             let offset = mean_between(&acceleration.time, &acceleration.value, from, to)
