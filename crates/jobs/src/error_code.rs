@@ -66,7 +66,7 @@ static CODES: [ErrorCode; 26] = [
     ),
     code(
         "element",
-        "A part of a document (a certificate, a result) holds what cannot be there.",
+        "A part of a document (a certificate, a result) has content that is not valid there.",
         "Go to the part that the message names. If the file was edited by hand, write it again with the program that made it.",
     ),
     code(
