@@ -102,6 +102,7 @@ impl StoredResult {
         let options = terminal::Options {
             width,
             colour: false,
+            filed: true,
         };
         terminal::render(&self.0.summary(), &options).map_err(refused)
     }

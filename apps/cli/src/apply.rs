@@ -99,7 +99,10 @@ struct Turning {
 
 impl Apply {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let replacement = self.file.begin()?;
+        let mut inputs = vec![self.recording.as_path(), self.calibration.as_path()];
+        inputs.extend(self.bias.as_deref());
+        inputs.extend(self.chain.mounting());
+        let replacement = self.file.begin(&inputs)?;
         if self.dynamic {
             return self.turn_back(&replacement);
         }
@@ -135,9 +138,6 @@ impl Apply {
         bias_input.iter().for_each(console::doubt);
         let (job, mounting_input) = self.job()?;
         mounting_input.iter().for_each(console::doubt);
-        let mut inputs = vec![self.recording.as_path(), self.calibration.as_path()];
-        inputs.extend(self.bias.as_deref());
-        inputs.extend(self.chain.mounting());
         let beside = |recordings: &[Input], sha256: &str, steps: &[String]| {
             let mut read = recordings.to_vec();
             read.push(calibration_input.clone());

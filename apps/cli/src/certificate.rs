@@ -8,7 +8,7 @@ use crate::delivery::Delivery;
 use crate::{Failure, Outcome, console};
 use proofmass::documents::DigitalCertificate;
 use proofmass::io::{OutputFolder, Source};
-use proofmass::jobs::certificate::{CertificateOutcome, PAPER, lack, reading};
+use proofmass::jobs::certificate::{CertificateOutcome, PAPER, lack, reading, what_to_add};
 use proofmass::jobs::{Outcome as _, StoredResult};
 use release::Release;
 use request::Request;
@@ -150,9 +150,7 @@ impl Check {
         }
         match missing.len() {
             0 => Ok(Outcome::Done),
-            n => {
-                Err(Failure::new(lack(n)).hint("add them to LAB.toml or to the file of the order"))
-            }
+            n => Err(Failure::new(lack(n)).hint(what_to_add(&missing))),
         }
     }
 }

@@ -17,19 +17,24 @@ use std::time::{Duration, Instant};
 
 /// Prints a report as text, as wide as the terminal, with colour where a person looks at it.
 pub(crate) fn show(report: &Report) -> Result<(), Failure> {
+    show_as(report, false)
+}
+
+fn show_as(report: &Report, filed: bool) -> Result<(), Failure> {
     let out = std::io::stdout();
     let options = terminal::Options {
         width: width(),
         colour: out.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
+        filed,
     };
     print(&terminal::render(report, &options)?)
 }
 
-/// Prints the summary of a result; a host is given the result itself.
-pub(crate) fn show_result(result: &StoredResult) -> Result<(), Failure> {
+/// Prints the summary of a result, which was written to a folder or not; a host is given the result itself.
+pub(crate) fn show_result(result: &StoredResult, filed: bool) -> Result<(), Failure> {
     match host::tell(|host| host.result(result.clone())) {
         true => Ok(()),
-        false => show(&result.summary()),
+        false => show_as(&result.summary(), filed),
     }
 }
 

@@ -46,9 +46,9 @@ impl Convert {
         recordings
             .iter()
             .try_for_each(|path| readable_again(path))?;
-        let replacement = self.file.begin()?;
         let read_files = self.devices.iter().chain(&recordings);
         let inputs: Vec<&Path> = read_files.map(PathBuf::as_path).collect();
+        let replacement = self.file.begin(&inputs)?;
         let beside = |recordings: &[Input], sha256: &str, steps: &[String]| {
             let read = recordings.to_vec();
             self.file

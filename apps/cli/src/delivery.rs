@@ -100,7 +100,7 @@ impl Delivery {
         if self.json {
             console::print_json(&result.to_json()?)?;
         } else {
-            console::show_result(result)?;
+            console::show_result(result, place.is_some())?;
         }
         if let Some(place) = place {
             console::note(format!("written: {}", place.display()));

@@ -31,12 +31,20 @@ impl Explain {
                 _ => print_json(&found)?,
             }
         } else if self.code.is_some() {
-            found
-                .iter()
-                .try_for_each(|one| console::print(&one.to_string()))?;
+            for one in &found {
+                console::print(&one.to_string())?;
+                if one.room == "records" && !cfg!(feature = "records") {
+                    console::print("(command `records`, not in this build)\n")?;
+                }
+            }
         } else {
             let width = found.iter().map(|one| one.code.len()).max().unwrap_or(0);
+            let mut room = "";
             for one in &found {
+                if one.room != room && one.room == "records" && !cfg!(feature = "records") {
+                    console::print("(command `records`, not in this build)\n")?;
+                }
+                room = one.room;
                 console::print(&format!("{:width$}  {}\n", one.code, one.what))?;
             }
         }

@@ -69,7 +69,7 @@ pub(crate) fn no_command(word: &str, root: &clap::Command) -> Option<Failure> {
         // With the feature it is a command.
         return Some(
             Failure::new("this program was built without `records`")
-                .hint("install it with them: cargo install --path apps/cli --features records"),
+                .hint("use a build with the feature records, or build it from the source with that feature"),
         );
     }
     let mut deeper = Vec::new();

@@ -53,7 +53,7 @@ impl Plan {
                 return Err(Failure::new(
                     "attitudes of a sensor held by hand are not chosen among configurations",
                 )
-                .hint("leave --best and --sizes away: the plan lists the attitudes to add"));
+                .hint("leave out --best and --sizes: the plan lists the attitudes to add"));
             }
             let folder = self
                 .delivery

@@ -357,7 +357,7 @@ impl Check {
         }
         if !differs.is_empty() {
             return Err(Failure::new(format!("computed again, these results have other bytes: {}", differs.join(", ")))
-                .hint("the same version must give the same: look at the processor (page Same numbers of the documentation), or at who changed the program"));
+                .hint("the same version gives the same bytes on the same kind of processor: compare the processors, and whether the program was changed"));
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! A recording that a command writes: its place, what may stand there before, and the provenance beside it.
 
 use crate::{Failure, console};
-use proofmass::io::{AtomicFile, Input, Provenance, SigningKey};
+use proofmass::io::{AtomicFile, Input, Provenance, SigningKey, not_an_input};
 use std::path::{Path, PathBuf};
 
 /// Options of every command that writes a recording.
@@ -26,8 +26,9 @@ pub(crate) struct Replacement {
 }
 
 impl WrittenFile {
-    /// Refuses a place that may not be taken, and says so where a signature goes with what is replaced.
-    pub(crate) fn begin(&self) -> Result<Replacement, Failure> {
+    /// Refuses a place that may not be taken, one of the inputs first, and says so where a signature goes with what is replaced.
+    pub(crate) fn begin(&self, inputs: &[&Path]) -> Result<Replacement, Failure> {
+        not_an_input(&self.output, inputs)?;
         let replaced = self.may_replace()?;
         self.list_may_stand()?;
         let signer = self.sign.as_deref().map(SigningKey::read).transpose()?;

@@ -143,7 +143,7 @@ fn refuses_and_leaves_nothing() {
             vec!["-", "-o", &at("x.csv")],
             "standard input can be read only once",
         ),
-        (vec![raw, "-o", raw], "is there"),
+        (vec![raw, "-o", raw], "is the input itself"),
         (vec![raw, "-o", raw, "--force"], "is the input itself"),
         (
             vec![

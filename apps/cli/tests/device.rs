@@ -251,10 +251,10 @@ fn refuses_what_cannot_be_judged() {
     std::fs::create_dir(&broken).unwrap();
     let whole = std::fs::read(unit.join("calibration/result.json")).unwrap();
     for (bytes, what) in [
-        (&whole[..whole.len() / 2], "damaged or cut off"),
-        (b"{}", "no result.json of proofmass"),
-        (b"", "no result.json of proofmass"),
-        (b"\xff\xfe", "no result.json of proofmass"),
+        (&whole[..whole.len() / 2], "damaged or incomplete"),
+        (b"{}", "not a result.json of proofmass"),
+        (b"", "not a result.json of proofmass"),
+        (b"\xff\xfe", "not a result.json of proofmass"),
     ] {
         std::fs::write(broken.join("result.json"), bytes).unwrap();
         refused(

@@ -92,7 +92,7 @@ fn refuses_tables_that_cannot_be_compared() {
         (
             "other.csv",
             "frequency_Hz,sensitivity_g/g,u_sensitivity_V/g\n1,1,1\n",
-            "unknown column",
+            "no such column",
         ),
         (
             "both.csv",

@@ -444,7 +444,7 @@ fn refuses_what_is_no_fixture() {
         (format!("{WEDGE}[transfer]\ndamping = 0\n"), "damping"),
         (
             format!("{WEDGE}[uncertainty]\nyoung_percent = nan\n"),
-            "impossible",
+            "out of range",
         ),
         (
             format!("{WEDGE}[[measured]]\nmode = 9\nfrequency_Hz = 3000\nu_Hz = 1\n"),

@@ -415,7 +415,7 @@ fn crosscheck_the_drift_of_an_accelerometer() {
         (&["--offset", "1", "--times", "0"], "above zero"),
         (
             &["--offset", "1e300", "--times", "1e300"],
-            "beyond every number",
+            "the drift overflows",
         ),
         (&["--noise", "1", "--rate", "0"], "sample time"),
         (&["--tilt", "200"], "inclination"),

@@ -190,6 +190,19 @@ impl Error {
     }
 }
 
+/// A unit behind a number, with its space.
+struct Unit(&'static str);
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            "" => Ok(()),
+            "°" => f.write_str("°"),
+            unit => write!(f, " {unit}"),
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -227,21 +240,32 @@ impl fmt::Display for Error {
                 min,
                 max,
             } => {
+                // A name with its unit, `corner frequency, Hz`: the unit belongs to the numbers.
+                let (name, unit) = match name.rsplit_once(", ") {
+                    Some((bare, unit)) if !unit.contains(' ') => (bare, Unit(unit)),
+                    _ => (name, Unit("")),
+                };
                 // The ends of the number range are no bounds a person has set.
                 if !value.is_finite() {
                     write!(f, "{name} = {value} is not a finite number")
                 } else if max < f64::MAX && min == f64::MIN_POSITIVE {
-                    write!(f, "{name} = {value} is not above 0 and at most {max}")
+                    write!(
+                        f,
+                        "{name} = {value}{unit} is not above 0 and at most {max}{unit}"
+                    )
                 } else if max < f64::MAX && min > f64::MIN {
-                    write!(f, "{name} = {value} is not between {min} and {max}")
+                    write!(
+                        f,
+                        "{name} = {value}{unit} is not between {min}{unit} and {max}{unit}"
+                    )
                 } else if max < f64::MAX {
-                    write!(f, "{name} = {value} is larger than {max}")
+                    write!(f, "{name} = {value}{unit} is larger than {max}{unit}")
                 } else if min == f64::MIN_POSITIVE {
-                    write!(f, "{name} = {value} is not positive")
+                    write!(f, "{name} = {value}{unit} is not positive")
                 } else if min == 0.0 {
-                    write!(f, "{name} = {value} is negative")
+                    write!(f, "{name} = {value}{unit} is negative")
                 } else {
-                    write!(f, "{name} = {value} is smaller than {min}")
+                    write!(f, "{name} = {value}{unit} is smaller than {min}{unit}")
                 }
             }
             Self::NotPositiveDefinite {

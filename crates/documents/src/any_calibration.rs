@@ -168,9 +168,11 @@ fn opened(bytes: &[u8]) -> Result<(String, Cow<'_, [u8]>)> {
         )
     };
     let head: Head = serde_json::from_slice(bytes).map_err(|e| {
-        not_ours("is not a calibration file, or is damaged or cut off".into())
-            .line(e.line() as u64)
-            .because(e)
+        not_ours(
+            "the file is not a calibration of proofmass, or it is damaged or incomplete".into(),
+        )
+        .line(e.line() as u64)
+        .because(e)
     })?;
     if head
         .schema

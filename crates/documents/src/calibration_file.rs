@@ -306,7 +306,7 @@ impl CalibrationFile {
             return refuse(
                 "gravity",
                 format!(
-                    "a local gravity of {} m/s² is impossible on the ground",
+                    "a local gravity of {} m/s² is out of range: on the ground it is 9.7 m/s² to 9.9 m/s²",
                     gravity.value
                 ),
             );

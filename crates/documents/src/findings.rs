@@ -25,9 +25,9 @@ findings! {
     /// A coverage factor that belongs to few degrees of freedom.
     coverage_factor_large(quantity: &str, line: u64, k: f64, probability: f64, degrees: f64) =
         "coverage-factor-large", [Warning],
-        what "a coverage factor is that of very few degrees of freedom",
+        what "a coverage factor belongs to very few degrees of freedom",
         evidence "{quantity}, line {line}: k = {k} at {probability} is Student's t with {degrees:.1} degrees of freedom",
-        advice "ask the laboratory for the distribution: the standard uncertainty is taken as U/k, and a k that was changed changes it",
+        advice "ask the laboratory for the distribution: the standard uncertainty is U/k, and a wrong k gives a wrong u",
         false_alarms "none: it is raised below four degrees of freedom, five per cent apart";
 
     /// A value that does not lie in the interval that is stated of it.

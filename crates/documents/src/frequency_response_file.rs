@@ -158,7 +158,10 @@ impl FrequencyResponseFile {
         if let Some(point) = self.series.points().iter().find(|p| p.at <= 0.0) {
             return refuse(
                 "series",
-                format!("a frequency of {} Hz is impossible", point.at),
+                format!(
+                    "a frequency of {} Hz is out of range: it must be positive",
+                    point.at
+                ),
             );
         }
         Ok(())

@@ -62,7 +62,7 @@ impl<'a> Words<'a> {
 
     fn count(&mut self) -> Result<usize> {
         let n = self.integer()?;
-        usize::try_from(n).map_err(|_| self.fail(format!("{n} cannot be a number of things")))
+        usize::try_from(n).map_err(|_| self.fail(format!("{n} is not a valid count")))
     }
 
     fn number(&mut self) -> Result<f64> {
@@ -85,7 +85,7 @@ impl<'a> Words<'a> {
         if word == end {
             return Ok(());
         }
-        Err(self.fail(format!("`{word}` stands where {end} is due")))
+        Err(self.fail(format!("{end} is expected, and the file has `{word}`")))
     }
 
     /// Passes a section that is of no use here.

@@ -428,7 +428,7 @@ impl ResultDocument {
         let document: Self = serde_json::from_slice(bytes).map_err(|e| {
             Error::new(
                 ErrorKind::Format,
-                "is no result.json of proofmass, or is damaged or cut off",
+                "the file is not a result.json of proofmass, or it is damaged or incomplete",
             )
             .line(e.line() as u64)
             .with_hint("name a result.json that proofmass wrote")

@@ -116,7 +116,10 @@ fn refuses_damaged_frequency_responses() {
     for (damaged, word) in [
         (cut.to_owned(), "damaged"),
         (text.replace("\"frequency-response\"", "\"shock\""), "shock"),
-        (text.replace("\"at\": 10.0", "\"at\": -10.0"), "impossible"),
+        (
+            text.replace("\"at\": 10.0", "\"at\": -10.0"),
+            "out of range",
+        ),
         (text.replace("\"at\": 10.0", "\"at\": 20.0"), "damaged"),
         (text.replace("\"K.im\"", "\"K.x\""), "names"),
         (text.replace("\"m/s²\"", "\"V\""), "m/s²"),

@@ -361,7 +361,7 @@ fn refuses_with_element_line_and_reason() {
             "frequency",
             "stands twice",
         ),
-        ("10 20 40", "0 20 40", "frequency", "impossible"),
+        ("10 20 40", "0 20 40", "frequency", "out of range"),
         (
             MILLIVOLT,
             "\\pico\\coulomb\\second\\tothe{2}\\metre\\tothe{-1}",
@@ -378,7 +378,7 @@ fn refuses_with_element_line_and_reason() {
             "10.1 10.2 10.4",
             "10.1 -10.2 10.4",
             "sensitivity magnitude",
-            "impossible",
+            "out of range",
         ),
         ("10.1 10.2 10.4", "", "valueXMLList", "no number"),
         (
@@ -391,7 +391,7 @@ fn refuses_with_element_line_and_reason() {
             "0.1 0.1 0.2",
             "0.1 -0.1 0.2",
             "valueExpandedMUXMLList",
-            "impossible",
+            "out of range",
         ),
         ("0.1 0.1 0.2", "6 6 6", "", ""),
         (
@@ -414,7 +414,7 @@ fn refuses_with_element_line_and_reason() {
         ),
         ("\\hertz", "\\second", "frequency", "no unit of a frequency"),
         (">2<", ">3<", "coverageFactorXMLList", "contradicts"),
-        (">2<", ">0<", "coverageFactorXMLList", "impossible"),
+        (">2<", ">0<", "coverageFactorXMLList", "out of range"),
         (
             ">2<",
             ">2 2<",
@@ -422,7 +422,12 @@ fn refuses_with_element_line_and_reason() {
             "2 numbers for 3 values",
         ),
         (">0.95<", ">0.68<", "coverageFactorXMLList", "contradicts"),
-        (">0.95<", ">95<", "coverageProbabilityXMLList", "impossible"),
+        (
+            ">0.95<",
+            ">95<",
+            "coverageProbabilityXMLList",
+            "out of range",
+        ),
         (
             "frequency<",
             "other<",

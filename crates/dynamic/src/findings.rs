@@ -53,7 +53,7 @@ findings! {
         "model-extrapolated", [Note, Warning],
         what "{extrapolated} lies beyond the frequencies that the model was fitted to",
         evidence "{value:.4} Hz, points up to {highest:.4} Hz",
-        advice "measure the response further up{remedy}";
+        advice "{remedy}";
 
     /// A parameter has a relative uncertainty beyond 20 %.
     parameter_ill_determined(name: &str, relative: f64) =

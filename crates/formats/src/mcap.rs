@@ -100,10 +100,8 @@ impl Walk {
     fn data(&mut self, input: &mut Input<'_>) -> Result<Option<u64>> {
         let whole = input.place() == 0;
         if whole && input.bytes(MAGIC.len()).is_none_or(|mark| mark != MAGIC) {
-            return Err(
-                Error::new("begins as an MCAP log, and the mark goes on otherwise")
-                    .with_hint("fetch the file again, as bytes and not as text"),
-            );
+            return Err(Error::new("the signature of the MCAP log is damaged")
+                .with_hint("fetch the file again, as bytes and not as text"));
         }
         loop {
             let at = input.place();
@@ -116,7 +114,7 @@ impl Walk {
                 let explained = self.damaged > 0 || self.left_out;
                 if whole && stated != 0 && stated != sum && !explained {
                     self.remarks.push(Remark::damaged(format!(
-                        "the check sum of the data before byte {at} does not hold: a byte that no chunk vouches for is not what was written, and the numbers may be wrong"
+                        "checksum error outside the chunks, before byte {at}: something there is not what was written, and the numbers may be wrong"
                     )));
                 }
                 return Ok(None);

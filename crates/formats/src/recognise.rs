@@ -74,7 +74,7 @@ const PARQUET_LIMITS: &str = "numbers, bits, decimals and times, also in structu
 #[cfg(not(feature = "parquet"))]
 const PARQUET: Option<Reader> = None;
 #[cfg(not(feature = "parquet"))]
-const PARQUET_LIMITS: &str = "install with `cargo install --path apps/cli --features parquet`, or export it as delimited text (CSV): pyarrow does";
+const PARQUET_LIMITS: &str = "not in this build: build it from the source with the feature parquet, or export the file as CSV";
 
 /// Every format that is known, in the order in which it is looked for.
 pub const FORMATS: &[Format] = &[

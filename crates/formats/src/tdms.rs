@@ -275,7 +275,7 @@ impl Found {
                 && step != 0.0
             {
                 self.remarks.push(Remark::damaged(format!(
-                    "the step of channel {name}, {step} s, is impossible: it has no times"
+                    "the time step of channel {name}, {step} s, is not positive: the channel is read without times"
                 )));
             }
             let unit = own.text("unit_string").filter(|u| !u.trim().is_empty());

@@ -276,7 +276,7 @@ impl Found {
         };
         if head.even && time && !step {
             self.remarks.push(Remark::damaged(format!(
-                "the step of \"{}\", {} s, is impossible: it has no times",
+                "the time step of \"{}\", {} s, is not positive: the channel is read without times",
                 head.name, head.step
             )));
         }

@@ -132,7 +132,7 @@ impl GivenAttitude {
         {
             return Err(Error::new(
                 ErrorKind::Row,
-                format!("a standard uncertainty of {u} is impossible"),
+                format!("a standard uncertainty of {u} is out of range: it must not be negative"),
             )
             .with_hint("give a number from zero up"));
         }

@@ -9,7 +9,7 @@ findings! {
     /// A file that a result was computed from was changed after it was written.
     input_changed(file: &str, doubt: &str) =
         "input-changed", [Decision],
-        what "{file} is not what was written",
+        what "{file} was changed after it was written",
         evidence "{doubt}",
         advice "find out who changed it, and fetch or compute it again; `proofmass verify` follows the whole chain",
         false_alarms "none: a file has one digest";
@@ -40,14 +40,14 @@ findings! {
         "rows-missing-somewhere", [Warning],
         what "rows are missing, and the time stamps scatter too much to tell between which",
         evidence "about {missing} samples, {share:.1} %; rate {rate}, from equal steps fitted to the stamps",
-        advice "the rate is right, but what counts rows is not: record the stamps at the sensor, or a counter beside them",
+        advice "the rate is right; times counted from rows are not: record the stamps at the sensor, or a counter beside them",
         false_alarms "once in 10⁹ recordings of independent errors";
 
     /// Nothing tells lost rows from a clock that wanders.
     rate_untested(percent: f64, rate: &str) =
         "rate-untested", [Warning],
-        what "rows may be missing without a trace: the time stamps wander, or are too coarse to show a row that is lost",
-        evidence "rate {rate}, which holds a loss of {percent:.1} % of the rows",
+        what "rows may be missing unnoticed: the time stamps wander, or are too coarse to show a lost row",
+        evidence "rate {rate}; up to {percent:.1} % of the rows could be lost unnoticed",
         advice "state the rate of the data sheet, or record a counter of samples or finer stamps";
 
     /// The stamps advance at two rates.

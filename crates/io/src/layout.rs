@@ -547,7 +547,7 @@ pub(crate) fn regular(path: &Path) -> Result<()> {
         "is a pipe or a device, which can be read only once",
     )
     .at(path)
-    .with_hint("read it through a `Source`, or write it to a file first"))
+    .with_hint("write it to a file first, and name that"))
 }
 
 /// A column by its name or by its number counted from one.

@@ -88,7 +88,7 @@ pub use layout::{ColumnRef, Layout, LayoutOptions, Separator, TextMarks};
 pub use loan::{Content, Loan, is_lent, lend};
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,
-    RESULT_SCHEMA, discard_unfinished,
+    RESULT_SCHEMA, discard_unfinished, not_an_input,
 };
 pub use proofmass_formats as formats;
 pub use proofmass_uncertainty::DecimalMark;

@@ -10,7 +10,7 @@ mod manifest;
 mod place;
 mod unfinished;
 
-pub use file::AtomicFile;
+pub use file::{AtomicFile, not_an_input};
 pub use folder::OutputFolder;
 pub use manifest::{Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, RESULT_SCHEMA};
 pub use unfinished::discard_unfinished;

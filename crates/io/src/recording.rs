@@ -204,7 +204,7 @@ impl Recording {
         if options.columns.is_empty() {
             return Err(
                 Error::new(ErrorKind::Column, "no column was chosen").with_hint(
-                    "name the columns of the axes, such as columns = { x = 2, y = 3, z = 4 }",
+                    "name the columns of the axes: --columns X,Y,Z, or columns = { x = 2, y = 3, z = 4 } in a campaign",
                 ),
             );
         }

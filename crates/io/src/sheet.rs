@@ -320,7 +320,13 @@ impl Sheet {
                 crate::spelling::nearest(&plain(heading), self.valid.iter().map(String::as_str))
                     .map_or(String::new(), |k| format!("did you mean `{k}`? "));
             return Err(self
-                .header_error(heading, "unknown column")
+                .header_error(
+                    heading,
+                    &format!(
+                        "the file is read as a {}, which has no such column",
+                        self.what
+                    ),
+                )
                 .with_hint(format!("{near}valid here: {}", some_of(&self.valid))));
         }
         Ok(())
@@ -480,7 +486,7 @@ impl<'a> SheetRow<'a> {
                 .refuse(
                     place,
                     format!(
-                        "an uncertainty of {} is impossible",
+                        "an uncertainty of {} is out of range: it must not be negative",
                         self.fields[place.column]
                     ),
                 )

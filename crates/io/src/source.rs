@@ -145,7 +145,7 @@ impl Source {
         let folder = || {
             Error::new(ErrorKind::Format, "is a folder, not a file")
                 .at(path)
-                .with_hint("name the file inside it: of a folder of results result.json or calibration.json")
+                .with_hint("name a file in it: calibration.json for a calibration, result.json for a result")
         };
         // Windows refuses to open one.
         let file = File::open(path).map_err(|e| match path.is_dir() {

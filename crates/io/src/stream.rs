@@ -133,7 +133,7 @@ pub(crate) fn open(source: &mut Source) -> Result<bool> {
                 ErrorKind::Format,
                 "is a text, which has no streams to choose from",
             )
-            .with_hint("leave --source away")),
+            .with_hint("leave --source out")),
             false => Ok(false),
         };
     };

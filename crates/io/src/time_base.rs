@@ -53,7 +53,7 @@ impl TimeBase {
         if !(rate_hz.is_finite() && rate_hz > 0.0) {
             return Err(Error::new(
                 ErrorKind::Time,
-                format!("a sampling rate of {rate_hz} Hz is impossible"),
+                format!("a sampling rate of {rate_hz} Hz is out of range: it must be positive"),
             )
             .with_hint("give the number of samples per second with --rate (`sampling_rate_Hz` in a campaign)"));
         }

@@ -259,9 +259,10 @@ impl ClockUnit {
         if let Some(unit) = stated.or(heading) {
             return match unit.per_second(rate) {
                 Some(scale) if scale.is_finite() && scale > 0.0 => Ok(known(unit, scale, by)),
-                Some(rate) => {
-                    Err(error(format!("a sampling rate of {rate} Hz is impossible")).into())
-                }
+                Some(rate) => Err(error(format!(
+                    "a sampling rate of {rate} Hz is out of range: it must be positive"
+                ))
+                .into()),
                 None => Err(
                     error("a column that counts samples needs the sampling rate".into())
                         .with_hint("add --rate HZ (`sampling_rate_Hz` in a campaign)")

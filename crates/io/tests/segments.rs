@@ -117,7 +117,7 @@ fn refuses_by_line_column_and_remedy() {
             Column,
             Some(2),
             Some("edn"),
-            "unknown column",
+            "no such column",
         ),
         (
             "start,end,end\n1,2,3\n",

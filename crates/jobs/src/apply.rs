@@ -151,7 +151,9 @@ impl Job for ApplyJob {
             _ => return Err(Trouble::request("a calibration of an unknown kind")),
         };
         for signal in self.reading.signals(calibration)? {
-            let index = layout.find(&signal).map_err(|e| about(e.into()))?;
+            let index = layout
+                .find(&signal)
+                .map_err(|e| about(self.reading.not_of_calibration(e, calibration)))?;
             let column = layout.name(index);
             columns.push(index);
             let bare = split_heading(&column).0.replace(' ', "_");
@@ -305,7 +307,7 @@ impl ApplyJob {
                 "a temperature is named, but the calibration does not follow it",
             )
             .with_hint(
-                "leave the temperature away, or complete the calibration with `proofmass test temperature`",
+                "leave --temperature out, or complete the calibration with `proofmass test temperature`",
             )),
             (Some(block), None) => Err(Trouble::request(
                 "the calibration follows the temperature, and no column of temperatures is named",

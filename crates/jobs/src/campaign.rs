@@ -283,7 +283,7 @@ impl Campaign {
 }
 
 /// What a reader of TOML complains of, in the words of somebody who wrote the file.
-fn plain_toml(message: &str) -> String {
+pub(crate) fn plain_toml(message: &str) -> String {
     let kind = |word| match word {
         "f64" | "f32" => "a number",
         "u64" | "u32" | "usize" | "i64" | "i32" => "a whole number",
@@ -300,8 +300,13 @@ fn plain_toml(message: &str) -> String {
         return format!("{given} stands where {}{quoted} is needed", kind(wanted));
     }
     if message.starts_with("unexpected key or value, expected newline") {
-        return "the line goes on behind its value: one key a line, and a point for the decimals"
+        return "one value is expected, and the line goes on behind it: write one key a line, and a point for the decimals"
             .to_owned();
+    }
+    if let Some(rest) = message.strip_prefix("invalid length ")
+        && rest.ends_with("expected an array of length 2")
+    {
+        return "two numbers are expected, [LOW, HIGH]".to_owned();
     }
     message.to_owned()
 }
@@ -387,21 +392,28 @@ impl CampaignFile {
         toml::from_str(&self.text).map_err(|e| {
             let message = e.message().lines().next().unwrap_or_default().to_string();
             let line = e.span().map(|span| self.line_at(span.start));
-            let mut error = self.refusal(line, None, plain_toml(&message));
+            let key = line
+                .filter(|_| message.starts_with("invalid "))
+                .and_then(|line| self.key_at(line));
+            let mut error = self.refusal(line, key.as_deref(), plain_toml(&message));
             // serde writes: unknown field `a`, expected one of `b`, `c`
             let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
             if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
                 let valid = &words[1..];
                 let near = proofmass_io::spelling::nearest(unknown, valid.iter().copied())
                     .map_or(String::new(), |near| format!("did you mean `{near}`? "));
-                let what = if message.starts_with("unknown variant") {
-                    "value"
-                } else {
-                    "key"
-                };
-                error = self
-                    .refusal(line, Some(unknown), format!("unknown {what}"))
-                    .with_hint(format!("{near}valid here: {}", valid.join(", ")));
+                error = match message.starts_with("unknown variant") {
+                    true => {
+                        let key = line.and_then(|line| self.key_at(line));
+                        self.refusal(
+                            line,
+                            key.as_deref(),
+                            format!("the value {unknown:?} is not known"),
+                        )
+                    }
+                    false => self.refusal(line, Some(unknown), "unknown key".to_owned()),
+                }
+                .with_hint(format!("{near}valid here: {}", valid.join(", ")));
             }
             if let (Some(missing), true) = (words.first(), message.starts_with("missing field ")) {
                 let table = self.table_at(line);
@@ -410,11 +422,22 @@ impl CampaignFile {
                     .refusal(line, Some(missing), format!("{heading}needs `{missing}`"))
                     .with_hint(match *missing {
                         "columns" => "add columns = { x = …, y = …, z = … } to it, each the heading or the number of a column".to_owned(),
-                        _ => format!("add it; `proofmass schema` and `proofmass init --kind KIND -o FOLDER` show what each kind has, docs/keys.md every key ({missing})"),
+                        _ => format!("add it; `proofmass schema KIND` lists every key of a kind, and `proofmass init --kind KIND -o FOLDER` writes an example ({missing})"),
                     });
             }
             error.because(e)
         })
+    }
+
+    /// Key of a line, where the line has one.
+    fn key_at(&self, line: u64) -> Option<String> {
+        let text = self
+            .text
+            .lines()
+            .nth(usize::try_from(line).ok()?.checked_sub(1)?)?;
+        let key = text.split_once('=')?.0.trim().trim_matches('"');
+        let plain = |c: char| c.is_alphanumeric() || "_-./%²".contains(c);
+        (!key.is_empty() && key.chars().all(plain)).then(|| key.to_owned())
     }
 
     /// Heading of the table that a line belongs to, where it has one.

@@ -186,14 +186,32 @@ pub fn lack(missing: usize) -> String {
     format!("{how_much} missing to a certificate")
 }
 
+/// What to do about what is missing: keys are added to a file, an open decision is settled where the result is computed.
+pub fn what_to_add(missing: &[String]) -> &'static str {
+    let open = missing.iter().filter(|m| m.starts_with(OPEN)).count();
+    match open {
+        0 => "add them to LAB.toml or to the file of the order",
+        n if n == missing.len() => {
+            "follow the advice of each open decision, and evaluate the result again; `proofmass explain CODE` says what it means"
+        }
+        _ => {
+            "add what is missing to LAB.toml or to the file of the order; follow the advice of each open decision, and evaluate the result again"
+        }
+    }
+}
+
+/// How a line begins that is about a decision that was not made.
+const OPEN: &str = "an open decision of the result";
+
 fn incomplete(number: &str, missing: &[String]) -> Trouble {
     let trouble = Trouble::data(format!(
         "certificate {number} cannot be released: {}",
         lack(missing.len())
     ))
-    .with_hint(
-        "add them to LAB.toml or to the file of the order; a draft can be made all the same",
-    );
+    .with_hint(format!(
+        "{}; a draft can be made all the same",
+        what_to_add(missing)
+    ));
     missing.iter().fold(trouble, |t, m| t.detail(m.clone()))
 }
 

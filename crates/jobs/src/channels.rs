@@ -176,8 +176,10 @@ impl ChannelReading {
         if free.len() != open.len() {
             let names: Vec<String> = free.iter().map(|i| layout.name(*i)).collect();
             return Err(Trouble::request(format!(
-                "which column is meant by {} is not said",
-                open.join(" and ")
+                "{} {} missing, and the file has {} columns to choose from",
+                open.join(" and "),
+                if open.len() == 1 { "is" } else { "are" },
+                free.len()
             ))
             .detail(name)
             .with_hint(format!(

@@ -175,20 +175,17 @@ impl ConvertJob {
         let Some(format) = self.to.or(by_ending) else {
             let name = file.map_or_else(String::new, |f| format!(": {}", f.display()));
             return Err(Trouble::request(format!(
-                "the ending of the output does not tell its format{name}"
+                "the file extension of the output does not tell its format{name}"
             ))
-            .with_hint("say --to csv, npy, wav, uff or parquet, or end its name so"));
+            .with_hint("add --to csv, npy, wav, uff or parquet, or use one of these as the extension, such as .csv"));
         };
         if self.wav_form.is_some() && format != ConvertFormat::Wav {
             return Err(Trouble::request("--wav-form is about WAV files alone")
-                .with_hint("leave it away, or add --to wav"));
+                .with_hint("leave it out, or add --to wav"));
         }
         if format == ConvertFormat::Parquet && !PARQUET {
-            return Err(
-                Trouble::request("this build does not write Parquet").with_hint(
-                    "install with `cargo install --path apps/cli --features parquet`, or write csv",
-                ),
-            );
+            return Err(Trouble::request("this build does not write Parquet")
+                .with_hint("build it from the source with the feature parquet, or write csv"));
         }
         Ok(match format {
             ConvertFormat::Csv => TargetForm::Csv,

@@ -174,11 +174,42 @@ pub(crate) fn read_all(limits: &[SheetLimit], word: &str) -> Result<Vec<ReadLimi
 /// # Errors
 /// No TOML, an unknown key or characteristic, a limit that contradicts itself or another one, no limit at all; with the line.
 pub fn sheet(text: &str) -> Result<DataSheet> {
-    let sheet: DataSheet = toml::from_str(text).map_err(|e| {
-        Trouble::request(format!("the limits cannot be read: {e}")).with_hint(limit::HOW)
-    })?;
+    let sheet: DataSheet = toml::from_str(text).map_err(|e| no_sheet(&e, text))?;
     sheet.check().map_err(|e| in_line(e, text))?;
     Ok(sheet)
+}
+
+/// Why a text is no sheet: what, and the line.
+fn no_sheet(error: &toml::de::Error, text: &str) -> Trouble {
+    let number = error.span().map(|span| {
+        let before = &text.as_bytes()[..span.start.min(text.len())];
+        before.iter().filter(|b| **b == b'\n').count()
+    });
+    let line = number.and_then(|n| text.lines().nth(n));
+    let section = line.is_some_and(|line| line.trim_start().starts_with('['));
+    let message = error.message();
+    // serde writes: unknown field `a`, expected one of `b`, `c`
+    let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let trouble = match words.split_first() {
+        Some((unknown, known)) if message.starts_with("unknown field ") => {
+            let what = match section {
+                true => format!("unknown section [{unknown}]"),
+                false => format!("unknown key {unknown}"),
+            };
+            let near = proofmass_io::spelling::nearest(unknown, known.iter().copied())
+                .map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            Trouble::request(what).with_hint(format!("{near}known: {}", known.join(", ")))
+        }
+        _ => Trouble::request(format!(
+            "the limits cannot be read: {}",
+            crate::campaign::plain_toml(message)
+        ))
+        .with_hint(limit::HOW),
+    };
+    match number {
+        Some(number) => trouble.detail(format!("line {}", number + 1)),
+        None => trouble,
+    }
 }
 
 /// The trouble with the line at which its limit begins, where the limit is one of the sheet itself.

@@ -172,7 +172,7 @@ impl DeconvolutionJob {
         watch: &dyn Watch,
     ) -> Result<DeconvolutionOutcome> {
         let Some(channel) = recording.channels.first() else {
-            return Err(Trouble::data("no column was chosen"));
+            return Err(Trouble::data("no column was chosen").with_hint("add --column COLUMN"));
         };
         let findings = [&model.findings[..], &recording.findings].concat();
         let data = DeconvolutionData {
@@ -267,7 +267,7 @@ impl Job for DeconvolutionJob {
                     "the corner of the inverse",
                     result.corner,
                     highest,
-                    ", or set the corner (--corner)",
+                    "measure the response at higher frequencies, or set the corner (--corner)",
                 )
                 .at(Severity::Warning),
             );
@@ -283,7 +283,7 @@ impl Job for DeconvolutionJob {
         let below = result.corner < slowest.fold(f64::INFINITY, f64::min);
         if !(peak > 4.0 * blurred) || (below && 2.0 * (peak + 2.0 * u) < greatest) {
             return Err(Trouble::data(format!(
-                "the peak is not in what the low-pass of {} Hz leaves: {} with U = {}, where output over static sensitivity reaches {}",
+                "the low-pass of {} Hz removes the peak: {} with U = {} is left, where the output divided by the static sensitivity reaches {}",
                 scientific(result.corner, 4),
                 scientific(peak, 4),
                 scientific(2.0 * u, 2),

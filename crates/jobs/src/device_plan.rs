@@ -132,7 +132,7 @@ impl PlanConditions {
         let given = |name: &str, value: Option<f64>, least: f64, most: f64, hint: &str| match value
         {
             Some(v) if !(v >= least && v <= most) => Err(Trouble::request(format!(
-                "{name} = {v} is no value of a plan"
+                "--{name} {v} is out of range: from {least} to {most}"
             ))
             .with_hint(hint.to_owned())),
             _ => Ok(()),
@@ -174,8 +174,8 @@ impl PlanConditions {
         )?;
         if !matches!(self.axes, 1 | 3) {
             return Err(
-                Trouble::request(format!("axes = {} is no value of a plan", self.axes))
-                    .with_hint("a device of one axis or of three: --axes 1 or --axes 3"),
+                Trouble::request(format!("--axes {} is not possible", self.axes))
+                    .with_hint("a device has one axis or three: --axes 1 or --axes 3"),
             );
         }
         given(
@@ -199,7 +199,7 @@ impl PlanConditions {
             None => Ok(()),
             Some([low, high]) if low < high && low.is_finite() && high.is_finite() => Ok(()),
             Some(other) => Err(Trouble::request(format!(
-                "temperature-range = {other:?} is no range of temperatures"
+                "--temperature-range {other:?} is no range of temperatures"
             ))
             .with_hint("two numbers in °C, the lower one first: --temperature-range=-20,60")),
         }

@@ -26,13 +26,13 @@ const fn code(code: &'static str, meaning: &'static str, remedy: &'static str) -
 static CODES: [ErrorCode; 26] = [
     code(
         "request",
-        "The call, the campaign or the request contradicts itself, lacks something, or asks for what there is not.",
+        "The call, the campaign or the request contradicts itself, lacks something, or asks for something that does not exist.",
         "Add or change what the message names; `--help` of the command has its options, `proofmass schema KIND` the keys of a file.",
     ),
     code(
         "configuration",
         "A key of a file of settings (campaign.toml, a data sheet, a budget) is unknown, missing, or has a value outside its range.",
-        "Go to the file, line and key of the message. The keys and their values stand in the reference of keys; an editor that knows the schema of the file marks them.",
+        "Go to the file, line and key of the message. `proofmass schema KIND` has every key with its values; an editor that knows this schema marks what is wrong.",
     ),
     code(
         "not-found",
@@ -66,8 +66,8 @@ static CODES: [ErrorCode; 26] = [
     ),
     code(
         "element",
-        "A part of a document (a certificate, a result) holds what cannot be there.",
-        "Go to the part that the message names. A file that was edited by hand is made anew by the program that wrote it.",
+        "A part of a document (a certificate, a result) has content that is not valid there.",
+        "Go to the part that the message names. If the file was edited by hand, write it again with the program that made it.",
     ),
     code(
         "time",
@@ -82,11 +82,11 @@ static CODES: [ErrorCode; 26] = [
     code(
         "data",
         "The data were read and do not carry the result that is asked for, or a file is not what the command needs.",
-        "The message says what the data lack. Another command may be the one for this file: the tasks page lists them.",
+        "The message says what the data lack. Another command may be the one for this file: `proofmass --help` lists them.",
     ),
     code(
         "length",
-        "Two things that belong together have unlike lengths.",
+        "Two things that belong together have different lengths.",
         "Give both over the same samples, rows or frequencies.",
     ),
     code(
@@ -101,12 +101,12 @@ static CODES: [ErrorCode; 26] = [
     ),
     code(
         "not-finite",
-        "A number in the data or in a result is infinite or none.",
+        "A number in the data or in a result is infinite or not a number (NaN).",
         "Look at the sample that is named: an overflow of a logger, a division by a column of zeros. Nothing is written.",
     ),
     code(
         "not-increasing",
-        "Times, frequencies or levels are not in rising order, or stand twice.",
+        "Times, frequencies or levels are not in ascending order, or are repeated.",
         "Sort the table, and keep one line of each.",
     ),
     code(
@@ -116,32 +116,32 @@ static CODES: [ErrorCode; 26] = [
     ),
     code(
         "not-positive-definite",
-        "A covariance that was given is impossible: a variance below zero, or a correlation beyond one.",
+        "A covariance matrix that was given is not valid: a variance is negative, or a correlation is beyond one.",
         "Check the table that it comes from; digits that were cut off can be the cause.",
     ),
     code(
         "singular",
-        "Equations have no single answer: rows or columns say the same.",
-        "Leave out what stands twice, or measure in another attitude, level or frequency.",
+        "The equations have no unique solution: some rows or columns repeat others.",
+        "Leave out what is repeated, or measure in another attitude, level or frequency.",
     ),
     code(
         "constant",
-        "Something that has to change does not: an output that stands still, levels that are all alike.",
+        "Something that has to change does not: an output that is constant, levels that are all alike.",
         "Check the column, and whether the sensor was connected; else change what is measured.",
     ),
     code(
         "unobservable",
-        "The data do not tell the parameter that is named: the same readings come from many values of it.",
-        "Measure where it shows, for a cross-axis term in oblique attitudes, for an offset in both senses, or take it out of the model.",
+        "The data do not determine the parameter that is named: many values of it give the same readings.",
+        "Measure where it has an effect, for a cross-axis term in oblique attitudes, for an offset in both senses, or take it out of the model.",
     ),
     code(
         "too-uncertain",
-        "The data tell the parameter so badly that its linear uncertainty means nothing.",
-        "As where it is not told at all: measure where it shows, or take it out of the model.",
+        "The data determine the parameter so poorly that its linear uncertainty means nothing.",
+        "Measure where it has an effect, or take it out of the model.",
     ),
     code(
         "not-converged",
-        "An iteration did not come to an end: the data do not fit the model, or hardly tell its parameters.",
+        "An iteration did not come to an end: the data do not fit the model, or hardly determine its parameters.",
         "Look at the data first (`proofmass inspect`), at units and order of the columns, then take a simpler model.",
     ),
     code(

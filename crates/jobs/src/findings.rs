@@ -75,6 +75,16 @@ pub struct Explanation {
     pub false_alarms: Option<&'static str>,
 }
 
+/// What stands in the place of an advice that the call chooses.
+const ELSEWHERE: &str = "the result states what to do";
+
+/// Whether a line is one name alone, and says nothing by itself.
+fn is_open(line: &str) -> bool {
+    let bare = line.strip_prefix("the ").unwrap_or(line);
+    let name = bare.strip_prefix('⟨').and_then(|l| l.strip_suffix('⟩'));
+    name.is_some_and(|name| !name.contains('⟨'))
+}
+
 impl Explanation {
     fn of((room, kind): (&'static str, &'static FindingKind)) -> Self {
         Self {
@@ -82,13 +92,16 @@ impl Explanation {
             room,
             severities: kind.severities,
             meaning: kind.meaning_line(),
-            what: kind.what_line(),
+            what: match kind.what_line() {
+                line if is_open(&line) => kind.meaning_line().trim_end_matches('.').to_owned(),
+                line => line,
+            },
             evidence: kind.evidence_line(),
             // There are several, and the call that found it chooses.
-            advice: kind.advice_line().replace(
-                "⟨remedy⟩",
-                "it depends on the cause, and the result states it",
-            ),
+            advice: match kind.advice_line() {
+                line if is_open(&line) => ELSEWHERE.to_owned(),
+                line => line.replace("⟨remedy⟩", ELSEWHERE),
+            },
             evidence_fields: kind.evidence_fields,
             false_alarms: kind.false_alarms,
         }

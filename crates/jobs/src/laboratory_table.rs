@@ -261,7 +261,7 @@ impl Stated {
                     "an expanded uncertainty needs its coverage factor",
                 )
                 .with_hint(
-                    "add a column `k` to the table, such as 2 in every row; or say it beside the name of the table, with the option that the help of the command names (or `k = 2` in [reference] in a campaign)",
+                    "add a column `k` to the table, such as 2 in every row; or add --coverage-factor K (for --standard: --standard-coverage-factor K; in a campaign k = 2 in [reference])",
                 )),
             (None, None) => Err(sheet
                 .header_error(&format!("u_{ending}"), "the table has no such column")

@@ -71,7 +71,7 @@ fn strict<'de, D: serde::Deserializer<'de>>(
         && kind != <ModesOutcome as crate::outcome::Outcome>::KIND
     {
         return Err(D::Error::custom(format!(
-            "the fixture beside is a question about {kind}"
+            "a second fixture cannot be compared for {kind}: it is a request of the same kind"
         )));
     }
     let known = crate::known_keys::known_keys::<ModesJob>().unwrap_or_default();
@@ -170,23 +170,26 @@ impl ModesJob {
         }
         if !(self.probability > 0.0 && self.probability < 1.0) {
             return refuse(format!(
-                "a probability of {} is impossible",
+                "a probability of {} is out of range: above 0 and below 1",
                 self.probability
             ));
         }
         if !(self.damping.ratio > 0.0 && self.damping.ratio < 0.5) {
             return refuse(format!(
-                "a damping of {} of critical is out of place, metal has 0.002 to 0.02",
+                "a damping ratio of {} is out of range: above 0 and below 0.5; metal has 0.002 to 0.02",
                 self.damping.ratio
             ));
         }
         if !(self.damping.u >= 0.0 && self.damping.u.is_finite()) {
-            return refuse(format!("u(ζ) = {} is impossible", self.damping.u));
+            return refuse(format!(
+                "a standard uncertainty of the damping ratio of {} is out of range: it must not be negative",
+                self.damping.u
+            ));
         }
         for (name, value) in [("share", self.share), ("weight", self.weight)] {
             if !(value > 0.0 && value < 1.0) {
                 return refuse(format!(
-                    "a {name} of {value} is out of place, it lies between 0 and 1"
+                    "a {name} of {value} is out of range: above 0 and below 1"
                 ));
             }
         }
@@ -195,7 +198,9 @@ impl ModesJob {
             .iter()
             .find(|f| !(f.is_finite() && **f > 0.0))
         {
-            return refuse(format!("a frequency of {f} Hz is impossible"));
+            return refuse(format!(
+                "a frequency of {f} Hz is out of range: it must be positive"
+            ));
         }
         Ok(())
     }

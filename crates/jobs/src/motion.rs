@@ -243,10 +243,10 @@ fn at_full_scale(
     consequence: &str,
 ) -> Result<Option<Finding>> {
     if !(scale > 0.0 && scale.is_finite()) {
-        return Err(
-            Trouble::request(format!("a full scale of {scale} m/s² is impossible"))
-                .with_hint("give the end of the range of the sensor, above zero, such as 2g"),
-        );
+        return Err(Trouble::request(format!(
+            "a full scale of {scale} m/s² is out of range: it must be positive"
+        ))
+        .with_hint("give the end of the range of the sensor, above zero, such as 2g"));
     }
     // A thousandth below, as a converter rounds.
     let there = record.iter().filter(|v| v.abs() >= 0.999 * scale).count();

@@ -160,7 +160,7 @@ impl MultiPositionJob {
         if let Some(common) = self.true_accelerations {
             if closed {
                 return Err(Trouble::request(
-                    "the closed form of six positions takes every position for one of gravity",
+                    "the closed form of six positions assumes 1 g in every position",
                 )
                 .with_hint("fit --model full (`model = \"full\"` in [method]) to true accelerations of other lengths"));
             }

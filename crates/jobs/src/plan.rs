@@ -146,7 +146,7 @@ impl PlanJob {
         sizes.dedup();
         match sizes.iter().find(|n| !(3..=count).contains(*n)) {
             Some(n) => Err(Trouble::request(format!(
-                "a plan of {n} configurations is impossible: there are {count} candidates, and three are needed"
+                "a plan of {n} configurations is out of range: from 3 to {count}, the number of candidates"
             ))
             .with_hint(format!("give numbers from 3 to {count}"))),
             None => Ok(sizes),

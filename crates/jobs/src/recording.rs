@@ -109,6 +109,40 @@ impl RecordingReading {
         }
     }
 
+    /// Why a column is not there, with the option that names others where it is one of the calibration.
+    pub(crate) fn not_of_calibration(
+        &self,
+        error: proofmass_io::Error,
+        calibration: &AnyCalibration,
+    ) -> Trouble {
+        let named = self.columns.is_none().then(|| calibration.columns());
+        let Some(columns) = named.flatten() else {
+            return error.into();
+        };
+        let words: Vec<String> = columns
+            .iter()
+            .map(|c| format!("{:?}", c.to_string()))
+            .collect();
+        let option = match columns.len() {
+            1 => "--columns COLUMN",
+            3 => "--columns X,Y,Z",
+            _ => "--columns A,B,…",
+        };
+        let there = Trouble::from(error);
+        let hint = there.hint().map_or(String::new(), |h| format!("; {h}"));
+        Trouble::data(format!(
+            "the calibration was made with {} {}, and the recording has no column of that name",
+            match columns.len() {
+                1 => "the column",
+                _ => "the columns",
+            },
+            words.join(", ")
+        ))
+        .with_hint(format!(
+            "name the columns of the recording with {option}{hint}"
+        ))
+    }
+
     /// That the columns are those of the calibration in another order.
     pub(crate) fn exchanged(
         &self,

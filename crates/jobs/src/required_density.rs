@@ -86,7 +86,7 @@ fn of_toml(source: Source) -> Result<(RequiredDensity, Input)> {
     let text = std::str::from_utf8(&bytes)
         .map_err(|_| within(Trouble::data("the file is not text in UTF-8")))?;
     let typed: TypedProfile = toml::from_str(text).map_err(|e| {
-        within(Trouble::data(format!("not a required spectrum: {}", e.message())).with_hint(
+        within(Trouble::data(format!("not a required spectrum: {}", crate::campaign::plain_toml(e.message()))).with_hint(
             "write the unit (g2/Hz), tolerance_dB, and [[point]] with frequency_Hz and density or slope_dB_per_octave",
         ))
     })?;

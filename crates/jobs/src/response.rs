@@ -335,7 +335,7 @@ impl Job for ResponseJob {
             for (c, role) in [(x, "input"), (y, "output")] {
                 if c.data.iter().all(|v| *v == c.data[0]) {
                     return Err(Trouble::data(format!(
-                        "the {role} {:?} has one value throughout: a response to nothing is not known",
+                        "the {role} {:?} is constant: no response can be determined",
                         c.name
                     ))
                     .detail(data.name)
@@ -372,9 +372,16 @@ impl Job for ResponseJob {
         });
         let response = self.by_standard(response, &mut power, data.name, &mut findings)?;
         if response.value.is_empty() {
-            return Err(Trouble::data("no line lies within the band")
-                .detail(data.name)
-                .with_hint("widen --band, or give longer segments"));
+            let band = match self.band {
+                Some([low, high]) => format!("the band {low} Hz to {high} Hz"),
+                None => "the response".to_owned(),
+            };
+            return Err(Trouble::data(format!(
+                "{band} holds no frequency line; the recording reaches {} Hz",
+                0.5 * data.rate
+            ))
+            .detail(data.name)
+            .with_hint("widen --band, or give longer segments"));
         }
         watch.step("response", 1, 2)?;
         quality(&response, driven, &mut findings);

@@ -358,7 +358,7 @@ pub fn mounted_turn(source: Source) -> Result<(MountedTurn, Input)> {
     match turn.is_sound() {
         true => Ok((turn, input)),
         false => Err(
-            Trouble::data("the covariance of the mounting is impossible")
+            Trouble::data("the covariance matrix of the mounting is not valid")
                 .detail(name)
                 .with_hint("do not edit the file by hand; run `proofmass test mounting` again"),
         ),

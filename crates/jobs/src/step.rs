@@ -122,7 +122,13 @@ fn with_scale(estimate: Estimate, unit: &str, relative: f64) -> Result<Estimate>
 /// Why no oscillator is stated, as far as the record proves it.
 fn refused(error: Error, record: &[f64], rate: f64) -> Trouble {
     let hint = "a step from one level to another, the first before it and the second at the end, is needed";
-    let plain = Trouble::from(error).with_hint(hint);
+    let plain = match error {
+        Error::Unobservable { .. } => Trouble::data(
+            "the step response does not determine the natural frequency: U is half of it or more. Either there is no clear step, or a first-order element describes it as well",
+        ),
+        _ => Trouble::from(error),
+    }
+    .with_hint(hint);
     if !matches!(
         error,
         Error::Unobservable { .. } | Error::NotConverged { .. }
@@ -137,12 +143,12 @@ fn refused(error: Error, record: &[f64], rate: f64) -> Trouble {
         ))
         .with_hint("a low-pass behind the device, strong damping or noise hides the resonance: record with less noise and more samples, or measure it by `proofmass test sweep`"),
         Ok(first) if first.rise_samples < 4.0 => Trouble::data(format!(
-            "natural frequency and damping cannot be told apart: {:.1} samples lie between a tenth and nine tenths of the step",
+            "natural frequency and damping cannot be separated: only {:.1} samples lie between a tenth and nine tenths of the step",
             first.rise_samples
         ))
         .with_hint("sample faster"),
         Ok(first) if matches!(error, Error::Unobservable { .. }) => Trouble::data(format!(
-            "the expanded uncertainty of the natural frequency is half of it or more: the step is nearly that of a first-order element, time constant {} s, and what an oscillator describes better is little beside the noise",
+            "the step response does not determine the natural frequency, whose expanded uncertainty is half of it or more: a first-order element, time constant {} s, describes it almost as well",
             scientific(first.time_constant, 4)
         ))
         .with_hint("record with less noise and more samples"),

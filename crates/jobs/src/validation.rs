@@ -127,7 +127,7 @@ impl ValidationJob {
         if let Some([sensitivity, zero]) = self.nominal {
             if !(sensitivity != 0.0 && sensitivity.is_finite() && zero.is_finite()) {
                 return Err(Trouble::request(format!(
-                    "a nominal output of {sensitivity} per m/s² with {zero} at rest is impossible"
+                    "a nominal output of {sensitivity} per m/s² with {zero} at rest is out of range: both must be finite, and the sensitivity not zero"
                 ))
                 .with_hint("give --nominal-sensitivity in the unit of the outputs per m/s², and --nominal-zero"));
             }

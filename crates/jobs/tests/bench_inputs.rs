@@ -195,7 +195,7 @@ fn bench_inputs_that_cannot_be_are_refused_with_their_place() {
         ),
         (
             "[conditioner]\nx = { gain = 0 }\n",
-            "a gain of 0 is impossible",
+            "a gain of 0 is out of range",
         ),
         (
             "[conditioner]\nx = { }\n",
@@ -207,7 +207,7 @@ fn bench_inputs_that_cannot_be_are_refused_with_their_place() {
         ),
         (
             "[conditioner]\nx = { gain = 10, relative_standard_uncertainty = 5 }\n",
-            "out of place",
+            "out of range",
         ),
         (
             "[conditioner]\nx = { file = \"x.csv\" }\n",
@@ -219,7 +219,7 @@ fn bench_inputs_that_cannot_be_are_refused_with_their_place() {
         ),
         (
             "[conditioner]\nx = { file = \"zero.csv\" }\n",
-            "a gain of 0 is impossible",
+            "a gain of 0 is out of range",
         ),
         (
             "[[budget]]\nname = \"w\"\nacts = \"inclination\"\nunit = \"deg\"\nover_frequency = [[80, 0.1]]\n",
@@ -235,7 +235,7 @@ fn bench_inputs_that_cannot_be_are_refused_with_their_place() {
         ),
         (
             "[[budget]]\nname = \"w\"\nacts = \"output-modulus\"\nunit = \"%\"\nover_frequency = [[80, -0.1], [160, 0.1]]\n",
-            "is impossible",
+            "must not be negative",
         ),
         (
             "[[budget]]\nname = \"w\"\nacts = \"output-modulus\"\nunit = \"%\"\nover_frequency = [[80, 0.1], [160, 0.1]]\ndistribution = { kind = \"normal\", mean = 0.0, u = 0.1 }\n",

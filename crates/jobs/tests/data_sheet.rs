@@ -81,7 +81,12 @@ fn refuses_a_sheet_that_contradicts_itself_and_says_the_line() {
     let bias = "[[limit]]\ncharacteristic = \"bias\"\nmost = 50\nunit = \"mg\"\n";
     for (text, what, place) in [
         ("", "there is no [[limit]]", ""),
-        ("[device]\nmodel = 3\n", "line 2", ""),
+        ("[device]\nmodel = 3\n", "a string is needed", "line 2"),
+        (
+            "[device]\n\n[calibration]\n",
+            "unknown section [calibration]",
+            "line 3",
+        ),
         (
             "[[limit]]\ncharacteristic = \"bais\"\nmost = 1\nunit = \"mg\"\n",
             "no characteristic",
@@ -111,7 +116,7 @@ fn refuses_a_sheet_that_contradicts_itself_and_says_the_line() {
         ),
         (
             "[[limit]]\ncharacteristic = \"bias\"\nmost = 1\nlower = 0\nunit = \"mg\"\n",
-            "no values, or several",
+            "more than one kind of value",
             "limit 1",
         ),
         (

@@ -191,7 +191,7 @@ fn refuses_one_axis_whose_angles_are_unknown_or_given_twice() {
             "the angles are given twice",
         ),
         ("position = \"p\"", "", "a position of 0.5"),
-        ("angle = \"p\"", "lean_deg = -1", "is impossible"),
+        ("angle = \"p\"", "lean_deg = -1", "must not be negative"),
     ] {
         let text = format!(
             "kind = \"single-axis\"\n[recording]\nfile = \"t.csv\"\ncolumn = \"out\"\n{recording}\n[position]\n{position}\n{GRAVITY}"

@@ -52,7 +52,7 @@ findings! {
     likelihood_at_bound(ratio: f64, lowest: f64, highest: f64) =
         "likelihood-at-bound", [Warning],
         what "one sensor is ignored: the likelihood has no maximum inside the searched range",
-        evidence "log10(q T^4/R) = {ratio:.1}, searched from {lowest:.1} to {highest:.1}",
+        evidence "log10(q T^4/R) = {ratio:.1}, searched from {lowest:.1} to {highest:.1}; q is the noise density of the acceleration, T the sampling interval, R the variance of a reading",
         advice "check that both sensors move, and that unit and sign of both agree";
 
     /// The axis stays on one increment for long stretches.
@@ -151,8 +151,8 @@ findings! {
     /// The accelerometer adds nothing but its noise.
     encoder_alone(gained: f64, alone: f64, fused: f64) =
         "encoder-alone", [Note],
-        what "the motion is fainter than the noise of the accelerometer: the velocity is that of the encoder alone",
-        evidence "ln L of the readings is {gained:.0} higher without the accelerometer; standard uncertainty {alone:.2e} alone, {fused:.2e} with both",
+        what "the motion is smaller than the noise of the accelerometer: the velocity is that of the encoder alone",
+        evidence "the log-likelihood of the readings is higher by {gained:.0} without the accelerometer; standard uncertainty {alone:.2e} alone, {fused:.2e} with both",
         advice "with --method kalman:Q,R both sensors are used";
 
     /// Encoder and accelerometer disagree for a short time.
@@ -166,7 +166,7 @@ findings! {
     slip_in_doubt(gain: f64, latency: f64, gained: f64) =
         "slip-in-doubt", [Warning],
         what "encoder and accelerometer differ, and the record does not decide between slip and an error of gain and latency",
-        evidence "a gain of {gain:.4} and a latency of {latency:.2} ms in place of slip change ln L by {gained:+.1}, their price subtracted",
+        evidence "a gain of {gain:.4} and a latency of {latency:.2} ms instead of slip change the log-likelihood by {gained:+.1}, with the penalty for the extra parameters subtracted",
         advice "state the latency or the uncertainty of the gain, or record a motion with other accelerations";
 
     /// A strong deceleration against the motion.
@@ -227,8 +227,8 @@ findings! {
     /// The index lags behind the counts.
     index_late(samples: usize) =
         "index-late", [Note],
-        what "the index comes {samples} samples after the counts, which is taken out: pulses that are met on the way there and back agree then",
-        advice "no filter on the line of the index, or read it with the channels";
+        what "the index comes {samples} samples after the counts; this delay is corrected, so that pulses in both directions agree",
+        advice "remove the filter from the index line, or read it with the channels";
 
     /// An absolute encoder moves far between two samples.
     large_step(step: i64, range: u64) =

@@ -185,7 +185,22 @@ fn method(text: &str) -> Result<Method, String> {
         ("smoother", noise) => model(noise).map(|model| Method::Smoother { model }),
         _ => rule_of(name).and_then(integration),
     };
-    found.ok_or_else(|| format!("{text:?} is no method with its numbers: {METHODS}"))
+    found.ok_or_else(|| match form(name) {
+        Some(form) => format!("{text:?} has not the numbers of this method: write {form}"),
+        None => format!(
+            "unknown method {name:?}: usual ones are fixed-time, savitzky-golay:WINDOW,DEGREE, trapezoid, high-pass:CORNER,ORDER, observer:KX,KV, kalman:Q,R and smoother:Q,R"
+        ),
+    })
+}
+
+/// How a method of this name is written with its settings; of several forms the last, which has the most settings.
+fn form(name: &str) -> Option<&'static str> {
+    let forms = METHODS
+        .split(", ")
+        .map(|form| form.split(" (").next().unwrap_or(form).trim());
+    forms
+        .filter(|form| form.split(':').next() == Some(name))
+        .last()
 }
 
 /// The integration rule of a name.

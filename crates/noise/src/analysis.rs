@@ -295,7 +295,11 @@ pub fn analyse_beside_temperature(
     );
     let chosen = gaps::choose(options.gaps, runs, &gaps)?;
     let longest = chosen.iter().map(|r| r.1 - r.0).max().unwrap_or(0);
-    check_count("rate samples without a gap", longest, FEWEST_SAMPLES)?;
+    check_count(
+        "samples without a gap between them",
+        longest,
+        FEWEST_SAMPLES,
+    )?;
     // A wrong request is an error of the call, not a finding of each channel.
     for &statistic in std::iter::once(&options.statistic).chain(&options.further) {
         options

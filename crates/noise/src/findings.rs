@@ -28,7 +28,7 @@ findings! {
         what "the slowest cycles do not follow the noise terms of the whole band",
         evidence "the lowest twenty cosines have {ratio:.2} times the power that the fit expects, by chance in {chance:.4} of records; K is {walk} below {highest} Hz, {whole} over the whole band",
         advice "K is that of the lowest frequencies, and its interval holds both: record longer, with the temperature beside (--temperature), before a filter relies on it",
-        false_alarms "none of 800 simulated records of noise alone (page Noise of the documentation)";
+        false_alarms "none of 800 simulated records of noise alone";
 
     /// A filter acts on the noise before it is sampled; the fit uses the band below it, or describes it.
     band_limited(used: Figure, half_rate: Figure, rest: &str) =
@@ -83,9 +83,9 @@ findings! {
     temperature_lag_found(lag: Figure, low: Figure, high: Figure, gain: f64, needed: f64) =
         "temperature-lag-found", [Note],
         what "the output follows the temperature with a lag",
-        evidence "a lag of {lag} s ({low} to {high} s) gains {gain:.1} of the likelihood over none, {needed:.1} are needed; all intervals allow for it",
+        evidence "a lag of {lag} s ({low} to {high} s) raises twice the log-likelihood by {gain:.1}, and {needed:.1} are needed; all intervals allow for it",
         advice "state the lag where it is known (--temperature-lag), or put the thermometer nearer to the sensor",
-        false_alarms "none of 80 simulated records that follow at once (page Noise of the documentation)";
+        false_alarms "none of 80 simulated records that follow at once";
 
     /// The lag of the output behind the temperature is too long for the record.
     temperature_lag_open(low: Figure, span: Figure) =
@@ -97,10 +97,10 @@ findings! {
     /// The output settles after the start of the record.
     output_settles(size: Figure, time: Figure, low: Figure, high: Figure, gain: f64) =
         "output-settles", [Warning],
-        what "the output settles after the start of the record: an exponential was taken out of the noise",
-        evidence "{size} at the start, time constant {time} s ({low} to {high} s); gain {gain:.1} of the likelihood",
+        what "the output settles after the start of the record: a fitted exponential was subtracted",
+        evidence "{size} at the start, time constant {time} s ({low} to {high} s); it raises twice the log-likelihood by {gain:.1}",
         advice "cut the start off (--between FROM TO), or let the sensor warm up before recording; coefficients allow for it, the curve as recorded does not",
-        false_alarms "none of 800 simulated records of noise alone (page Noise of the documentation)";
+        false_alarms "none of 800 simulated records of noise alone";
 
     /// The level of the output steps; two steps of opposite sign are a change that ends.
     mean_steps(steps: &str) =
@@ -108,15 +108,15 @@ findings! {
         what "the level of the output steps: that was taken out of the noise",
         evidence "from the start {steps}",
         advice "look at the time plot for a knock or a change of attitude, and use the part between (--between FROM TO); coefficients allow for it, the curve as recorded does not",
-        false_alarms "none of 800 simulated records of noise alone (page Noise of the documentation)";
+        false_alarms "none of 800 simulated records of noise alone";
 
     /// The output follows the time of the day.
     day_cycle(size: Figure, gain: f64) =
         "day-cycle", [Warning],
-        what "the output has a cycle of a day: it was taken out of the noise",
-        evidence "amplitude {size}; gain {gain:.1} of the likelihood",
-        advice "record the temperature beside (--temperature), which most often is the cause",
-        false_alarms "none of 200 simulated records of noise alone (page Noise of the documentation)";
+        what "the output has a daily cycle: a fitted cycle was subtracted",
+        evidence "amplitude {size}; it raises twice the log-likelihood by {gain:.1}",
+        advice "record the temperature too (--temperature): it is the usual cause",
+        false_alarms "none of 200 simulated records of noise alone";
 
     /// A coefficient is not the same in all units.
     units_differ(coefficients: &str) =

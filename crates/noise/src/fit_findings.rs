@@ -124,7 +124,7 @@ pub(crate) fn of_courses(courses: &[Course]) -> Vec<Finding> {
                 ));
             }
             CourseShape::Step { at } => steps.push(format!(
-                "{} at {} s ({low} to {high} s; gain {:.1} of the likelihood)",
+                "{} at {} s ({low} to {high} s; it raises twice the log-likelihood by {:.1})",
                 size(course),
                 Figure(at),
                 course.gain

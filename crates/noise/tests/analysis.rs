@@ -336,7 +336,7 @@ fn refuses_or_explains_bad_records() {
     assert_eq!(
         analyse(&[channel(&y[..9])], None, 100.0, &options),
         Err(Error::TooFew {
-            name: "rate samples without a gap",
+            name: "samples without a gap between them",
             needed: 10,
             got: 9
         })

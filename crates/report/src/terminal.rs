@@ -14,6 +14,8 @@ pub struct Options {
     pub width: usize,
     /// Whether ANSI escapes may be written.
     pub colour: bool,
+    /// Whether the result is written to a folder, so that evidence and advice stand there too.
+    pub filed: bool,
 }
 
 /// Lines of result, verdict, findings and what was read, at most: a terminal shows them at once.
@@ -31,6 +33,7 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
         out: String::new(),
         width: options.width.max(20),
         colour: options.colour,
+        filed: options.filed,
     };
     text.line(&text.bold(&clean(&report.title)));
     if !report.subtitle.is_empty() {
@@ -82,6 +85,7 @@ struct Text {
     out: String,
     width: usize,
     colour: bool,
+    filed: bool,
 }
 
 /// How much of a finding is said.
@@ -241,7 +245,13 @@ impl Text {
                 text.line(&cut(&line, text.width));
             }
             if more {
-                text.wrapped("Evidence and advice: in result.json and its page, or `proofmass explain CODE`.", "");
+                let where_to = match text.filed {
+                    true => {
+                        "Evidence and advice: in result.json and its page, or `proofmass explain CODE`."
+                    }
+                    false => "`proofmass explain CODE` says what each of these means.",
+                };
+                text.wrapped(where_to, "");
             }
             text.out
         };

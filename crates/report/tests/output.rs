@@ -156,6 +156,7 @@ fn law_hostile_text_neither_steers_the_terminal_nor_turns_the_page() {
     let options = terminal::Options {
         width: 80,
         colour: false,
+        filed: true,
     };
     let text = terminal::render(&report, &options).unwrap();
     assert!(text.contains(r"a\u{1b}]0;pwned\u{7}b\u{202e}txt"));
@@ -207,6 +208,7 @@ fn regress_terminal_table() {
         &terminal::Options {
             width: 60,
             colour: false,
+            filed: true,
         },
     )
     .unwrap();
@@ -275,6 +277,7 @@ fn law_a_page_opens_with_the_answer_and_folds_the_rest() {
         &terminal::Options {
             width: 80,
             colour: false,
+            filed: true,
         },
     )
     .unwrap();
@@ -316,6 +319,7 @@ fn law_the_opening_of_a_terminal_fits_a_screen() {
         let options = terminal::Options {
             width,
             colour: false,
+            filed: true,
         };
         let text = terminal::render(&report(count), &options).expect("text");
         assert!(text.lines().count() <= 25, "{count} of {width}:\n{text}");
@@ -329,6 +333,7 @@ fn law_the_opening_of_a_terminal_fits_a_screen() {
     let options = terminal::Options {
         width: 100,
         colour: false,
+        filed: true,
     };
     let few = terminal::render(&report(3), &options).expect("text");
     assert!(few.contains("do what has to be done"), "{few}");

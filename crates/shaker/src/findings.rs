@@ -16,7 +16,7 @@ findings! {
     /// Nobody measured the motion of the bench beside the excitation, and nobody states how large it may be.
     motion_not_measured(frequencies: usize, sizes: &str) =
         "motion-not-measured", [Warning],
-        what "the motion of the bench was not measured: across the excitation its size is what the runs say, along it what all wedges have in common is assumed",
+        what "the motion of the bench was not measured. Across the excitation its size is estimated from the runs; along it, the part that all wedges have in common is assumed",
         evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}; a seat that bends moves several per cent more than the reference towards its resonance, and no run shows it",
         advice "measure it (a campaign of kind spurious-motion) and name its table in [[correction]], or state in [unmeasured_motion] how large it may be";
 
@@ -65,7 +65,7 @@ findings! {
     /// The published method was asked for.
     published_method() =
         "published-method", [Note],
-        what "the published method is shown for comparison; its intervals do not hold what they promise",
+        what "the published method is shown for comparison; its intervals are too narrow",
         evidence "it loses the signs of cross terms and averages common errors away",
         advice "use the complex or the joint result";
 
@@ -74,12 +74,12 @@ findings! {
         "not-as-calibrated", [Decision],
         what "{device} is not what it is known to be{consequence}",
         evidence "{evidence}",
-        advice "look at reference, gains, cables and mounting, and measure again; a device that was dropped shows itself alone";
+        advice "check reference, gains, cables and mounting, and measure again; a device that was dropped affects only itself";
 
     /// The check standard is not calibrated at every frequency.
     check_standard_partial(frequencies: &str) =
         "check-standard-partial", [Warning],
-        what "the calibration of the check standard does not reach every frequency, so that nothing vouches for the bench there",
+        what "the check standard is not calibrated at every frequency: the bench is unchecked there",
         evidence "{frequencies}",
         advice "have the check standard calibrated there";
 
@@ -95,7 +95,7 @@ findings! {
         "missing-configuration", [Warning],
         what "there is no run at {configuration}, {frequency} Hz",
         evidence "{runs} runs at {frequency} Hz, {planned} in the plan",
-        advice "the uncertainty already contains what it costs; measure it if it can be";
+        advice "the uncertainty already includes the loss; measure the configuration if possible";
 
     /// A configuration was measured more than once.
     duplicate_configuration(configuration: &str, frequency: f64, times: usize, runs: &str) =
@@ -184,7 +184,7 @@ findings! {
     /// x and y are inverted together.
     mask_reversed(evidence: &str) =
         "mask-reversed", [Decision, Warning],
-        what "x and y are inverted in every run: the device looks as if it were turned by 180° on every wedge",
+        what "x and y are inverted in every run, as if the device were turned by 180° on every wedge",
         evidence "{evidence}",
         advice "check the zero of the rotation template against the marks on the device, then the polarity of both channels";
 
@@ -213,7 +213,7 @@ findings! {
     mask_offset(angle: f64, frequency: f64, xy: f64, yx: f64, u: f64, askew: f64, limit: f64) =
         "mask-offset", [Warning],
         what "x and y are turned together by {angle:.1}° against the marks of the device",
-        evidence "at {frequency} Hz: S_xy/S_yy = {xy:.4}, S_yx/S_xx = {yx:.4}, u = {u:.2}°; {askew:.1} times what its axes are askew otherwise, which one device in a hundred exceeds {limit:.1} times by itself; wedges and spurious motion say nothing about it",
+        evidence "at {frequency} Hz: S_xy/S_yy = {xy:.4}, S_yx/S_xx = {yx:.4}, u = {u:.2}°; {askew:.1} times its other misalignment, limit {limit:.1} (exceeded by 1 % of devices)",
         advice "check the zero of the rotation template: an offset cannot be separated from a rotated sensor; S refers to the marks on the case",
         false_alarms "1 % of healthy devices, by the level of the test";
 
@@ -305,7 +305,7 @@ findings! {
         "amplitude-off-target", [Warning],
         what "run {run} was not driven at its target amplitude",
         evidence "{amplitude:.3} m/s² reached, {target} m/s² wanted at {frequency} Hz",
-        advice "check the levelling; a linear device does not mind, its linearity does";
+        advice "check the amplitude control; the sensitivity is not affected, a linearity test is";
 
     /// The transverse motion of the table is beyond the standard.
     transverse_motion(run: &str, motion: f64, frequency: f64, admitted: f64) =
@@ -388,7 +388,7 @@ findings! {
     spurious_scatter_pooled(label: &str, places: &str) =
         "spurious-scatter-pooled", [Note],
         what "the uncertainties of the spurious motion \"{label}\" were pooled over its wedges and axes",
-        evidence "few repeats know their scatter only together; at {places}",
+        evidence "with few repeats the scatter is estimated from all together; at {places}",
         advice "measure ten times, or let `proofmass calibrate` of a spurious-motion campaign write the table";
 
     /// Ratios of a spurious motion scatter differently.

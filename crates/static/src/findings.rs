@@ -52,14 +52,14 @@ findings! {
     /// Auto-calibration does not reach the error that its method asks for.
     auto_calibration_failed(before: f64, after: f64, accepted: f64) =
         "auto-calibration-failed", [Decision],
-        what "the still windows lie no better on the sphere than the method asks for",
+        what "after calibration, |a| of the still windows differs from 1 g by more than the method allows",
         evidence "mean of |‖a‖ − 1| {before:.2} mg before, {after:.2} mg after, {accepted:.0} mg at most",
         advice "keep the calibration of the maker, or calibrate by hand in twelve attitudes";
 
     /// The iteration was ended by the published rule.
     published_stop(iterations: usize, error: f64) =
         "published-stop", [Warning],
-        what "the iteration ended at the published stop, which is not the solution",
+        what "the iteration was stopped by the published criterion, before it converged",
         evidence "{iterations} iterations, {error:.3} mg",
         advice "use it only to compare with programs that stop there";
 
@@ -80,14 +80,14 @@ findings! {
     /// Innovations of the bias filter are larger than its noise. A decision beyond a factor of two.
     innovations_too_large(axis: &str, ratio: f64, low: f64, high: f64, means: usize) =
         "innovations-too-large", [Warning, Decision],
-        what "{axis}: the innovations are larger than the stated noise lets expect",
+        what "{axis}: the innovations are larger than expected from the stated noise",
         evidence "{ratio:.2} times their standard deviation, {low:.2} to {high:.2} by chance over {means} means",
         advice "the intervals are too narrow: take the noise in the state in which this was recorded (mounted, running), or leave out what is no rest";
 
     /// Innovations of the bias filter are smaller than its noise.
     innovations_too_small(axis: &str, ratio: f64, low: f64, high: f64, means: usize) =
         "innovations-too-small", [Warning],
-        what "{axis}: the innovations are smaller than the stated noise lets expect",
+        what "{axis}: the innovations are smaller than expected from the stated noise",
         evidence "{ratio:.2} times their standard deviation, {low:.2} to {high:.2} by chance over {means} means",
         advice "the intervals are too wide: the noise result is of another sensor, bandwidth or state";
 
@@ -153,7 +153,7 @@ findings! {
     /// Heating and cooling give different outputs.
     hysteresis(axis: &str, difference: f64, expanded: f64, temperature: f64, of_a_reading: f64) =
         "hysteresis", [Warning],
-        what "heating and cooling differ on {axis}: a reading is uncertain by it whatever the coefficients",
+        what "heating and cooling give different outputs on {axis}: no coefficient can correct it, and every reading is uncertain by it",
         evidence "{difference:.2} mg ± {expanded:.2} mg at {temperature:.1} °C",
         advice "count {of_a_reading:.2} mg as standard uncertainty of a compensated reading",
         false_alarms "1 % of healthy recordings, by the level of the test";
@@ -161,8 +161,8 @@ findings! {
     /// The raw difference between heating and cooling is another than the model's.
     branches_beyond_model(axis: &str, raw: f64, model: f64, temperature: f64, of_a_reading: f64) =
         "branches-beyond-model", [Warning],
-        what "heating and cooling differ on {axis} otherwise than the model has it: by slow wander of the output, or by a form beyond its square",
-        evidence "{raw:.2} mg by the outputs, {model:.2} mg by the model at {temperature:.1} °C",
+        what "the difference between heating and cooling on {axis} is not that of the model: the output wanders slowly, or the hysteresis has a form that the model lacks",
+        evidence "{raw:.2} mg from the outputs, {model:.2} mg from the model at {temperature:.1} °C",
         advice "count {of_a_reading:.2} mg as standard uncertainty of a compensated reading, and run the cycle twice: wander does not repeat",
         false_alarms "1 % of healthy recordings; 7 % where the output wanders by 1 mg";
 
@@ -204,9 +204,9 @@ findings! {
     /// The biases walk at random during the recording.
     bias_walk(walk: f64, weight: f64) =
         "bias-walk", [Note],
-        what "the biases walk during the recording: they are stated as their mean over the standstills",
-        evidence "{walk:.0} µg/√s, by {weight:.1} % of the weight of all forms that the scatter may have",
-        advice "record faster, or let the sensor settle first; a bias of later differs by more than the stated interval, by its walk until then",
+        what "the biases drift at random during the recording: their mean over the standstills is stated",
+        evidence "random walk of {walk:.0} µg/√s; of the forms that the scatter may have it gets {weight:.1} % of the weight",
+        advice "record in less time, or let the sensor settle first; later the bias differs by more than the stated interval",
         false_alarms "0.02 % of healthy recordings, 0.2 % of the worst kind";
 
     /// The output settles after switching on. A note where the coefficients are those of the warm sensor.
@@ -328,7 +328,7 @@ findings! {
     /// Residuals over the angle of a table have a second harmonic.
     second_harmonic(percentage: f64, f: f64, limit: f64, found: f64) =
         "second-harmonic", [Warning],
-        what "the residuals go twice around with the angle: the output is curved, or the axis of the table moves",
+        what "the residuals have a component of twice the angle: the output is not linear, or the axis of the table moves",
         evidence "{percentage:.3} % of the output at 1 g; F = {f:.1}, limit {limit:.1}; {found:.3} % is found in nine of ten tests",
         advice "test linearity with known accelerations, or turn the sensor by 180° on the table and repeat",
         false_alarms "0.5 % of healthy tests, by the level of the test";
@@ -344,8 +344,8 @@ findings! {
     /// The angles cannot show a cube of the acceleration.
     cubic_not_tested(readings: usize) =
         "cubic-not-tested", [Note],
-        what "these angles cannot show a cube of the acceleration: the sensitivity is that of ±1 g",
-        evidence "{readings} readings; 0.1 % of a cube at 1 g is 0.075 % to 0.1 % of the sensitivity at zero",
+        what "these angles cannot show a cubic nonlinearity: the sensitivity is that of ±1 g",
+        evidence "{readings} readings; a cubic term of 0.1 % at 1 g changes the sensitivity at zero by 0.075 % to 0.1 %",
         advice "read ten angles or more in steps of 45° or less";
 
     /// Gravity is not along the axis that was named.

@@ -162,12 +162,12 @@ fn regress_events_that_no_trial_has() {
 #[test]
 fn refuses_negative_limits_by_their_name() {
     for (statement, words) in [
-        ("half_width = -1", "half_width = -1 is negative"),
-        ("resolution = -1", "resolution = -1 is negative"),
-        ("U = -1, k = 2", "U = -1 is negative"),
+        ("half_width = -1", "`half_width` must not be negative"),
+        ("resolution = -1", "`resolution` must not be negative"),
+        ("U = -1, k = 2", "`U` must not be negative"),
         (
             "accuracy = { reading_percent = 1, constant = -2 }",
-            "accuracy = -2 is negative",
+            "`accuracy` must not be negative",
         ),
     ] {
         let said = evaluate(&format!(

@@ -12,7 +12,7 @@ const PROGRAM: &str = "proofmass-certificate";
 pub(super) fn write(outcome: &CertificateOutcome, place: &Path) -> Result<(), Failure> {
     let missing = |why: String| {
         Failure::new(format!("the program {PROGRAM}, which typesets certificates, cannot be started: {why}"))
-            .hint("build it once from the source (`cargo install --path apps/certificate`) and put it beside proofmass or on the PATH; without --pdf every other file is written")
+            .hint("put proofmass-certificate beside proofmass or on the PATH (it is built from the same source); or leave --pdf out: every other file is written")
     };
     let sheet = outcome.whole_sheet()?;
     let mut child = Command::new(program())

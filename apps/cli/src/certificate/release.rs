@@ -6,7 +6,7 @@ use crate::{Failure, Outcome, console};
 use proofmass::io::{OutputFolder, SigningKey};
 use proofmass::jobs::StoredResult;
 use proofmass::jobs::certificate::register::NewEntry;
-use proofmass::jobs::certificate::{PAPER, Replaced, says};
+use proofmass::jobs::certificate::{PAPER, Replaced, says, what_to_add};
 use std::path::PathBuf;
 
 /// Release a certificate: the next number of the register, and files that are never overwritten.
@@ -58,7 +58,7 @@ impl Release {
         let draft = certified.evaluate(None)?;
         if !draft.missing().is_empty() {
             let failure = Failure::new(format!("no certificate is released: {}", draft.lack()))
-                .hint("add them to LAB.toml or to the file of the order");
+                .hint(what_to_add(draft.missing()));
             return Err(draft
                 .missing()
                 .iter()
@@ -124,7 +124,7 @@ impl Release {
             })?;
         }
         let place = commit(folder, &result)?;
-        console::show_result(&result)?;
+        console::show_result(&result, true)?;
         let told = if is_new {
             "released"
         } else {

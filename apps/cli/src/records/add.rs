@@ -393,10 +393,10 @@ impl RuleArguments {
             .hint("make --longest at least --months"));
         }
         if months > 600.0 {
-            return Err(
-                Failure::new(format!("an interval of {months} months is out of place"))
-                    .hint("at most 600 months"),
-            );
+            return Err(Failure::new(format!(
+                "an interval of {months} months is out of range: 600 months at most"
+            ))
+            .hint("give --months in months"));
         }
         let rule = match kind {
             "drift" => RecalibrationRule::Drift { longest: months },

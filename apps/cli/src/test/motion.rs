@@ -63,7 +63,7 @@ impl Motion {
         let folder = self.delivery.begin(MotionOutcome::KIND, &named_files)?;
         let recording = self.channel.read_by(&self.recording, &self.by)?;
         let Some(channel) = recording.channels.first() else {
-            return Err(Failure::new("no column was chosen"));
+            return Err(Failure::new("no column was chosen").hint("add --column COLUMN"));
         };
         let mut job = MotionJob::default();
         job.relative_uncertainty = (1e-2 * self.uncertainty).hypot(self.by.relative_uncertainty());

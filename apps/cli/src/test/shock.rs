@@ -143,7 +143,7 @@ impl Shock {
         let recording = self.clock.read(source, &channels)?;
         let views: Vec<_> = recording.channels.iter().map(|c| c.view()).collect();
         let Some((output, reference)) = views.split_first() else {
-            return Err(Failure::new("no column was chosen"));
+            return Err(Failure::new("no column was chosen").hint("add --column COLUMN"));
         };
         let mut findings = recording.findings.clone();
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));

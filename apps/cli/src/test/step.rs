@@ -27,7 +27,7 @@ impl Step {
         let folder = self.delivery.begin(StepOutcome::KIND, &[&self.recording])?;
         let recording = self.channel.read_by(&self.recording, &self.by)?;
         let Some(channel) = recording.channels.first() else {
-            return Err(Failure::new("no column was chosen"));
+            return Err(Failure::new("no column was chosen").hint("add --column COLUMN"));
         };
         let data = StepData {
             channel: channel.view(),

@@ -567,7 +567,7 @@ fn covariance(
         let near = (b - c).abs() <= 1e-6 * (b.abs() + c.abs());
         if !(a >= 0.0 && d >= 0.0 && near && b * c <= a * d * (1.0 + 1e-6)) {
             return Err(cells[0].refuse(format!(
-                "the covariance matrix of value {} is impossible: {a}, {b}; {c}, {d}",
+                "the covariance matrix of value {} is not valid: {a}, {b}; {c}, {d}",
                 i + 1
             )));
         }

@@ -251,10 +251,14 @@ impl<'a> Parts<'a> {
         for i in 0..n {
             let (f, s) = (&frequency.cells[i], &magnitude.cells[i]);
             if !(f.value > 0.0) {
-                return Err(
-                    refuse(f.of, format!("a frequency of {} Hz is impossible", f.value))
-                        .line(f.line),
-                );
+                return Err(refuse(
+                    f.of,
+                    format!(
+                        "a frequency of {} Hz is out of range: it must be positive",
+                        f.value
+                    ),
+                )
+                .line(f.line));
             }
             if let Some(before) = twice.filter(|t| t.1 == i).and_then(|t| rows.get(t.0)) {
                 return Err(refuse(
@@ -265,13 +269,15 @@ impl<'a> Parts<'a> {
                 .with_hint("a certificate has one result at a frequency: ask the laboratory which one holds"));
             }
             if !(s.value > 0.0) {
-                return Err(
-                    refuse(s.of, format!("a sensitivity of {} is impossible", s.value))
-                        .line(s.line)
-                        .with_hint(
-                            "the magnitude is above zero; an inverted output has a phase of 180°",
-                        ),
-                );
+                return Err(refuse(
+                    s.of,
+                    format!(
+                        "a sensitivity of {} is out of range: it must be positive",
+                        s.value
+                    ),
+                )
+                .line(s.line)
+                .with_hint("the magnitude is above zero; an inverted output has a phase of 180°"));
             }
             let u = |cell: &Cell| {
                 cell.uncertainty.ok_or_else(|| {

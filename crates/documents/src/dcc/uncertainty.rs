@@ -279,12 +279,20 @@ fn statement(element: Element, names: &[&str; 4], values: usize) -> Result<DccUn
     };
     let [stated, k, probability] = [list(names[0])?, list(names[1])?, list(names[2])?];
     for (numbers, what, sound) in [
-        (&stated, "an uncertainty", (|v| v >= 0.0) as fn(f64) -> bool),
-        (&k, "a coverage factor", |v| (1.0..=20.0).contains(&v)),
-        (&probability, "a probability", |v| v > 0.0 && v < 1.0),
+        (
+            &stated,
+            "an uncertainty must not be negative",
+            (|v| v >= 0.0) as fn(f64) -> bool,
+        ),
+        (&k, "a coverage factor lies from 1 to 20", |v| {
+            (1.0..=20.0).contains(&v)
+        }),
+        (&probability, "a probability lies between 0 and 1", |v| {
+            v > 0.0 && v < 1.0
+        }),
     ] {
         if let Some(v) = numbers.values.iter().find(|v| !sound(**v)) {
-            return Err(numbers.refuse(format!("{v} is impossible as {what}")));
+            return Err(numbers.refuse(format!("{v} is out of range: {what}")));
         }
     }
     let distribution = element

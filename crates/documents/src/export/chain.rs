@@ -51,7 +51,7 @@ pub fn export_chain(
 ) -> Result<String> {
     if behind.factor == 0 {
         return Err(unable(
-            "a decimation by 0 leaves nothing over",
+            "the decimation factor is 0, and must be 2 or more",
             "give a whole number from 2 on, or no decimation",
         ));
     }
@@ -65,7 +65,7 @@ pub fn export_chain(
         FirmwareBlock::LinearPhase { taps, .. } => Some(taps.len()),
         _ => {
             return Err(unable(
-                "what stands behind a calibration is a low-pass",
+                "only a low-pass can follow a calibration here",
                 "give one of second order or of linear phase",
             ));
         }

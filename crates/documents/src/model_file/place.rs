@@ -2,6 +2,9 @@
 
 use proofmass_uncertainty::{CorrelationEntry, InputEntry, Refusal};
 
+/// Keys of the uncertainty of an input.
+const SPREADS: [&str; 5] = ["u", "U", "half_width", "resolution", "accuracy"];
+
 /// One formula and where it stands in the file.
 pub(super) struct Formula<'a> {
     pub(crate) table: &'static str,
@@ -75,9 +78,15 @@ impl Place {
                 };
                 ("input", number, key)
             }),
-            Refusal::Incomplete { name, .. } | Refusal::Contradiction { name, .. } => {
-                input(name).map(|number| ("input", number, "name"))
+            Refusal::Contradiction { name, what } => {
+                let about = SPREADS.iter().find(|key| {
+                    let rest = what.strip_prefix('`').and_then(|w| w.strip_prefix(**key));
+                    rest.is_some_and(|r| r.starts_with("` must") || r.starts_with("` needs"))
+                });
+                let key = about.copied().unwrap_or("name");
+                input(name).map(|number| ("input", number, key))
             }
+            Refusal::Incomplete { name, .. } => input(name).map(|number| ("input", number, "name")),
             Refusal::Name { name, .. } => {
                 let formula = formulas.iter().find(|f| f.name == name);
                 let place = formula.map(|f| (f.table, f.number, f.named()));

@@ -877,7 +877,12 @@ fn findings(
     let highest = points.frequency.iter().copied().fold(0.0, f64::max);
     for q in estimate.quantities() {
         if q.name.ends_with("frequency") && q.value > highest {
-            findings.push(findings::model_extrapolated(&q.name, q.value, highest, ""));
+            findings.push(findings::model_extrapolated(
+                &q.name,
+                q.value,
+                highest,
+                "measure the response at higher frequencies",
+            ));
         }
         let relative = (q.standard_uncertainty / q.value).abs();
         if relative > 0.2

@@ -159,7 +159,7 @@ impl File<'_> {
         let lines = sides[0].min(there / line);
         if !self.claim(lines * line) {
             return Err(Trouble::Damaged(
-                "its numbers lie where others do".to_owned(),
+                "its data overlap another dataset".to_owned(),
             ));
         }
         let (signals, rows, stride, step) = match dataset.time {

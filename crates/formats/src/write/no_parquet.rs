@@ -46,5 +46,5 @@ pub fn parquet_table(_columns: &[TableColumn]) -> Result<Vec<u8>> {
 
 fn refusal() -> Error {
     Error::new("this build does not write Parquet")
-        .with_hint("install with `cargo install --path apps/cli --features parquet`")
+        .with_hint("build it from the source with the feature parquet, or write csv")
 }

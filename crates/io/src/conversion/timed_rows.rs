@@ -110,7 +110,8 @@ impl TimedRows {
             (Some(unit), _) => RowClock::Stamps(unit.unit, unit.per_second),
             (None, Some(rate)) if rate.is_finite() && rate > 0.0 => RowClock::Rate(rate),
             (None, Some(rate)) => {
-                let what = format!("a sampling rate of {rate} Hz is impossible");
+                let what =
+                    format!("a sampling rate of {rate} Hz is out of range: it must be positive");
                 return Err(Error::new(ErrorKind::Time, what)
                     .with_hint("give the number of samples per second with --rate"));
             }

@@ -259,7 +259,7 @@ fn refuse_other_width(
     )
     .line(line.number)
     .with_hint(
-        "which heading belongs to which column cannot be told: give every column one heading, or make the line a comment with #",
+        "it is not known which heading belongs to which column: give every column one heading, or make the line a comment with #",
     ))
 }
 

@@ -54,6 +54,27 @@ impl Write for Stream {
     }
 }
 
+/// Refuses an output that is one of the inputs, by whatever name.
+///
+/// # Errors
+/// It is one of them.
+pub fn not_an_input(target: &Path, inputs: &[&Path]) -> Result<()> {
+    // Links and dots resolved: the same file may have two names.
+    if let Ok(there) = target.canonicalize()
+        && inputs
+            .iter()
+            .any(|i| i.canonicalize().is_ok_and(|i| i == there))
+    {
+        return Err(Error::new(
+            ErrorKind::Output,
+            "the output is the input itself, which is never overwritten",
+        )
+        .at(target)
+        .with_hint("name another file for the output"));
+    }
+    Ok(())
+}
+
 impl AtomicFile {
     /// Begins a file that will stand at `path`; an existing file is replaced on commit, one of `inputs` never.
     ///
@@ -74,19 +95,7 @@ impl AtomicFile {
                 .at(&target)
                 .with_hint("name the file to be written"));
         }
-        // Links and dots resolved: the same file may have two names.
-        if let Ok(there) = target.canonicalize()
-            && inputs
-                .iter()
-                .any(|i| i.canonicalize().is_ok_and(|i| i == there))
-        {
-            return Err(Error::new(
-                ErrorKind::Output,
-                "is the input itself, which is never overwritten",
-            )
-            .at(&target)
-            .with_hint("name another file for the output"));
-        }
+        not_an_input(&target, inputs)?;
         if fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
             let file = File::options()
                 .write(true)

@@ -73,7 +73,7 @@ pub fn calibration_of_band(
                 percent(i)
             ))
         ),
-        "Without a bias, which a shaker does not measure: take the mean at rest away, or filter it out.".to_owned(),
+        "Without a bias, which a shaker does not measure: subtract the mean at rest, or filter it out.".to_owned(),
     ];
     if e.delay.abs() > 1e-9 {
         notes.push(format!(

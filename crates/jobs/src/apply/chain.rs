@@ -245,9 +245,9 @@ impl Chain {
         }
         match (self.decimation, self.low_pass) {
             (Some(factor @ (0 | 1)), _) => Err(Trouble::request(format!(
-                "a decimation by {factor} leaves nothing out, or nothing over"
+                "the decimation factor is {factor}, and must be 2 or more"
             ))
-            .with_hint("give a whole number from 2 on, or no decimation")),
+            .with_hint("give a whole number from 2 on, or leave --decimate out")),
             (Some(factor), None) => Err(Trouble::request(format!(
                 "a decimation by {factor} needs a low-pass: what lies above half of the new rate would appear as another frequency"
             ))

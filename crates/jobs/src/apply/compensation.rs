@@ -92,7 +92,7 @@ impl CompensationStream {
                 let points = file.series.points();
                 let [low, high] = [points[0].at, points[points.len() - 1].at];
                 return Err(Trouble::request(
-                    "the calibration is one over frequency: no single matrix undoes it",
+                    "the calibration is one over frequency: no single matrix compensates it",
                 )
                 .detail(format!("it covers {low} Hz to {high} Hz"))
                 .with_hint(

@@ -239,7 +239,7 @@ fn consistency(track: &BiasTrack) -> Table {
     ];
     let rows: Vec<Row<'_>> = AXES.into_iter().zip(&track.axes).collect();
     Table::of(
-        "Are the innovations what the noise lets expect?",
+        "Are the innovations as expected from the noise?",
         fields,
         &rows,
     )

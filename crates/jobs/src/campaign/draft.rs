@@ -522,7 +522,10 @@ impl Unsaid<'_> {
         };
         Err(Error::new(
             ErrorKind::Configuration,
-            format!("not all of the recording is said: {}", what.join("; ")),
+            format!(
+                "some properties of the recording are missing: {}",
+                what.join("; ")
+            ),
         )
         .with_hint(format!("add {}{words}", options.join(" "))))
     }
@@ -540,7 +543,7 @@ impl Unsaid<'_> {
             hints.push(format!("{} to [recording]", lines.join(", ")));
         }
         if place {
-            what.push("the place of the recording is not known, which g needs".to_owned());
+            what.push("local gravity is not known".to_owned());
             hints.push(
                 "latitude_deg = DEGREES and height_m = METRES (or value = … and standard_uncertainty = …) to [gravity]"
                     .to_owned(),
@@ -548,7 +551,10 @@ impl Unsaid<'_> {
         }
         let what = match what.as_slice() {
             [one] => one.clone(),
-            all => format!("not all of the recording is said: {}", all.join("; ")),
+            all => format!(
+                "some properties of the recording are missing: {}",
+                all.join("; ")
+            ),
         };
         Err(Error::new(ErrorKind::Configuration, what)
             .with_hint(format!("in the campaign add {}", hints.join(", and "))))
@@ -560,7 +566,7 @@ pub(crate) fn no_axes(layout: &Layout, several: bool) -> Error {
     let what = match (several, &layout.header) {
         (true, Some(_)) => "more than one sensor may be meant by x, y and z",
         (true, None) => "without headings it is not known which columns x, y and z are",
-        (false, _) => "the columns of x, y and z cannot be told",
+        (false, _) => "it is not known which columns are x, y and z",
     };
     Error::new(ErrorKind::Column, what).with_hint(format!(
         "name them with --columns X,Y,Z, by heading or number; {}",

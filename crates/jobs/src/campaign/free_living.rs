@@ -88,11 +88,12 @@ impl FreeLivingCampaign {
     pub(super) fn check(&self) -> Result<()> {
         let confidence = self.method.confidence;
         if !(confidence > 0.5 && confidence < 1.0) {
-            return Err(self.source.refuse(
-                "method",
-                "confidence",
-                format!("a probability of {confidence} is out of place"),
-            ));
+            let what =
+                format!("a probability of {confidence} is out of range: above 0.5 and below 1");
+            return Err(self
+                .source
+                .refuse("method", "confidence", what)
+                .with_hint("give a number such as 0.95"));
         }
         if let Some(rate) = self.recording.sampling_rate_hz
             && !(rate.is_finite() && rate > 0.0)

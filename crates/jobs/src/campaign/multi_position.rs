@@ -530,7 +530,11 @@ impl MultiPositionCampaign {
         if let Some(t) = self.terms.reference
             && !(-273.15..=10_000.0).contains(&t)
         {
-            return refuse("terms", "reference_degC", format!("{t} °C is impossible"));
+            return refuse(
+                "terms",
+                "reference_degC",
+                format!("{t} °C is out of range: from −273.15 °C to 10 000 °C"),
+            );
         }
         if let Some(t) = self.ambient.temperature_deg_c
             && !(-273.15..=10_000.0).contains(&t)
@@ -538,7 +542,7 @@ impl MultiPositionCampaign {
             return refuse(
                 "ambient",
                 "temperature_degC",
-                format!("{t} °C is impossible"),
+                format!("{t} °C is out of range: from −273.15 °C to 10 000 °C"),
             );
         }
         if let Some([lo, hi]) = table.range
@@ -569,9 +573,9 @@ impl MultiPositionCampaign {
                 .refuse(
                     "method",
                     "confidence",
-                    format!("a probability of {confidence} is out of place"),
+                    format!("a probability of {confidence} is out of range: above 0.5 and below 1"),
                 )
-                .with_hint("give a number between 0.5 and 1, such as 0.95"));
+                .with_hint("give a number such as 0.95"));
         }
         Ok(())
     }
@@ -680,7 +684,7 @@ impl GravityInput {
             {
                 return refuse(
                     key,
-                    format!("a standard uncertainty of {u} is impossible"),
+                    format!("{u} is out of range: a standard uncertainty must not be negative"),
                     "give a number from zero up",
                 );
             }
@@ -706,7 +710,9 @@ impl GravityInput {
                 if !(9.7..=9.9).contains(&value) {
                     return refuse(
                         "value",
-                        format!("a local gravity of {value} m/s² is impossible on the ground"),
+                        format!(
+                            "a local gravity of {value} m/s² is out of range: on the ground it is 9.7 m/s² to 9.9 m/s²"
+                        ),
                         "give it in m/s², such as 9.8127",
                     );
                 }
@@ -723,8 +729,8 @@ impl GravityInput {
                 if !(-90.0..=90.0).contains(&latitude_deg) {
                     return refuse(
                         "latitude_deg",
-                        format!("a latitude of {latitude_deg}° is impossible"),
-                        "give degrees north, −90 to 90",
+                        format!("a latitude of {latitude_deg}° is out of range: from −90° to 90°"),
+                        "give degrees north; south is negative",
                     );
                 }
                 let Some(height_m) = self.height_m else {

@@ -137,8 +137,11 @@ impl ShakerPrimaryCampaign {
             ("u_rate_relative", Some(laser.u_rate_relative)),
         ] {
             if let Some(v) = value.filter(|v| !(0.0..0.1).contains(v)) {
-                let what = format!("a relative standard uncertainty of {v} is impossible");
-                return Err(refuse(key, what));
+                let what = format!(
+                    "a relative standard uncertainty of {v} is out of range: from 0 to below 0.1"
+                );
+                return Err(refuse(key, what)
+                    .with_hint("give a share of the value: 1e-6 is a millionth of it"));
             }
         }
         for (k, input) in self.budget.iter().enumerate() {
@@ -151,10 +154,19 @@ impl ShakerPrimaryCampaign {
                 return of("name", format!("\"{}\" stands twice", input.name));
             }
             if !fine(input.u_relative) || !fine(input.u_phase_deg) {
-                return of("u_relative", format!("\"{}\" is impossible", input.name));
+                return of(
+                    "u_relative",
+                    format!(
+                        "\"{}\": u_relative and u_phase_deg must not be negative",
+                        input.name
+                    ),
+                );
             }
             if let Some(dof) = input.dof.filter(|d| DegreesOfFreedom::new(*d).is_none()) {
-                return of("dof", format!("{dof} is impossible"));
+                return of(
+                    "dof",
+                    format!("{dof} is out of range: degrees of freedom must be positive"),
+                );
             }
         }
         if let Some(transverse) = &self.transverse {

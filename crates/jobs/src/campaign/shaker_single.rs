@@ -48,7 +48,10 @@ impl TransverseTable {
             ("motion_%", self.motion),
         ] {
             if let Some(v) = value.filter(|v| !(0.0..=100.0).contains(v)) {
-                return Err(source.refuse("transverse", key, format!("{v} % is impossible")));
+                let what = format!("{v} % is out of range: from 0 % to 100 %");
+                return Err(source
+                    .refuse("transverse", key, what)
+                    .with_hint("give per cent, such as 2"));
             }
         }
         Ok(())
@@ -176,7 +179,19 @@ impl ShakerSingleCampaign {
             if let Some(v) = value
                 && !(v.is_finite() && v >= least)
             {
-                return Err(source.refuse("reading", key, format!("{v} is impossible")));
+                let (rule, hint) = match key {
+                    "dof" => (
+                        "degrees of freedom must be positive",
+                        "leave it out for infinite",
+                    ),
+                    _ => (
+                        "a standard uncertainty must not be negative",
+                        "give a number from zero up",
+                    ),
+                };
+                return Err(source
+                    .refuse("reading", key, format!("{v} is out of range: {rule}"))
+                    .with_hint(hint));
             }
         }
         if let Some(transverse) = &self.transverse {

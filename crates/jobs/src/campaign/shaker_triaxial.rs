@@ -287,7 +287,7 @@ impl ShakerTriaxialCampaign {
                     "trials",
                     format!("{} trials, {MOST_TRIALS} at most", self.method.trials),
                 )
-                .with_hint("10 000 check the interval to a digit of u; a hundred times as many to another digit"));
+                .with_hint("10 000 trials suffice for one digit of u; each further digit needs 100 times as many"));
         }
         for (i, a) in self.corrections.iter().enumerate() {
             if self.corrections[..i].iter().any(|b| b.label == a.label) {
@@ -304,7 +304,11 @@ impl ShakerTriaxialCampaign {
         if let Some((key, value)) = impossible {
             return Err(self
                 .source
-                .refuse("unmeasured_motion", key, format!("{value} is impossible"))
+                .refuse(
+                    "unmeasured_motion",
+                    key,
+                    format!("{value} is out of range: the motion must not be negative"),
+                )
                 .with_hint("a ratio to the excitation, such as 0.01 for 1 %; 0 for none"));
         }
         for (key, value) in [
@@ -316,7 +320,14 @@ impl ShakerTriaxialCampaign {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(self
                     .source
-                    .refuse("published", key, format!("{value} is impossible")));
+                    .refuse(
+                        "published",
+                        key,
+                        format!(
+                            "{value} is out of range: a standard uncertainty must not be negative"
+                        ),
+                    )
+                    .with_hint("give a number from zero up"));
             }
         }
         if let Some(shaker) = &self.shaker {

@@ -191,8 +191,12 @@ impl SingleAxisCampaign {
             ("out_of_plane_deg", position.out_of_plane_deg),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
-                let what = format!("a standard uncertainty of {value} is impossible");
-                return Err(self.source.refuse("position", key, what));
+                let what =
+                    format!("{value} is out of range: a standard uncertainty must not be negative");
+                return Err(self
+                    .source
+                    .refuse("position", key, what)
+                    .with_hint("give degrees from zero up"));
             }
         }
         for (section, key, value) in [
@@ -215,8 +219,12 @@ impl SingleAxisCampaign {
         }
         let confidence = self.method.confidence;
         if !(confidence > 0.5 && confidence < 1.0) {
-            let what = format!("a probability of {confidence} is out of place");
-            return Err(self.source.refuse("method", "confidence", what));
+            let what =
+                format!("a probability of {confidence} is out of range: above 0.5 and below 1");
+            return Err(self
+                .source
+                .refuse("method", "confidence", what)
+                .with_hint("give a number such as 0.95"));
         }
         Ok(())
     }

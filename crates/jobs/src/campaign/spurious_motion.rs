@@ -124,7 +124,9 @@ impl SpuriousMotionCampaign {
                     .refuse(
                         "vibrometer",
                         "sensitivity_V_per_m_s",
-                        format!("{sensitivity} is impossible"),
+                        format!(
+                            "{sensitivity} is out of range: a sensitivity is finite and not zero"
+                        ),
                     )
                     .with_hint("a range of 10 mm/s per volt is 100 V/(m/s)"));
             }
@@ -153,7 +155,11 @@ impl SpuriousMotionCampaign {
             ] {
                 if !(0.0..most).contains(&value) {
                     return Err(source
-                        .refuse("vibrometer", key, format!("{value}{unit} is out of place"))
+                        .refuse(
+                            "vibrometer",
+                            key,
+                            format!("{value}{unit} is out of range: from 0 to below {most}{unit}"),
+                        )
                         .with_hint(hint));
                 }
             }

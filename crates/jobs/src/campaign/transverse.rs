@@ -110,7 +110,12 @@ impl TransverseCampaign {
             if let Some(v) = value
                 && !(v >= 0.0 && v.is_finite() && v <= limit && (key != "dof" || v > 0.0))
             {
-                return Err(source.refuse(table, key, format!("{v} is impossible")));
+                let rule = match key {
+                    "dof" => "degrees of freedom must be positive".to_owned(),
+                    _ if limit.is_finite() && limit < f64::MAX => format!("from 0 to {limit}"),
+                    _ => "it must not be negative".to_owned(),
+                };
+                return Err(source.refuse(table, key, format!("{v} is out of range: {rule}")));
             }
         }
         Ok(())

@@ -331,7 +331,8 @@ impl Content {
             let findings = result.into_iter().flat_map(|r| r.findings());
             for finding in findings.filter(|f| f.severity() == Severity::Decision) {
                 missing.push(format!(
-                    "an open decision of the result{which}: {} [{}]",
+                    "{}{which}: {} [{}]",
+                    super::OPEN,
                     finding.what(),
                     finding.code()
                 ));

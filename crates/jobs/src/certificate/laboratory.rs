@@ -361,18 +361,32 @@ impl CertificateFile {
         }
         let ranges = self.calibration.iter().flat_map(|c| {
             [
-                ("temperature_degC", c.temperature, -273.15..=1000.0),
-                ("humidity_%", c.humidity, 0.0..=100.0),
-                ("acceleration_m/s2", c.acceleration, f64::MIN_POSITIVE..=1e7),
+                (
+                    "temperature_degC",
+                    c.temperature,
+                    -273.15..=1000.0,
+                    "from −273.15 °C to 1000 °C",
+                ),
+                ("humidity_%", c.humidity, 0.0..=100.0, "from 0 % to 100 %"),
+                (
+                    "acceleration_m/s2",
+                    c.acceleration,
+                    f64::MIN_POSITIVE..=1e7,
+                    "above 0 m/s², up to 1e7 m/s²",
+                ),
             ]
         });
-        for (key, range, all) in ranges {
+        for (key, range, all, said) in ranges {
             if let Some([low, high]) = range
                 && !(low <= high && all.contains(&low) && all.contains(&high))
             {
                 return Err(text
-                    .refuse("calibration", key, format!("[{low}, {high}] is impossible"))
-                    .with_hint("the lowest and the highest value"));
+                    .refuse(
+                        "calibration",
+                        key,
+                        format!("[{low}, {high}] is out of range: {said}, the lowest first"),
+                    )
+                    .with_hint("write [LOWEST, HIGHEST]"));
             }
         }
         Ok(())

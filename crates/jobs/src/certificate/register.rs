@@ -253,7 +253,7 @@ impl Register {
         entry.sha256 = entry.digest().ok_or_else(|| cannot("it has no form"))?;
         let line = serde_json::to_string(&entry).map_err(|e| cannot(&e.to_string()))?;
         let Some(log) = &mut self.log else {
-            return Err(cannot("the register was opened to be looked at"));
+            return Err(cannot("the register is open for reading only"));
         };
         log.append(&format!("{line}\n"))?;
         self.last = sha256(&[line.as_bytes()]);

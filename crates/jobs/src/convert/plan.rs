@@ -91,7 +91,7 @@ impl Check<'_> {
                 Err(Trouble::request(format!(
                     "{name} holds the time of every row, so that no gap has to be closed"
                 ))
-                .with_hint("leave --gaps away, or fill the gaps with --gaps hold or --gaps nan"))
+                .with_hint("leave --gaps out, or fill the gaps with --gaps hold or --gaps nan"))
             }
             Some(GapTreatment::Nan) if !self.form.holds_absent() => {
                 Err(Trouble::request(format!("{name} has no sign for an absent sample"))

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a limit is written.
 pub(super) const HOW: &str = "write [[limit]] with term = \"N\", most = 30.0, unit = \"µg/√Hz\", and where wanted meaning and channels; \
-                              for what is no noise characteristic = \"bias\" in the place of term";
+                              for a quantity that is not noise write characteristic = \"bias\" instead of term";
 
 /// A limit as it stands in a file: of a coefficient of the noise as `term`, of anything else as `characteristic`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -290,8 +290,11 @@ impl SheetLimit {
     }
 
     fn no_values(&self, name: &str) -> Trouble {
-        Trouble::request(format!("the limit of {name} has no values, or several")).with_hint(
-            "write most alone, or lower and upper, or nominal with tolerance or \"tolerance_%\"",
+        Trouble::request(format!(
+            "the limit of {name} has no value, or more than one kind of value"
+        ))
+        .with_hint(
+            "give exactly one of: most; lower and upper; nominal with tolerance or \"tolerance_%\"",
         )
     }
 

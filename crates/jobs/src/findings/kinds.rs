@@ -19,7 +19,7 @@ findings! {
         "limit-not-shown", [Warning],
         what "limits of the data sheet that no result shows: {count}; they are neither met nor exceeded",
         evidence "{limits}",
-        advice "measure what is missing, and give the folder of that result too; the page Devices of the documentation lists which test shows what",
+        advice "measure what is missing, and give the folder of that result too; `proofmass device plan` names the test that shows each limit",
         false_alarms "none: the quantities of the results are compared by name";
 
     /// Limits that no measurement of a plan decides.
@@ -27,14 +27,14 @@ findings! {
         "plan-out-of-reach", [Warning],
         what "limits of the data sheet that no measurement here will decide: {count} ({limits})",
         evidence "{why}",
-        advice "lower what is left, or expect these limits to stay undecided; a device further from its limit needs less",
+        advice "reduce the largest remaining contributions, or expect these limits to stay undecided; a device further from its limit needs less",
         false_alarms "none: the prediction is compared with the margin";
 
     /// Limits whose typical value nobody stated.
     typical_not_stated(count: usize, ratio: f64, limits: &str) =
         "typical-not-stated", [Note],
         what "no typical value is stated for {count} of the limits",
-        evidence "planned for U of the tolerance over {ratio}: {limits}",
+        evidence "planned for U = tolerance/{ratio}: {limits}",
         advice "write typical = … into the limit: a device nearer to it than to the middle needs a smaller U, one in the middle a larger",
         false_alarms "none: the sheet states a typical value or it does not";
 
@@ -98,7 +98,7 @@ findings! {
         "columns-exchanged", [Decision],
         what "the outputs are read from columns {given}; the calibration was made with {known}",
         evidence "the same columns in another order",
-        advice "leave --columns away, since the calibration names its columns; or be sure that the wires were exchanged",
+        advice "leave out --columns, since the calibration names its columns; or be sure that the wires were exchanged",
         false_alarms "none: the names are compared";
 
     /// Results of several devices are taken for the history of one.
@@ -277,7 +277,7 @@ findings! {
     /// A calibration that follows the surroundings is used without them.
     environment_not_followed(name: &str, reference: &str) =
         "environment-not-followed", [Warning],
-        what "the calibration is taken at its reference of {name}",
+        what "the calibration is used at its reference value of {name}",
         evidence "{reference}",
         advice "record at that value, or use the recording that `proofmass apply --environment` or `--at` writes",
         false_alarms "none: a property of the calibration";
@@ -285,10 +285,10 @@ findings! {
     /// What a test found of an axis does not make a calibration.
     calibration_not_made(reason: &str) =
         "calibration-not-made", [Warning],
-        what "the result holds no calibration: what was found of the axis cannot undo its output",
+        what "the result holds no calibration: what was found cannot be inverted to compensate the output",
         evidence "{reason}",
-        advice "look at the readings and their unit; curvature that is mere noise goes with --order 1",
-        false_alarms "none: the sensitivity of a healthy test is told from zero, and its curvature is a correction";
+        advice "check the readings and their unit; where the curvature is only noise, use --order 1",
+        false_alarms "none: the sensitivity of a healthy test differs from zero, and its curvature is a small correction";
 
     /// A calibration has no covariance.
     calibration_without_uncertainty() =
@@ -346,7 +346,7 @@ findings! {
     /// Input and output are in one unit, and not of one size: of a device beside its reference one unit is wrong.
     gain_not_one(unit: &str, gain: f64) =
         "gain-not-one", [Warning, Note],
-        what "output and input are both in {unit}, and far from one size",
+        what "output and input are both in {unit}, and differ greatly in size",
         evidence "the output is {gain:.3e} times the input; an accelerometer beside its reference has about one",
         advice "check the units of the two columns (their headings, --output-unit); of two points of a structure it may be so";
 

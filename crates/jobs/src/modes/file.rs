@@ -643,7 +643,13 @@ fn unknown_dimension(source: &CampaignFile, table: &str, key: &str) -> Error {
 /// `key = u` of [uncertainty].
 fn cause(source: &CampaignFile, job: &ModesJob, key: &str, u: f64) -> Result<Cause> {
     if !(u.is_finite() && u >= 0.0) {
-        return Err(source.refuse("uncertainty", key, format!("u = {u} is impossible")));
+        return Err(source
+            .refuse(
+                "uncertainty",
+                key,
+                format!("{u} is out of range: a standard uncertainty must not be negative"),
+            )
+            .with_hint("give a number from zero up"));
     }
     if let Some((d, factor)) = dimension(key) {
         return Ok(Cause::new(Parameter::Dimension(d), factor * u));

@@ -287,7 +287,7 @@ fn meshed(
     let file = read(data)?;
     if !(body.scale.is_finite() && body.scale > 0.0) {
         return Err(Trouble::request(format!(
-            "a scale of {} is impossible",
+            "a scale of {} is out of range: it must be positive",
             body.scale
         )));
     }

@@ -65,7 +65,9 @@ fn verdict(analysis: &Analysis) -> String {
     let told = parts.into_iter().filter(|(_, of)| !of.is_empty());
     let told: String = told.map(|(word, of)| format!("{word}: {of}. ")).collect();
     let told = match told.is_empty() {
-        true => "No coefficient is told from zero; each has an upper limit.".to_owned(),
+        true => {
+            "No coefficient differs significantly from zero; each has an upper limit.".to_owned()
+        }
         false => format!("{told}The others have an upper limit."),
     };
     let off = |c: &&ChannelAnalysis| c.whittle.as_ref().is_some_and(|f| f.slow_misfit.is_some());

@@ -433,8 +433,9 @@ impl NoiseReading {
                 }
                 if !(scale.is_finite() && scale > 0.0) {
                     return Err(Trouble::request(format!(
-                        "a scale of {scale} is impossible: it must be positive"
-                    )));
+                        "a scale of {scale} is out of range: it must be positive"
+                    ))
+                    .with_hint("give the size of one count in the unit of --unit"));
                 }
                 let (si, factor) = unit.si();
                 Ok(Some((si, scale * factor)))

@@ -197,7 +197,7 @@ impl ResponseOutcome {
                 "No line is supported by the data: the coherence is {coherence:.2} at most, at {} Hz, and {needed:.2} is needed.",
                 plain(*frequency)
             ),
-            _ => "No line is told from zero.".to_owned(),
+            _ => "No frequency line differs significantly from zero.".to_owned(),
         }
     }
 }

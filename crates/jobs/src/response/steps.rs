@@ -35,15 +35,15 @@ pub(super) fn response(
 fn refusal(why: NoResponse, place: &str) -> Trouble {
     match why {
         NoResponse::Steps(NoSteps::NoSine { periods, steady }) => {
-            Trouble::data("there is no step of a sine in the input")
+            Trouble::data("the input is not a stepped sine")
                 .detail(place)
                 .detail(format!(
                     "{periods} periods, at most {steady} of them alike in a row"
                 ))
-                .with_hint("the input is a sine that stays at one frequency after the other; noise is for `proofmass test random`")
+                .with_hint("a stepped sine stays at each frequency for twelve periods or more; for noise use `proofmass test random`")
         }
         NoResponse::Steps(NoSteps::Sweep { periods, rate }) => {
-            Trouble::data("the frequency of the input never stays")
+            Trouble::data("the frequency of the input changes all the time: it never stays for a step")
                 .detail(place)
                 .detail(format!(
                     "{periods} periods, each {:.2} % from the one before it",

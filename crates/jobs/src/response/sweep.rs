@@ -48,7 +48,7 @@ pub(super) fn ends(
             record_ends_early(
                 "the response to the sweep has decayed",
                 &evidence,
-                "the response to what was swept last is hardly told from the transient of the end; a tenth of the sweep's duration is enough",
+                "the response to what was swept last can hardly be separated from the transient of the end; a tenth of the sweep's duration is enough",
             )
             .at(if at_end { Severity::Warning } else { Severity::Note }),
         );
@@ -56,7 +56,7 @@ pub(super) fn ends(
     if at_begin {
         findings.push(
             record_starts_late(
-                "what was swept first is not told from what was before",
+                "what was swept first cannot be separated from what was before",
                 &stated,
             )
             .at(Severity::Note),

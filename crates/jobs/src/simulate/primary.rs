@@ -163,7 +163,10 @@ impl SimulatedPrimary {
             ("uncertainty of the voltage", self.u_voltage),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
-                return refuse(format!("a {name} of {value} is impossible"), "zero or more");
+                return refuse(
+                    format!("{name} = {value} is out of range: it must not be negative"),
+                    "give a number from zero up",
+                );
             }
         }
         Ok(())

@@ -124,7 +124,7 @@ impl StaticTestFiles {
             .find(|(_, u)| !(**u > 0.0))
         {
             return Err(Trouble::data(format!(
-                "the standard uncertainty of reading {} is {u}, which weighs nothing",
+                "the standard uncertainty of reading {} is {u}, which gives no weight",
                 row + 1
             ))
             .detail(name)
@@ -343,22 +343,26 @@ fn to_si(column: &RecordedColumn, usual: Unit) -> Result<f64> {
     if unit == usual.si().0 {
         Ok(factor)
     } else {
+        let stated = column.unit.unwrap_or(usual);
         let (wanted, hint) = match usual.si().0 {
             Unit::One => (
-                "a pure number".to_owned(),
-                "of a position +1 is up and -1 is down",
+                "a position is +1 (up) or -1 (down)".to_owned(),
+                match unit {
+                    Unit::Radian => "for angles use `proofmass test tilt --angle COLUMN`",
+                    _ => "name the column of the positions, or correct its heading",
+                },
             ),
             Unit::Radian => (
-                "an angle".to_owned(),
+                "an angle is needed".to_owned(),
                 "write its unit into the heading: angle_deg or angle_rad",
             ),
             unit => (
-                format!("a column in {unit}, or in another unit of that quantity"),
+                format!("a column in {unit} is needed, or in another unit of that quantity"),
                 "name another column, or correct its heading",
             ),
         };
         Err(Trouble::data(format!(
-            "column {:?} is in {unit}, and {wanted} is needed",
+            "column {:?} is in {stated}, and {wanted}",
             column.name
         ))
         .with_hint(hint))

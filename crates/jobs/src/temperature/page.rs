@@ -63,11 +63,11 @@ fn verdict(outcome: &TemperatureOutcome) -> String {
         let percent = 100.0 * probability;
         match all {
             1 => {
-                let not = if told == 1 { "" } else { "not " };
-                format!("The output changes by {change} mg/K ({percent:.0} %), which is {not}told from zero.")
+                let differs = if told == 1 { "differs" } else { "does not differ" };
+                format!("The output changes by {change} mg/K ({percent:.0} %), which {differs} significantly from zero.")
             }
             _ => format!(
-                "The output of {} changes most, by {change} mg/K ({percent:.0} %); {told} of {all} axes have a slope that is told from zero.",
+                "The output of {} changes most, by {change} mg/K ({percent:.0} %); on {told} of {all} axes the slope differs significantly from zero.",
                 fit.blocks.names()[index]
             ),
         }
@@ -86,7 +86,7 @@ fn steepest(fit: &TemperatureFit) -> Option<(usize, Quantity)> {
 fn result(outcome: &TemperatureOutcome) -> Section {
     let (fit, probability) = (&outcome.fit, outcome.probability);
     let what = if fit.scale {
-        "Bias and scale were told apart by the attitudes."
+        "Bias and scale were separated by the attitudes."
     } else {
         "Bias and scale together, as they appear in this attitude."
     };

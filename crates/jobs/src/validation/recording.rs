@@ -102,8 +102,13 @@ impl ValidationRecording {
         let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
         let layout = Layout::of(&mut recording, &LayoutOptions::default())?;
         let mut selected = Vec::new();
-        for column in reading.signals(&calibration.clone().into())? {
-            selected.push(layout.find(&column)?);
+        let any = calibration.clone().into();
+        for column in reading.signals(&any)? {
+            let index = layout.find(&column).map_err(|e| {
+                let trouble = reading.not_of_calibration(e, &any);
+                trouble.detail(name.clone())
+            })?;
+            selected.push(index);
         }
         let factors = reading
             .factors(calibration.input_unit, &layout, &selected)

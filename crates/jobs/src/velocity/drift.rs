@@ -106,7 +106,7 @@ impl Job for VelocityDriftJob {
                 .filter_map(|b| b.beside_encoder)
                 .any(|b| !b.combined.iter().all(|u| u.is_finite()))
         {
-            return Err(Trouble::request("the drift is beyond every number")
+            return Err(Trouble::request("the drift overflows")
                 .with_hint("check the sizes and units of what is stated"));
         }
         watch.step("drift", 1, 1)?;

@@ -70,7 +70,8 @@ pub(super) fn offered(mut source: Source) -> Result<String, Trouble> {
     let reading = option("position", Sense::Position).or_else(|| option("speed", Sense::Speed));
     let told: Vec<String> = reading
         .into_iter()
-        .chain(option("acceleration", Sense::Acceleration))
+        .flat_map(|r| [Some(r), option("acceleration", Sense::Acceleration)])
+        .flatten()
         .collect();
     let such = match told.is_empty() {
         true => String::new(),

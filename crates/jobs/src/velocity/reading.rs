@@ -472,7 +472,10 @@ impl Reading {
         let (si, mut factor) = unit.si();
         if let Some(scale) = self.scale {
             if !(scale.is_finite() && scale != 0.0) {
-                return Err(Trouble::data(format!("--scale {scale} is impossible")));
+                return Err(Trouble::data(format!(
+                    "--scale {scale} is out of range: it must be finite and not zero"
+                ))
+                .with_hint("leave --scale out where the unit of the column is right"));
             }
             if si == Unit::Count {
                 return Err(Trouble::data("counts have no --scale")

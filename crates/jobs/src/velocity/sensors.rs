@@ -458,6 +458,24 @@ impl AxisSensors {
             *t -= self.latency;
         }
         if let Some([from, to]) = still {
+            let (first, last) = (acceleration.time.first(), acceleration.time.last());
+            if let (true, Some(first), Some(last)) = (resting, first, last)
+                && *first >= from
+                && *last <= to
+            {
+                // Digits that a clock counted from zero has, without those of its sum.
+                let shown = |t: f64| (1e6 * (t + origin)).round() / 1e6;
+                return Err(Trouble::request(format!(
+                    "the interval at rest, {} s to {} s, leaves no other sample to estimate from",
+                    shown(from),
+                    shown(to)
+                ))
+                .detail(self.recording.clone())
+                .with_hint(format!(
+                    "end --still before the last sample, {} s",
+                    shown(*last)
+                )));
+            }
             let offset = mean_between(&acceleration.time, &acceleration.value, from, to)
                 .ok_or_else(|| {
                     Trouble::data(format!(

@@ -113,6 +113,7 @@ fn law_the_opening_fits_a_terminal(kind: &str, result: &StoredResult) {
     let options = terminal::Options {
         width: 100,
         colour: false,
+        filed: true,
     };
     let text = terminal::render(&opening, &options).expect("terminal");
     assert!(
@@ -236,6 +237,7 @@ fn in_a_terminal_of(width: usize, result: &StoredResult) -> String {
     let options = terminal::Options {
         width,
         colour: false,
+        filed: true,
     };
     terminal::render(&result.summary(), &options).expect("terminal")
 }

@@ -18,7 +18,7 @@ pub fn history(records: &mut Records, device: i64, quantity: Option<&str>) -> Re
     found.retain(|h| quantity.is_none_or(|q| h.series.name.starts_with(q)));
     if found.is_empty() {
         return Err(Trouble::request("no quantity of the device has this name")
-            .with_hint("leave --quantity away to see all"));
+            .with_hint("leave --quantity out to see all"));
     }
     Ok(of(&name, &found))
 }

@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = terminal::Options {
         width: 100,
         colour: false,
+        filed: true,
     };
     print!("{}", terminal::render(&report, &options)?);
     Ok(())

@@ -1,7 +1,6 @@
 //! One input of a model or budget, in the words of a laboratory.
 
 use crate::{DegreesOfFreedom, Distribution, Evaluation, Input, Refusal};
-use proofmass_core::Error;
 use serde::{Deserialize, Serialize};
 
 /// One `[[input]]`: a name, a unit, and one statement of what is known:
@@ -345,20 +344,19 @@ impl InputEntry {
 
     fn about(&self, value: f64) -> Result<Distribution, Refusal> {
         let spreads = [
-            ("U", self.expanded),
-            ("half_width", self.half_width),
-            ("resolution", self.resolution),
-            ("accuracy", self.accuracy.as_ref().map(Accuracy::least)),
+            ("`u` must not be negative", self.u),
+            ("`U` must not be negative", self.expanded),
+            ("`half_width` must not be negative", self.half_width),
+            ("`resolution` must not be negative", self.resolution),
+            (
+                "`accuracy` must not be negative",
+                self.accuracy.as_ref().map(Accuracy::least),
+            ),
         ];
-        if let Some((name, spread)) = spreads.iter().find(|(_, s)| s.is_some_and(|s| s < 0.0)) {
-            return Err(Refusal::Input {
+        if let Some((what, _)) = spreads.iter().find(|(_, s)| s.is_some_and(|s| s < 0.0)) {
+            return Err(Refusal::Contradiction {
                 name: self.name.clone(),
-                source: Error::OutOfRange {
-                    name,
-                    value: spread.unwrap_or(0.0),
-                    min: 0.0,
-                    max: f64::MAX,
-                },
+                what,
             });
         }
         let limits = |half: f64| (value - half, value + half);
@@ -370,9 +368,9 @@ impl InputEntry {
                     .unwrap_or(DegreesOfFreedom::INFINITE)
                     .coverage_factor(p),
                 _ => {
-                    return Err(Refusal::Incomplete {
+                    return Err(Refusal::Contradiction {
                         name: self.name.clone(),
-                        needed: "with `U`, either its factor `k` above 0 or its `probability` between 0 and 1,",
+                        what: "`U` needs its factor `k` above 0 or its `probability` between 0 and 1",
                     });
                 }
             };

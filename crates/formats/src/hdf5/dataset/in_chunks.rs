@@ -26,7 +26,7 @@ impl File<'_> {
         filters: Vec<Filter>,
         arrays: &mut Arrays,
     ) -> Found<()> {
-        let wrong = || Trouble::Damaged("its chunks are not of its form".to_owned());
+        let wrong = || Trouble::Damaged("the chunk size contradicts the dataset".to_owned());
         let (rank, name) = (space.sides.len(), dataset.name);
         let (element, across) = grid.sides.split_last().ok_or_else(wrong)?;
         if across.len() != rank || across.contains(&0) || *element != dataset.element {
@@ -96,9 +96,7 @@ impl File<'_> {
             return Ok(());
         }
         if !self.claim(stored) {
-            return Err(Trouble::Damaged(
-                "its chunks lie where others do".to_owned(),
-            ));
+            return Err(Trouble::Damaged("its chunks overlap other data".to_owned()));
         }
         if filtered {
             // The check sums are checked here, so that a gap is known before the first sample is read.

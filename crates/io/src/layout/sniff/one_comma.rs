@@ -55,7 +55,7 @@ pub(super) fn is_decimal_mark(
     }
     Err(Error::new(
         ErrorKind::Row,
-        "whether the comma separates two columns or is the decimal mark cannot be told",
+        "it is not known whether the comma separates two columns or is the decimal mark",
     )
     .line(content[first].number)
     .with_hint(

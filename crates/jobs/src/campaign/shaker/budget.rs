@@ -304,8 +304,10 @@ fn over_frequency(
         let [f, u] = *pair;
         if !(f.is_finite() && f > 0.0 && u.is_finite() && u >= 0.0) {
             return refuse(
-                format!("[{f}, {u}] in over_frequency is impossible"),
-                "a frequency above zero in Hz, and a standard uncertainty that is not negative",
+                format!(
+                    "[{f}, {u}] in over_frequency is out of range: the frequency must be above 0 Hz, the standard uncertainty must not be negative"
+                ),
+                "write pairs of frequency in Hz and standard uncertainty: over_frequency = [[5, 0.4], [160, 0.2]]",
             );
         }
     }
@@ -315,7 +317,7 @@ fn over_frequency(
                 "over_frequency has {} Hz behind {} Hz",
                 pair[1][0], pair[0][0]
             ),
-            "frequencies ascend, each once",
+            "list each frequency once, in ascending order",
         );
     }
     Ok(list.iter().map(|[f, u]| (*f, *u)).collect())
@@ -353,7 +355,7 @@ impl ShakerBudget {
                 if let Some(correlation) = budget.correlation.first() {
                     return Err(Error::new(
                         ErrorKind::Configuration,
-                        format!("a correlation between {} and {} has no place on the shaker", correlation.between[0], correlation.between[1]),
+                        format!("correlations are not accepted in a shaker budget: between {} and {}", correlation.between[0], correlation.between[1]),
                     )
                     .at(&path)
                     .with_hint("make the common part an input of its own, with the keys it varies with"));

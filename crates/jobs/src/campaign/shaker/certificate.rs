@@ -89,7 +89,7 @@ impl Certificate {
                 .refuse(
                     section,
                     "k",
-                    format!("a coverage factor of {k} is out of place"),
+                    format!("a coverage factor of {k} is out of range: from 1 to 5"),
                 )
                 .with_hint(
                     "certificates state k = 2 for 95 %; leave it out for standard uncertainties",

@@ -78,13 +78,17 @@ impl Conditioner {
                     let u = table.relative_standard_uncertainty;
                     if !(gain.is_finite() && gain != 0.0) {
                         return Err(refuse(
-                            format!("a gain of {gain} is impossible"),
+                            format!(
+                                "a gain of {gain} is out of range: it must be finite and not zero"
+                            ),
                             "volts at the output per volt at the input, such as 10; negative where the conditioner inverts",
                         ));
                     }
                     if !(0.0..0.5).contains(&u) {
                         return Err(refuse(
-                            format!("relative_standard_uncertainty = {u} is out of place"),
+                            format!(
+                                "relative_standard_uncertainty = {u} is out of range: from 0 to below 0.5"
+                            ),
                             "of 0.1 % with k = 2 it is 0.0005",
                         ));
                     }
@@ -234,7 +238,10 @@ fn read_response(source: &CampaignFile, file: &str) -> Result<(Input, Vec<GainPo
         let value = row.number(gain)?;
         if value == 0.0 {
             return Err(row
-                .refuse(gain, "a gain of 0 is impossible")
+                .refuse(
+                    gain,
+                    "a gain of 0 is out of range: it must be finite and not zero",
+                )
                 .with_hint("volts at the output per volt at the input, such as 10"));
         }
         let point = GainPoint {
@@ -252,7 +259,7 @@ fn read_response(source: &CampaignFile, file: &str) -> Result<(Input, Vec<GainPo
                     frequency,
                     format!("{} Hz behind {} Hz", point.frequency, before.frequency),
                 )
-                .with_hint("frequencies ascend, each once"));
+                .with_hint("list each frequency once, in ascending order"));
         }
         if let Some(before) = points.last()
             && before.gain.signum() != value.signum()

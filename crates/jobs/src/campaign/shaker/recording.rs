@@ -131,7 +131,7 @@ impl ShakerRecording {
                 .refuse(
                     "recording",
                     "harmonics",
-                    format!("{} is out of place", self.harmonics),
+                    format!("{} is out of range: from 1 to 50 harmonics", self.harmonics),
                 )
                 .with_hint("1 is the fundamental alone; 5 is usual"));
         }
@@ -260,7 +260,10 @@ impl ShakerRecording {
                         .refuse(
                             "recording",
                             &field,
-                            format!("{key} = {value} is impossible"),
+                            match key {
+                                "u_s" => format!("{key} = {value} is out of range: from 0 to 10 s"),
+                                _ => format!("{key} = {value} is out of range: from −10 s to 10 s"),
+                            },
                         )
                         .with_hint(
                             "seconds, such as x = { sampled_later_s = 2.5e-6, u_s = 1e-8 }",

@@ -63,7 +63,7 @@ fn motion_across(row: &SheetRow, place: Option<Place>) -> Result<Option<f64>> {
         (Some(v), Some(place)) if v < 0.0 => Err(row
             .refuse(
                 place,
-                format!("a transverse motion of {} is impossible", row.text(place)),
+                format!("a transverse motion of {} is out of range: it must not be negative", row.text(place)),
             )
             .with_hint("its size relative to the motion along the axis, per cent; leave it empty where it was not measured")),
         _ => Ok(value),
@@ -78,11 +78,12 @@ fn inclination(row: &SheetRow, place: Place) -> Result<f64> {
     Err(row
         .refuse(
             place,
-            format!("an inclination of {} is impossible", row.text(place)),
+            format!(
+                "an inclination of {} is out of range: from 0° to 180°",
+                row.text(place)
+            ),
         )
-        .with_hint(
-            "from 0° (on the table) to 180°; the heading says degrees (_deg) or radians (_rad)",
-        ))
+        .with_hint("0° is on the table; the heading says degrees (_deg) or radians (_rad)"))
 }
 
 impl Seat for Mounting {

@@ -305,7 +305,12 @@ impl AxisColumns {
                 if let Some(place) = correlation
                     && r.abs() > 1.0
                 {
-                    return Err(row.refuse(*place, format!("a correlation of {r} is impossible")));
+                    return Err(row
+                        .refuse(
+                            *place,
+                            format!("a correlation of {r} is out of range: from −1 to 1"),
+                        )
+                        .with_hint("give a number from −1 to 1; leave it empty for 0"));
                 }
                 Ok((
                     [row.number(parts[0])?, row.number(parts[1])?],

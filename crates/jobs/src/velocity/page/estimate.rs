@@ -363,7 +363,7 @@ impl Head {
             ]);
             rows.push([
                 "mean square of the normalised innovations".to_owned(),
-                format!("{} (1 is due)", scientific(w.mean_square, 4)),
+                format!("{} (1 is expected)", scientific(w.mean_square, 4)),
             ]);
         }
         rows

@@ -76,10 +76,10 @@ pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
     let page = head
         .opened(page, head.samples)
         .verdict(match found.map.lines.len() {
-            0 => "No error of the encoder is told from chance; nothing is to be subtracted."
+            0 => "No line of the encoder's error is significant; nothing is to be subtracted."
                 .to_owned(),
-            1 => "One line of the encoder's error is told from chance and subtracted.".to_owned(),
-            n => format!("{n} lines of the encoder's error are told from chance and subtracted."),
+            1 => "One line of the encoder's error is significant and is subtracted.".to_owned(),
+            n => format!("{n} lines of the encoder's error are significant and are subtracted."),
         })
         .answers(largest(&found.map.lines, &unit))
         .section(Section::new("Encoder map").table(table).summarised());

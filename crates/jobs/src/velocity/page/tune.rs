@@ -18,7 +18,7 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
         ],
         [
             "mean square of the normalised innovations".to_owned(),
-            format!("{} (1 is due)", scientific(w.mean_square, 4)),
+            format!("{} (1 is expected)", scientific(w.mean_square, 4)),
         ],
     ]);
     let profile = [
