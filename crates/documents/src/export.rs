@@ -73,7 +73,8 @@ pub struct ExportOptions {
 /// Writes a calibration in another form.
 ///
 /// ```
-/// use proofmass_io::{CalibrationFile, ExportForm, ExportOptions, Unit, export};
+/// use proofmass_documents::{CalibrationFile, ExportForm, ExportOptions, export};
+/// use proofmass_io::Unit;
 /// use proofmass_uncertainty::Estimate;
 ///
 /// let k = [[415.0, 1.25, 4.0], [0.0, 412.5, 8.75], [0.0, 0.0, 414.0]];

@@ -42,7 +42,8 @@ impl CoefficientForm {
 /// `input_unit` is that of the outputs they apply to; `corrected_unit` that of Magneto's norm, m/s² for all others.
 ///
 /// ```
-/// use proofmass_io::{CoefficientForm, Source, Unit, import_coefficients};
+/// use proofmass_documents::{CoefficientForm, import_coefficients};
+/// use proofmass_io::{Source, Unit};
 ///
 /// let text = "12.5 -3.0 40.0\n0.01 0 0\n0 0.01 0\n0 0 0.0102\n";
 /// let source = Source::from_bytes("magneto.txt", text)?;

@@ -26,7 +26,7 @@ pub struct ImuSensorNoise {
 /// **Units** m/s²/√Hz and m/s³/√Hz, rad/s/√Hz and rad/s²/√Hz, Hz.
 ///
 /// ```
-/// use proofmass_io::{ImuSensorNoise, ImuValue, ImuYaml};
+/// use proofmass_documents::{ImuSensorNoise, ImuValue, ImuYaml};
 ///
 /// let value = |value| ImuValue { value, reason: "largest of 3 axes".into() };
 /// let noise = ImuSensorNoise { noise_density: value(2.0e-3), random_walk: value(3.0e-5) };

@@ -16,7 +16,8 @@ const LONGEST: usize = 400;
 /// A digital calibration certificate.
 ///
 /// ```
-/// use proofmass_io::{DigitalCertificate, Source};
+/// use proofmass_documents::DigitalCertificate;
+/// use proofmass_io::Source;
 /// let text = r#"<c:digitalCalibrationCertificate xmlns:c="https://ptb.de/dcc" xmlns:si="https://ptb.de/si" schemaVersion="3.3.0">
 ///   <c:measurementResults><c:measurementResult><c:results><c:result><c:data><c:quantity>
 ///     <c:name><c:content>mass</c:content></c:name>

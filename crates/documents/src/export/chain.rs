@@ -30,7 +30,8 @@ impl LowPassBehind {
 /// `proofmass_core::Decimator`, of a low-pass of linear phase `FirDecimator`, which the desk runs too.
 ///
 /// ```
-/// use proofmass_io::{CalibrationFile, ExportForm, ExportOptions, LowPassBehind, Unit, export_chain};
+/// use proofmass_documents::{CalibrationFile, ExportForm, ExportOptions, LowPassBehind, export_chain};
+/// use proofmass_io::Unit;
 /// use proofmass_uncertainty::Estimate;
 ///
 /// let k = [[415.0, 1.25, 4.0], [0.0, 412.5, 8.75], [0.0, 0.0, 414.0]];

@@ -277,7 +277,7 @@ struct Plain<'a> {
 /// Writes a filter, gains or a map as constants of Rust, a C99 header or plain JSON.
 ///
 /// ```
-/// use proofmass_io::{ExportForm, ExportOptions, FirmwareBlock, export_block};
+/// use proofmass_documents::{ExportForm, ExportOptions, FirmwareBlock, export_block};
 ///
 /// let block = FirmwareBlock::LowPass { corner: 50.0, rate: 1000.0 };
 /// let header = export_block(&block, ExportForm::C, &ExportOptions::default())?;
