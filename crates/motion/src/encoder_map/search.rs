@@ -128,7 +128,7 @@ impl MapSearch {
         let mut findings = findings(&map, turns, self.quarter(record));
         findings.extend(conditions(record));
         let readings = (used.repeated * used.tuned.effective_readings).round() as usize;
-        let beside = doubts(used.pairing.as_ref(), Some(&used.tuned), readings);
+        let beside = doubts(record, used.pairing.as_ref(), Some(&used.tuned), readings);
         findings.extend(beside);
         findings.extend(part_finding(record, &used.part));
         findings.extend(used.slip.iter().flat_map(|s| s.findings.iter().cloned()));
