@@ -216,7 +216,10 @@ pub(crate) fn doubts(
         (found.value - expected).abs() > 3.0 * found.uncertainty
     };
     let gain = tuned.and_then(|t| t.gain);
-    let used = gain.filter(|g| beyond(g, 1.0));
+    let found = pairing.iter().flat_map(|p| &p.findings);
+    let opposite = found.clone().any(|f| f.code() == "opposite-sense");
+    // Of the other sense the size is one doubt, and the sense another.
+    let used = gain.filter(|g| beyond(g, if opposite { -1.0 } else { 1.0 }));
     let latency = tuned.and_then(|t| t.latency);
     let decides = |f: &Finding| f.severity() == Severity::Decision;
     let mut findings: Vec<Finding> = pairing
@@ -238,9 +241,9 @@ pub(crate) fn doubts(
             gain.uncertainty,
             OVER,
         );
-        let wrong = pairing.iter().flat_map(|p| &p.findings);
-        let wrong = wrong.filter(|f| f.code() == "gain-mismatch").any(decides);
-        let usual = (gain.value - 1.0).abs() < TOLERANCE + 3.0 * gain.uncertainty;
+        let mut wrong = found.filter(|f| f.code() == "gain-mismatch");
+        let wrong = wrong.any(decides);
+        let usual = (gain.value.abs() - 1.0).abs() < TOLERANCE + 3.0 * gain.uncertainty;
         findings.push(match (wrong, usual) {
             (true, _) => finding.at(Severity::Decision),
             (false, true) => finding.at(Severity::Note),
