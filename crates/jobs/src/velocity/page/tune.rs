@@ -7,6 +7,7 @@ use crate::page::measures::lines;
 use crate::velocity::VelocityTuning;
 use proofmass_motion::{Crossover, TuneResult};
 use proofmass_report::{Cell, KeyFigure, Report, Section, Table, scientific};
+use proofmass_uncertainty::Severity;
 
 pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Report {
     let (head, result) = (&outcome.head, &outcome.result);
@@ -52,16 +53,20 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
     let correlated = head
         .findings
         .iter()
-        .any(|f| f.code() == "innovations-correlated");
+        .find(|f| f.code() == "innovations-correlated");
     let page = match (correlated, w.p_white < 0.05) {
-        (true, _) => page.question(format!(
+        (Some(note), _) if note.severity() == Severity::Note => page.verdict(format!(
+            "Noise and gains stand, though {}.{corner}",
+            note.what()
+        )),
+        (Some(_), _) => page.question(format!(
             "The innovations are correlated (p = {p}): the model does not describe both sensors, and the gains are the best of it.{corner}"
         )),
-        (false, true) => page.verdict(format!(
+        (None, true) => page.verdict(format!(
             "The model describes both sensors: the largest correlation of the innovations, {}, does not matter (p = {p}).{corner}",
             scientific(w.largest_correlation.1, 2)
         )),
-        (false, false) => page.verdict(format!(
+        (None, false) => page.verdict(format!(
             "The model describes both sensors: the innovations are white (p = {p}).{corner}"
         )),
     };
