@@ -1,4 +1,4 @@
-//! Arguments from a file: `@FILE` stands for its lines, an option or an argument to a line.
+//! Arguments from a file: `@FILE` stands for its lines, an option or an argument to a line, or several options.
 
 use crate::Failure;
 use clap::error::{ContextKind, ContextValue};
@@ -75,6 +75,10 @@ impl Expanded {
                 );
             }
             match text.split_once(char::is_whitespace) {
+                Some((option, _)) if option.starts_with('-') && several(text) => {
+                    let words = words(text).into_iter().map(|w| unquoted(w).into());
+                    self.arguments.extend(words);
+                }
                 Some((option, value)) if option.starts_with('-') => {
                     self.arguments.push(option.into());
                     self.arguments.push(unquoted(value.trim()).into());
@@ -137,6 +141,25 @@ fn without_comment(line: &str) -> &str {
     line
 }
 
+/// Whether a line has more than one option: its words are then arguments, and a value with a blank stands in quotes.
+fn several(line: &str) -> bool {
+    let option = |word: &&str| {
+        let name = word.strip_prefix("--");
+        name.is_some_and(|n| n.starts_with(|c: char| c.is_ascii_alphabetic()))
+    };
+    words(line).iter().skip(1).any(option)
+}
+
+/// What stands between blanks, outside of quotes.
+fn words(line: &str) -> Vec<&str> {
+    let mut quoted = false;
+    let blank = |c: char| {
+        quoted ^= c == '"';
+        c.is_whitespace() && !quoted
+    };
+    line.split(blank).filter(|word| !word.is_empty()).collect()
+}
+
 /// A value without the quotes around it.
 fn unquoted(value: &str) -> &str {
     let inner = value.strip_prefix('"').and_then(|v| v.strip_suffix('"'));
@@ -180,6 +203,28 @@ mod tests {
             ]
         );
         assert!(found.lines[1].place.ends_with("encoder.args:4"));
+    }
+
+    #[test]
+    fn known_options_on_one_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("line.args");
+        let lines = "--position \"my count\" --radius 0.3 --reverse # of a wheel\n--title drive to -- and fro\n--latency -0.5";
+        std::fs::write(&file, lines).expect("a file");
+        let found = expand(["proofmass", &format!("@{}", file.display())]).expect("arguments");
+        let told = [
+            "proofmass",
+            "--position",
+            "my count",
+            "--radius",
+            "0.3",
+            "--reverse",
+            "--title",
+            "drive to -- and fro",
+            "--latency",
+            "-0.5",
+        ];
+        assert_eq!(text(&found), told);
     }
 
     #[test]

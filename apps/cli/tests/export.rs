@@ -162,6 +162,11 @@ fn law_results_of_an_axis_are_written_for_firmware() {
         let said = String::from_utf8(said.stdout).unwrap();
         assert!(said.contains(word), "{method}: {said}");
         assert!(said.contains("result.json, SHA-256"), "{said}");
+        // The offset is a state from the start, or is subtracted: one of them.
+        let begins = said.contains("state->x[2] = velocity_offset;");
+        assert_eq!(begins, method == "kalman", "{said}");
+        assert_eq!(said.contains("nothing is to be subtracted"), begins);
+        assert_eq!(said.contains("subtract it from the acceleration"), !begins);
     }
     let mut words = vec!["velocity", "map", text(&recording), "-o", text(&map)];
     words.extend(sensors);

@@ -263,11 +263,16 @@ impl Reading {
 
     /// States the size of one count or volt of the signals.
     pub fn state_scale(&mut self, factor: f64, unit: Unit) {
-        for column in &mut self.columns {
-            column.conversion = Some(format!(
-                "one of which is {} {unit} as stated",
-                short(factor)
-            ));
+        for column in 0..self.columns.len() {
+            self.state_scale_of(column, factor, unit);
+        }
+    }
+
+    /// States the size of one of what a column is recorded in.
+    pub fn state_scale_of(&mut self, column: usize, factor: f64, unit: Unit) {
+        if let Some(column) = self.columns.get_mut(column) {
+            let said = format!("one of which is {} {unit} as stated", short(factor));
+            column.conversion = Some(said);
         }
     }
 
@@ -330,6 +335,8 @@ impl fmt::Display for Reading {
             }
             match (column.unit, column.unit_by) {
                 (Some(unit), by) => write!(f, " in {unit} {by}")?,
+                // What one of them is was stated.
+                (None, _) if column.conversion.is_some() => write!(f, " in units of its own")?,
                 (None, _) => write!(f, " in a unit that is not said")?,
             }
             if let Some(conversion) = &column.conversion {

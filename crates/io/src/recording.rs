@@ -483,11 +483,18 @@ impl Recording {
         if by == SaidBy::Person {
             signal_unit(&self.layout, index, unit).map_err(|e| e.at(&self.path))?;
         }
-        if own.unit.is_none() {
+        let named = by == SaidBy::Person && names_alone(&self.layout, index, unit);
+        if own.unit.is_none() || named {
             own.unit = unit;
+            self.reading.columns[column].unit = None;
             self.reading.state_unit(column, unit, by);
         }
         Ok(())
+    }
+
+    /// States the size of one of what a signal is recorded in, which then has the unit to which it leads.
+    pub fn state_scale_of(&mut self, column: usize, factor: f64, unit: Unit) {
+        self.reading.state_scale_of(column, factor, unit);
     }
 
     /// States the size of one count or volt of the signals.
@@ -686,11 +693,25 @@ pub(crate) fn clock_unit(
 }
 
 /// The unit of a column, by its heading or as stated.
+/// Whether a heading that is one letter and read as a unit, as `A`, is a name: something else is stated of the column.
+fn names_alone(layout: &Layout, index: usize, given: Option<Unit>) -> bool {
+    let name = layout.name(index);
+    let read = layout.unit(index).filter(|_| name.chars().count() == 1);
+    let of = |unit: Unit| unit.si().0;
+    match (given, read) {
+        (Some(given), Some(read)) => Unit::recognise(&name) == Some(read) && of(given) != of(read),
+        _ => false,
+    }
+}
+
 pub(crate) fn signal_unit(
     layout: &Layout,
     index: usize,
     given: Option<Unit>,
 ) -> Result<Option<Unit>> {
+    if names_alone(layout, index, given) {
+        return Ok(given);
+    }
     match (given, layout.unit(index)) {
         (Some(given), Some(stated)) if given != stated => Err(Error::new(
             ErrorKind::Column,

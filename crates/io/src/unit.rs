@@ -94,12 +94,16 @@ pub enum Unit {
     Millimetre,
     /// cm.
     Centimetre,
+    /// µm.
+    Micrometre,
     /// m/s.
     MetrePerSecond,
     /// mm/s.
     MillimetrePerSecond,
     /// cm/s.
     CentimetrePerSecond,
+    /// µm/s.
+    MicrometrePerSecond,
     /// km/h.
     KilometrePerHour,
     /// International mile per hour, 0.44704 m/s.
@@ -255,6 +259,18 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
         &["centimetre", "centimetres", "centimeter"],
     ),
     (
+        Micrometre,
+        "µm",
+        "um",
+        &[
+            "micrometre",
+            "micrometres",
+            "micrometer",
+            "micron",
+            "microns",
+        ],
+    ),
+    (
         MetrePerSecond,
         "m/s",
         "m/s",
@@ -262,6 +278,7 @@ const SPELLINGS: &[(Unit, &str, &str, &[&str])] = &[
     ),
     (MillimetrePerSecond, "mm/s", "mm/s", &["mm_s", "mm_per_s"]),
     (CentimetrePerSecond, "cm/s", "cm/s", &["cm_s", "cm_per_s"]),
+    (MicrometrePerSecond, "µm/s", "um/s", &["um_s", "um_per_s"]),
     (
         KilometrePerHour,
         "km/h",
@@ -418,8 +435,10 @@ impl Unit {
             DegreePerHour => (RadianPerSecond, std::f64::consts::PI / 648_000.0),
             Millimetre => (Metre, 1e-3),
             Centimetre => (Metre, 1e-2),
+            Micrometre => (Metre, 1e-6),
             MillimetrePerSecond => (MetrePerSecond, 1e-3),
             CentimetrePerSecond => (MetrePerSecond, 1e-2),
+            MicrometrePerSecond => (MetrePerSecond, 1e-6),
             KilometrePerHour => (MetrePerSecond, 1.0 / 3.6),
             MilePerHour => (MetrePerSecond, 0.447_04),
             Turn => (Radian, std::f64::consts::TAU),

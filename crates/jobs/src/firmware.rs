@@ -76,15 +76,16 @@ pub(crate) fn encoder_map(map: &EncoderMap, angular: bool) -> Firmware {
     }
 }
 
-/// A tuned method as a filter of the chip.
+/// A tuned method as a filter of the chip, which begins with this offset of the accelerometer where that is a state.
 pub(crate) fn of_method(
     method: &Method,
     source: ReadingSource,
+    offset: f64,
     sample_time: f64,
 ) -> Result<FirmwareBlock> {
     Ok(match *method {
         Method::Kalman { model } | Method::SteadyKalman { model } => {
-            steady(&model, source, sample_time)?
+            steady(&model, source, offset, sample_time)?
         }
         Method::Observer { k_x, k_v } => FirmwareBlock::Observer {
             k_x,
@@ -141,7 +142,12 @@ pub(crate) fn with_low_corner(
     })
 }
 
-fn steady(model: &KalmanModel, source: ReadingSource, sample_time: f64) -> Result<FirmwareBlock> {
+fn steady(
+    model: &KalmanModel,
+    source: ReadingSource,
+    offset: f64,
+    sample_time: f64,
+) -> Result<FirmwareBlock> {
     let (noise, hold) = (model.noise(), model.interpolation);
     let unsettled = |e: Error| {
         Trouble::from(e)
@@ -159,6 +165,7 @@ fn steady(model: &KalmanModel, source: ReadingSource, sample_time: f64) -> Resul
             let kalman = Kalman::<f64, 3>::with_bias(&noise, bias, hold, sample_time)?;
             FirmwareBlock::VelocityOffset {
                 filter: steady_gain(&kalman, source).map_err(unsettled)?,
+                offset,
                 sample_time,
             }
         }

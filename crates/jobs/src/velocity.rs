@@ -42,6 +42,8 @@ pub struct AxisData<'a> {
     pub record: &'a MotionRecord,
     /// Time of the first sample in the clock of the recording, s.
     pub start: f64,
+    /// First and last time of what was recorded, s, where gaps leave a part of it.
+    pub recorded: Option<[f64; 2]>,
     /// Whether it is an angle: rad and rad/s in place of m and m/s.
     pub angular: bool,
     /// Way or angle of one turn of the encoder, where the reading says it.
@@ -64,6 +66,7 @@ impl<'a> AxisData<'a> {
         Self {
             record,
             start: 0.0,
+            recorded: None,
             angular: false,
             turn: None,
             encoder: None,

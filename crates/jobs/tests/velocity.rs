@@ -314,3 +314,199 @@ fn refuses_corners_that_do_not_show_and_rates_that_are_none() {
         assert!(trouble.to_string().contains("no probability"), "{trouble}");
     }
 }
+
+/// Rows of a driven axis: time, count, acceleration. Changed row by row.
+fn table(change: impl Fn(usize, i64, f64) -> Option<(i64, f64)>) -> String {
+    let recording = recording();
+    let mut text = String::from("time_s,count,acceleration_m/s2\n");
+    for (k, count) in recording.count.iter().enumerate() {
+        let t = recording.sample_time * k as f64;
+        if let Some((count, a)) = change(k, count.unwrap(), recording.acceleration[k]) {
+            text += &format!("{t:.3},{count},{a}\n");
+        }
+    }
+    text
+}
+
+fn counted() -> AxisSensors {
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["count".into()]);
+    sensors.reading.counts_per_metre = Some(1.0 / recording().increment);
+    sensors.acceleration = vec!["acceleration".into()];
+    sensors
+}
+
+/// A counter of eight bits that is stated to have more: every command reads it so.
+#[test]
+fn law_a_stated_width_that_the_counter_does_not_show_is_told() {
+    let axis = table(|_, count, a| Some((count.rem_euclid(256), a)));
+    let store = Memory::new().file("axis.csv", axis);
+    let told = |bits: Option<u32>| {
+        let mut sensors = counted();
+        sensors.reading.bits = bits;
+        let loaded = sensors.load(&store, None, &Unwatched).unwrap();
+        let found = loaded.data().findings.iter();
+        let mut found = found.filter(|f| f.code() == "rollover-suspected");
+        found.next().map(|f| f.advice_text())
+    };
+    assert_eq!(told(Some(8)), None);
+    for bits in [None, Some(9), Some(16), Some(32)] {
+        let advice = told(bits).unwrap_or_default();
+        assert!(advice.contains("--bits 8"), "{bits:?}: {advice}");
+    }
+    assert!(told(Some(16)).is_some_and(|a| a.contains("not 16")));
+}
+
+/// Positions that are positive against the acceleration: the decision names the option, and the option mends it.
+#[test]
+fn law_readings_of_the_other_sense_are_reversed() {
+    let store = Memory::new().file("axis.csv", table(|_, count, a| Some((-count, a))));
+    let mut sensors = counted();
+    let found = |sensors: &AxisSensors| {
+        let loaded = sensors.load(&store, None, &Unwatched).unwrap();
+        let outcome = VelocityEstimateJob::default()
+            .evaluate(&loaded.data(), &Unwatched)
+            .unwrap();
+        let opposite = outcome.findings().iter();
+        let mut opposite = opposite.filter(|f| f.code() == "opposite-sense");
+        let advice = opposite.next().map(|f| f.advice_text());
+        (advice, outcome.result().pairing.as_ref().unwrap().gain)
+    };
+    let (advice, gain) = found(&sensors);
+    assert!(advice.is_some_and(|a| a.contains("--reverse")) && gain < -0.9);
+    sensors.reading.reverse = true;
+    let (advice, gain) = found(&sensors);
+    assert!(advice.is_none() && gain > 0.9, "{gain}");
+}
+
+/// Logic levels in columns that are called A and B as the help calls them, or that are in volts.
+#[test]
+fn known_headings_of_quadrature() {
+    let level = |on: bool| if on { 1 } else { 0 };
+    let rows = |heading: &str| {
+        let mut text = format!("time_s,{heading},acceleration_m/s2\n");
+        for k in 0..400i64 {
+            // Each quarter lasts three samples.
+            let quarter = (k / 3) % 4;
+            let (a, b) = (level(quarter == 1 || quarter == 2), level(quarter >= 2));
+            text += &format!(
+                "{:.3},{a},{b},{}\n",
+                0.001 * k as f64,
+                (k * 7919 % 101) as f64
+            );
+        }
+        text
+    };
+    for (heading, names) in [("A,B", ["A", "B"]), ("A (V),B (V)", ["A", "B"])] {
+        let store = Memory::new().file("axis.csv", rows(heading));
+        let mut sensors = AxisSensors::default();
+        sensors.recording = "axis.csv".into();
+        sensors.reading.quadrature = Some(names.map(str::to_owned).to_vec());
+        sensors.reading.counts_per_metre = Some(1e5);
+        sensors.acceleration = vec!["acceleration".into()];
+        let loaded = sensors.load(&store, None, &Unwatched);
+        assert!(loaded.is_ok(), "{heading}: {:?}", loaded.err());
+    }
+}
+
+/// A screw of 5 mm of lead: its counts are those of so many to a metre.
+#[test]
+fn known_lead_of_a_screw() {
+    let store = Memory::new().file("axis.csv", table(|_, count, a| Some((count, a))));
+    let linear = counted();
+    let mut screw = counted();
+    let per_metre = linear.reading.counts_per_metre.unwrap();
+    screw.reading.counts_per_metre = None;
+    screw.reading.counts_per_turn = Some(0.005 * per_metre);
+    screw.reading.lead = Some(0.005);
+    let read = |sensors: &AxisSensors| {
+        let loaded = sensors.load(&store, None, &Unwatched).unwrap();
+        let (data, last) = (loaded.data(), loaded.data().record.reading.len() - 1);
+        (data.record.reading[last].unwrap(), data.turn)
+    };
+    let ((x, _), (y, turn)) = (read(&linear), read(&screw));
+    assert!(
+        (x / y - 1.0).abs() < 1e-12 && turn == Some(0.005),
+        "{x} {y}"
+    );
+    screw.reading.radius = Some(0.1);
+    let trouble = screw.load(&store, None, &Unwatched).unwrap_err();
+    assert!(trouble.to_string().contains("--lead"), "{trouble}");
+}
+
+/// What was stated of a column is in the line of how it was read.
+#[test]
+fn known_units_that_were_stated() {
+    let recording = recording();
+    let mut text = String::from("time_s,way,acceleration_m/s2,yaw\n");
+    for (k, x) in recording.position().iter().enumerate() {
+        let (t, a) = (recording.sample_time * k as f64, recording.acceleration[k]);
+        text += &format!("{t:.3},{},{a},0.01\n", 1e6 * x.unwrap());
+    }
+    let store = Memory::new().file("axis.csv", text);
+    let mut sensors = AxisSensors::default();
+    sensors.recording = "axis.csv".into();
+    sensors.reading.position = Some(vec!["way".into()]);
+    sensors.acceleration = vec!["acceleration".into()];
+    let how = |unit: &str, scale: Option<f64>| {
+        let mut sensors = sensors.clone();
+        sensors.reading.unit = Some(unit.parse().unwrap());
+        sensors.reading.scale = scale;
+        let loaded = sensors.load(&store, None, &Unwatched).unwrap();
+        let read = loaded.data().record.reading.clone();
+        let said = loaded.record(None).inputs[0]
+            .reading
+            .as_ref()
+            .unwrap()
+            .to_string();
+        (said, read)
+    };
+    let (said, micro) = how("µm", None);
+    assert!(said.contains("way in µm as stated"), "{said}");
+    let (said, scaled) = how("mm", Some(0.001));
+    assert!(
+        said.contains("one of which is 0.001 mm as stated"),
+        "{said}"
+    );
+    assert!(!said.contains("not said"), "{said}");
+    for (a, b) in micro.iter().flatten().zip(scaled.iter().flatten()) {
+        assert!((a - b).abs() < 1e-12);
+    }
+}
+
+/// Three rows of two thousand are missing: what is used of the recording is in the verdict.
+#[test]
+fn law_a_gap_is_told_with_what_is_used() {
+    let store = Memory::new().file(
+        "axis.csv",
+        table(|k, count, a| (!(601..604).contains(&k)).then_some((count, a))),
+    );
+    let loaded = counted().load(&store, None, &Unwatched).unwrap();
+    let data = loaded.data();
+    assert!(
+        data.recorded
+            .is_some_and(|[from, to]| from == 0.0 && to > 1.99)
+    );
+    let outcome = VelocityEstimateJob::default()
+        .evaluate(&data, &Unwatched)
+        .unwrap();
+    let page = support::page(&outcome);
+    assert!(page.contains("only 0.604 s to"), "{page}");
+    assert!(!page.contains("over the whole recording"));
+}
+
+/// The start that is not compared is told beside the winner.
+#[test]
+fn law_the_start_that_is_left_out_is_told() {
+    let (record, truth) = record();
+    let data = AxisData {
+        reference: Some(&truth),
+        ..AxisData::new(&record)
+    };
+    let job = VelocityCompareJob::default();
+    let page = support::page(&job.evaluate(&data, &Unwatched).unwrap());
+    assert!(page.contains("the first 0.200 s"), "{page}");
+    // The smoother comes closest of all, and is drawn.
+    assert!(page.matches("smoother, tuned").count() > 1, "{page}");
+}

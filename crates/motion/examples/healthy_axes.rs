@@ -210,7 +210,7 @@ fn run(axis: &Axis, seed: u64) -> ([Judged; 4], EstimateResult, Vec<String>) {
         .flatten()
         .map(|x| (x / record.increment.unwrap_or(1.0)).floor() as i64)
         .collect();
-    let mut codes: Vec<String> = rollover(&counts)
+    let mut codes: Vec<String> = rollover(&counts, None)
         .iter()
         .map(|f| f.code().to_owned())
         .collect();

@@ -100,7 +100,7 @@ findings! {
     /// lies within the tolerance of accelerometers.
     gain_mismatch(treatment: &str, gain: f64, uncertainty: f64, details: &str) =
         "gain-mismatch", [Warning, Decision, Note],
-        what "readings and accelerometer do not agree on the size of the motion{treatment}",
+        what "the accelerometer shows {gain:.4} times the motion of the readings{treatment}",
         evidence "{details}: {gain:.5} (u = {uncertainty:.5})",
         advice "calibrate the accelerometer, or check units, axis, increment and radius of the wheel: one of them is wrong by this factor";
 
@@ -284,6 +284,6 @@ findings! {
         "opposite-sense", [Decision],
         what "readings and accelerometer are positive in opposite senses",
         evidence "velocity changes of the accelerometer over those of the readings: {gain:.4} (u = {uncertainty:.4}), correlation {correlation:.3}, windows of {window:.3} s",
-        advice "reverse one of them";
+        advice "reverse the readings: --reverse";
 
 }

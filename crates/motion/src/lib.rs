@@ -116,7 +116,7 @@ pub use threshold::{leave_out_threshold, speed_increment};
 pub use timed::{edge_counts, edge_places, time_edges};
 pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};
 pub use velocity::{
-    BesideReference, CompareResult, EstimateResult, TuneResult, TunedAtRate, compare,
+    BesideReference, CompareResult, EstimateResult, LargestSpeed, TuneResult, TunedAtRate, compare,
     compare_turning, estimate, estimate_turning, published_sweep, single_sensor_methods, tune,
     tune_turning,
 };

@@ -57,6 +57,39 @@ const MISTAKEN: [(f64, &str); 8] = [
     (3.6, "the readings are in km/h, not in m/s"),
 ];
 
+/// Decodings that are mistaken for each other: the gain, and what it stands for.
+const DECODINGS: [(f64, &str); 4] = [
+    (
+        4.0,
+        ", as where the lines are counted once (×1) and the counts of fourfold decoding (×4) are stated",
+    ),
+    (
+        2.0,
+        ", as where half of the stated counts are counted: ×2 in place of ×4, or ×1 in place of ×2",
+    ),
+    (
+        0.5,
+        ", as where twice the stated counts are counted: ×4 in place of ×2, or ×2 in place of ×1",
+    ),
+    (
+        0.25,
+        ", as where the edges are counted fourfold (×4) and the lines (×1) are stated",
+    ),
+];
+
+/// What a radius and the lever of an accelerometer are off by beside a wrong decoding.
+const BESIDE_DECODING: f64 = 0.005;
+
+/// The decoding that explains the gain of an accelerometer beside counts.
+pub(crate) fn decoding(record: &MotionRecord, gain: f64, u: f64) -> Option<&'static str> {
+    let counted = record.increment.is_some() || record.edges.is_some();
+    let near = |f: f64| (gain.abs() - f).abs() < (2.0 * u).clamp(BESIDE_DECODING * f, 0.1 * f);
+    let found = DECODINGS.iter().find(|(f, _)| near(*f));
+    found
+        .filter(|_| counted && record.source == ReadingSource::Position)
+        .map(|(_, what)| *what)
+}
+
 /// What a gain is of, in words.
 pub(crate) const OVER: &str = "velocity changes of the accelerometer over those of the readings";
 
@@ -118,7 +151,7 @@ impl Pairing {
         let coarse = record.source == ReadingSource::Position
             && record.increment.is_some_and(|d| high - low < 20.0 * d);
         if !coarse {
-            found.findings = found.judged(stride as f64 * dt, &record.acceleration);
+            found.findings = found.judged(stride as f64 * dt, record);
         }
         Ok(found)
     }
@@ -128,17 +161,19 @@ impl Pairing {
         self.correlation.abs() > 0.7
     }
 
-    fn judged(&self, step: f64, acceleration: &[f64]) -> Vec<Finding> {
+    fn judged(&self, step: f64, record: &MotionRecord) -> Vec<Finding> {
         let mut findings = Vec::new();
         if !self.is_clear() {
             return findings;
         }
+        let decoding = decoding(record, self.gain, self.gain_uncertainty);
         let gain_mismatch = || {
             let details = format!(
                 "correlation {:.3} in windows of {:.3} s; {OVER}",
                 self.correlation, self.window
             );
-            findings::gain_mismatch("", self.gain, self.gain_uncertainty, &details)
+            let treatment = decoding.unwrap_or_default();
+            findings::gain_mismatch(treatment, self.gain, self.gain_uncertainty, &details)
         };
         // Of the readings over the accelerometer.
         let size = 1.0 / self.gain.abs();
@@ -157,8 +192,8 @@ impl Pairing {
             // One that is cut off shows less of the motion, as much less as it likes.
             let mistaken = MISTAKEN
                 .iter()
-                .find(|(f, _)| near(*f))
-                .filter(|_| rails(acceleration).is_empty());
+                .find(|(f, _)| decoding.is_none() && near(*f))
+                .filter(|_| rails(&record.acceleration).is_empty());
             findings.push(match mistaken {
                 Some((_, what)) => proofmass_uncertainty::findings::unit_suspected(
                     what,

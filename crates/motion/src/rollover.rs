@@ -39,16 +39,19 @@ fn begins_anew(values: &[f64], range: f64) -> Option<usize> {
     (around <= 2.0 * largest && largest < 0.5 * range).then_some(first)
 }
 
-/// Jumps like those of a counter of 8 to 32 bits, in counts that were said not to roll over.
-pub fn rollover(counts: &[i64]) -> Option<Finding> {
+/// Jumps like those of a counter of 8 to 32 bits, in counts that were said not to roll over, or as those of `stated` bits.
+pub fn rollover(counts: &[i64], stated: Option<u32>) -> Option<Finding> {
     let values: Vec<f64> = counts.iter().map(|c| *c as f64).collect();
+    // What a range of the stated width explains is continued; a smaller one is not.
+    let mut widths = 8..stated.unwrap_or(33);
     let (bits, k) =
-        (8..=32).find_map(|bits| begins_anew(&values, 2f64.powi(bits)).map(|k| (bits, k)))?;
+        widths.find_map(|bits| begins_anew(&values, f64::from(bits).exp2()).map(|k| (bits, k)))?;
+    let instead = stated.map_or(String::new(), |n| format!(", not {n}"));
     Some(findings::rollover_suspected(
-        &format!("count jumps like a counter of {bits} bits that rolls over"),
+        &format!("count jumps like a counter of {bits} bits that rolls over{instead}"),
         counts[k] as f64,
         counts[k + 1] as f64,
-        &format!("state the width of the counter: --bits {bits}"),
+        &format!("state the width of the counter: --bits {bits}{instead}"),
     ))
 }
 
@@ -61,4 +64,32 @@ pub fn turns_anew(angle: &[f64], turn: f64) -> Option<Finding> {
         angle[k + 1],
         "state that the angle restarts after each turn: --wraps",
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_width_is_told_whatever_is_stated() {
+        let wide: Vec<i64> = (0..2000i64).map(|k| 3 * k - k * k / 400).collect();
+        for bits in [8u32, 10, 12] {
+            let range = 1i64 << bits;
+            let unsigned: Vec<i64> = wide.iter().map(|c| c.rem_euclid(range)).collect();
+            let signed: Vec<i64> = unsigned
+                .iter()
+                .map(|c| if *c < range / 2 { *c } else { *c - range })
+                .collect();
+            for counts in [&unsigned, &signed] {
+                for stated in [None, Some(bits + 1), Some(16), Some(32)] {
+                    let found = rollover(counts, stated).expect("a jump");
+                    assert!(found.advice_text().contains(&format!("--bits {bits}")));
+                }
+                assert_eq!(rollover(counts, Some(bits)), None, "{bits} bits");
+            }
+        }
+        for stated in [None, Some(16)] {
+            assert_eq!(rollover(&wide, stated), None);
+        }
+    }
 }

@@ -31,7 +31,7 @@ use ground::{
 };
 pub(crate) use low_corner::tied;
 use proofmass_core::{Error, Watch};
-use proofmass_uncertainty::Finding;
+use proofmass_uncertainty::{Finding, normal_quantile};
 
 /// Answer of [`estimate`].
 #[derive(Clone, Debug, PartialEq)]
@@ -79,15 +79,56 @@ impl EstimateResult {
             .unwrap_or(0)
     }
 
-    /// Largest speed by the smoother with its standard uncertainty.
-    pub fn largest_speed(&self) -> (f64, f64) {
-        speed_at(&self.smoother, self.fastest())
+    /// Largest speed by the smoother.
+    pub fn largest_speed(&self, probability: f64) -> LargestSpeed {
+        self.largest_by(&self.smoother, probability)
     }
 
-    /// The speed by the method at the same sample, with its standard uncertainty.
-    pub fn speed_by_method(&self) -> (f64, f64) {
-        speed_at(&self.trace, self.fastest())
+    /// Largest speed by the method: its speed at the sample at which the smoother is fastest.
+    pub fn speed_by_method(&self, probability: f64) -> LargestSpeed {
+        self.largest_by(&self.trace, probability)
     }
+
+    /// The fastest sample is chosen by what was found, and its error with it: for the lower end the factor is that of all samples together
+    /// that may be the fastest (Bonferroni). Which sample truly is the fastest has nothing to do with the errors, and its interval reaches
+    /// as far as the farthest one: for the upper end the factor is that of one sample.
+    fn largest_by(&self, trace: &VelocityTrace, probability: f64) -> LargestSpeed {
+        let tail = 0.5 * (1.0 - probability);
+        let factor = |samples: usize| normal_quantile(1.0 - tail / samples.max(1) as f64);
+        let (one, all) = (factor(1), 0..self.smoother.velocity.len());
+        let ends = |trace: &VelocityTrace, k: usize, lower: f64| {
+            let (v, u) = speed_at(trace, k);
+            (v - lower * u, v + one * u)
+        };
+        let every = factor(all.len());
+        let lowest = all.clone().map(|k| ends(&self.smoother, k, every).0);
+        let lowest = lowest.fold(f64::NEG_INFINITY, f64::max);
+        let may_be = all.filter(|k| ends(&self.smoother, *k, every).1 >= lowest);
+        let may_be: Vec<usize> = may_be.collect();
+        let (value, standard_uncertainty) = speed_at(trace, self.fastest());
+        let together = factor(may_be.len());
+        let farthest = may_be.iter().map(|k| ends(trace, *k, together).1);
+        LargestSpeed {
+            value,
+            standard_uncertainty,
+            interval: [
+                (value - together * standard_uncertainty).max(0.0),
+                farthest.fold(value, f64::max),
+            ],
+        }
+    }
+}
+
+/// Largest speed of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LargestSpeed {
+    /// Speed at the sample whose interval lies farthest from rest.
+    pub value: f64,
+    /// Its standard uncertainty at that sample.
+    pub standard_uncertainty: f64,
+    /// Interval that holds the largest of the true speeds with the probability that was asked for.
+    pub interval: [f64; 2],
 }
 
 fn speed_at(trace: &VelocityTrace, sample: usize) -> (f64, f64) {
@@ -363,7 +404,7 @@ fn once(
     if trace.standard_uncertainty.is_none() {
         trace.standard_uncertainty = Some(beside(&trace, &smoother));
     }
-    findings.extend(doubts(pairing.as_ref(), tuned.as_ref(), readings));
+    findings.extend(doubts(record, pairing.as_ref(), tuned.as_ref(), readings));
     findings.extend(slip.iter().flat_map(|s| s.findings.iter().cloned()));
     let ripple = match record.source {
         _ if !record.accelerometer || record.rests_only() => None,

@@ -173,7 +173,7 @@ fn law_words_of_any_width_are_suspected_and_continued() {
                 .iter()
                 .map(|c| (c - low).rem_euclid(range) + low)
                 .collect();
-            let found = rollover(&words).unwrap();
+            let found = rollover(&words, None).unwrap();
             assert!(
                 found.advice_text().contains(&format!("--bits {bits}")),
                 "{found}"
@@ -198,16 +198,16 @@ fn law_angles_of_a_turn_are_suspected_and_jumps_of_another_kind_are_not() {
     // A glitch, a step of the axis, a reversing path.
     let mut glitch: Vec<i64> = (0..300).collect();
     glitch[150] = 4000;
-    assert!(rollover(&glitch).is_none());
+    assert!(rollover(&glitch, None).is_none());
     let step: Vec<i64> = (0..200)
         .map(|k| if k < 100 { k / 10 } else { 200 + k / 10 })
         .collect();
-    assert!(rollover(&step).is_none());
+    assert!(rollover(&step, None).is_none());
     let sine: Vec<i64> = (0..5000)
         .map(|k| (2000.0 * (0.003 * f64::from(k)).sin()) as i64)
         .collect();
-    assert!(rollover(&sine).is_none());
-    assert!(rollover(&[]).is_none() && rollover(&[1]).is_none());
+    assert!(rollover(&sine, None).is_none());
+    assert!(rollover(&[], None).is_none() && rollover(&[1], None).is_none());
 }
 
 /// A speed in m/s with decimals, read in every row: amplitudes, frequencies and digits at which its commonest run is two rows and more.

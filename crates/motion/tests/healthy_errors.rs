@@ -9,6 +9,7 @@ use proofmass_motion::{
     EstimateResult, Method, MotionRecord, ReadingSource, Stamped, estimate, estimate_turning,
     even_rows,
 };
+use proofmass_uncertainty::Severity;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -276,4 +277,25 @@ fn known_innovations_that_are_alike() {
         codes(&result).contains(&"innovations-correlated")
     };
     assert!(told(0.9) && !told(0.0));
+}
+
+/// Words of a counter whose width is stated wrongly: what is left is no rounding that repeats, and the correlation needs a decision.
+#[test]
+fn known_innovations_of_words_that_jump() {
+    let found = |range: Option<f64>| {
+        let (mut record, _) = HEALTHY.simulate(&sine(0.2, 1.0), 5);
+        let increment = HEALTHY.increment();
+        if let Some(range) = range {
+            for r in record.reading.iter_mut().flatten() {
+                *r = r.rem_euclid(range * increment);
+            }
+        }
+        record.increment = Some(increment);
+        let result = estimate(&record, None, None, &Unwatched).unwrap();
+        let mut told = result.findings.into_iter();
+        let told = told.find(|f| f.code() == "innovations-correlated");
+        told.map(|f| f.severity())
+    };
+    assert!(found(Some(256.0)).is_some_and(|s| s > Severity::Note));
+    assert!(found(None).is_none_or(|s| s == Severity::Note));
 }

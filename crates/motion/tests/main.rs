@@ -9,6 +9,7 @@ mod faults;
 mod findings;
 mod healthy_errors;
 mod held_gain;
+mod largest_speed;
 mod low_corner;
 mod method_coverage;
 mod motions;

@@ -259,10 +259,10 @@ crate::findings! {
 
     /// The innovations of a filter are correlated.
     innovations_correlated(model: &str, evidence: &str, remedy: &str) =
-        "innovations-correlated", [Warning],
+        "innovations-correlated", [Warning, Decision, Note],
         what "the innovations are correlated: {model}",
         evidence "{evidence}",
-        advice "{remedy}; the stated uncertainty is then a lower bound";
+        advice "{remedy}";
 
     /// A quantity exceeds its limit with its whole interval.
     beyond_limit(subject: &str, evidence: &str, remedy: &str) =

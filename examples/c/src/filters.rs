@@ -96,6 +96,7 @@ pub fn filters() -> Result<Vec<(&'static str, FirmwareBlock)>, Error> {
             "velocity_offset",
             FirmwareBlock::VelocityOffset {
                 filter: offset.steady()?,
+                offset: 0.0192,
                 sample_time,
             },
         ),

@@ -67,6 +67,8 @@ pub enum FirmwareBlock {
     VelocityOffset {
         /// The filter.
         filter: SteadyKalman<f64, 3>,
+        /// Offset with which it begins: a gain of zero leaves it there.
+        offset: f64,
         /// Time between samples, s.
         sample_time: f64,
     },

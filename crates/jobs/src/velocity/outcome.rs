@@ -25,6 +25,9 @@ pub(super) struct Head {
     name: String,
     /// Time of the first sample, s.
     pub(super) start: f64,
+    /// First and last time of what was recorded, s, where gaps leave a part of it.
+    #[serde(default)]
+    recorded: Option<[f64; 2]>,
     pub(super) sample_time: f64,
     pub(super) samples: usize,
     readings: usize,
@@ -59,6 +62,7 @@ impl Head {
         Self {
             name: name.map_or(data.name.into(), |n| n.to_string_lossy().into_owned()),
             start: tidy(data.start),
+            recorded: data.recorded,
             sample_time: record.sample_time,
             samples: record.reading.len(),
             readings: record.reading.iter().flatten().count(),
@@ -95,6 +99,16 @@ impl Head {
         self.start + self.sample_time * sample as f64
     }
 
+    /// From when to when samples were used, where gaps leave a part of the recording: a sentence behind another.
+    pub(super) fn part(&self) -> Option<String> {
+        let [from, to] = self.recorded?;
+        let last = self.time(self.samples.saturating_sub(1));
+        Some(format!(
+            " Samples are missing: only {:.3} s to {last:.3} s of {from:.3} s to {to:.3} s is used.",
+            self.start
+        ))
+    }
+
     pub(super) fn section(&self) -> Result<(&'static str, serde_json::Value)> {
         section(
             "record",
@@ -103,6 +117,7 @@ impl Head {
                 "readings": self.readings,
                 "sample_time_s": self.sample_time,
                 "start_s": self.start,
+                "recorded_s": self.recorded,
                 "source": self.source,
                 "unit": self.unit("m"),
                 "increment_m": self.increment,
@@ -224,10 +239,11 @@ pub struct VelocityEstimate {
 
 impl VelocityEstimate {
     pub(super) fn new(data: &AxisData<'_>, mut result: EstimateResult, asked: bool) -> Self {
-        let (v, u) = match asked {
-            true => result.speed_by_method(),
-            false => result.largest_speed(),
+        let largest = match asked {
+            true => result.speed_by_method(PROBABILITY),
+            false => result.largest_speed(PROBABILITY),
         };
+        let (v, u) = (largest.value, largest.standard_uncertainty);
         let quantities = vec![quantity("largest_speed", "m/s", v, u)];
         rounded_trace(&mut result.trace);
         rounded_trace(&mut result.smoother);
@@ -258,8 +274,15 @@ impl VelocityEstimate {
         all.extend(result.tuned.iter().flat_map(found));
         let corner = result.low_corner.iter();
         all.extend(corner.map(|c| quantity("low_corner", "Hz", c.frequency, c.uncertainty)));
+        let mut head = Head::new(data, all, &result.findings);
+        if let Some(stated) = head.quantities.first_mut().filter(|_| u > 0.0) {
+            let [low, high] = largest.interval;
+            (stated.k, stated.nu_eff) = (None, None);
+            stated.interval = Some([low, high]);
+            stated.expanded = (high - v).max(v - low);
+        }
         Self {
-            head: Head::new(data, all, &result.findings),
+            head,
             reading,
             acceleration,
             result,
@@ -568,18 +591,32 @@ impl TunedGains {
                 std::f64::consts::TAU * corner.frequency
             ));
         }
-        if let Some(offset) = tuned.offset.filter(|_| own.is_none()) {
-            notes.push(format!(
-                "Offset of the accelerometer at the start: {:e}(+-{:e}); subtract it before, unless the filter has it as a state.",
-                offset.value, offset.uncertainty
-            ));
-        }
         if let Some(gain) = tuned.gain {
             notes.push(format!(
                 "The accelerometer reads {:e} times the acceleration: divide by that before.",
                 gain.value
             ));
         }
+        let block = match own {
+            Some(block) => block,
+            None => {
+                let offset = tuned.offset.map_or(0.0, |o| o.value);
+                if let Some(TunedValue { uncertainty, .. }) = tuned.offset {
+                    let todo = match gains {
+                        GainsOf::Kalman => {
+                            "the filter begins with it as its third state, and nothing is to be subtracted."
+                        }
+                        _ => {
+                            "the filter does not know it: subtract it from the acceleration before."
+                        }
+                    };
+                    notes.push(format!(
+                        "Offset of the accelerometer at the start: {offset:e}(+-{uncertainty:e}); {todo}"
+                    ));
+                }
+                of_method(method, self.source, offset, self.sample_time)?
+            }
+        };
         let latency = tuned.stated_latency + tuned.latency.map_or(0.0, |t| t.value);
         if latency > 0.0 {
             notes.push(format!(
@@ -591,13 +628,7 @@ impl TunedGains {
                 -latency
             ));
         }
-        Ok(Firmware {
-            block: match own {
-                Some(block) => block,
-                None => of_method(method, self.source, self.sample_time)?,
-            },
-            notes,
-        })
+        Ok(Firmware { block, notes })
     }
 }
 

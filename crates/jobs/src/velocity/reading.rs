@@ -99,6 +99,9 @@ pub struct Reading {
     /// Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits
     #[cfg_attr(feature = "clap", arg(long, value_name = "METRES"))]
     pub radius: Option<f64>,
+    /// Lead of a screw, its travel per turn, m: in place of --radius for an encoder or a resolver on its shaft
+    #[cfg_attr(feature = "clap", arg(long, value_name = "METRES", conflicts_with_all = ["radius", "counts_per_metre", "angular"]))]
+    pub lead: Option<f64>,
     /// Bits of the counter or of the absolute encoder, which rolls over
     #[cfg_attr(feature = "clap", arg(long, value_name = "BITS", value_parser = clap::value_parser!(u32).range(1..=32)))]
     pub bits: Option<u32>,
@@ -114,6 +117,9 @@ pub struct Reading {
         arg(long, value_name = "COLUMN", requires_all = ["position", "counts_per_turn"])
     )]
     pub index: Option<String>,
+    /// Positions or speeds are positive against the acceleration: reverse them
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub reverse: bool,
     /// Each row is an edge of the encoder with its time stamp, not a sample
     #[cfg_attr(feature = "clap", arg(long))]
     pub edges: bool,
@@ -130,8 +136,13 @@ impl Reading {
     pub fn turn(&self) -> Option<f64> {
         match self.angular {
             true => Some(TAU),
-            false => self.radius.map(|r| TAU * r),
+            false => self.lead.or(self.radius.map(|r| TAU * r)),
         }
+    }
+
+    /// What position or speed is multiplied by, so that it is positive as the acceleration is.
+    pub(super) fn sense(&self) -> f64 {
+        if self.reverse { -1.0 } else { 1.0 }
     }
 
     /// Counts and radius as they were stated, in words.
@@ -142,6 +153,8 @@ impl Reading {
                 .map(|n| format!("{n} counts per metre")),
             self.bits.map(|n| format!("{n} bits")),
             self.radius.map(|r| format!("radius {r} m")),
+            self.lead.map(|l| format!("lead {l} m")),
+            self.reverse.then(|| "reversed".to_owned()),
         ]
         .into_iter()
         .flatten()
@@ -260,7 +273,7 @@ impl Reading {
                 Ok(TAU / positive("--counts-per-turn", n)? * self.radius("counts of a turn")?)
             }
             (None, None) => Err(Trouble::data("the length of one count is not known")
-                .with_hint("add --counts-per-turn N with --radius R, or --counts-per-metre N")),
+                .with_hint("add --counts-per-turn N with --radius R (of a screw with --lead L), or --counts-per-metre N")),
         }
     }
 
@@ -311,15 +324,33 @@ impl Reading {
 
     fn radius(&self, of: &str) -> Result<f64, Trouble> {
         if self.angular {
+            if self.lead.is_some() {
+                return Err(Trouble::request(
+                    "--lead makes a length of a turn, --angular asks for an angle",
+                )
+                .with_hint("leave out one of them"));
+            }
             return Ok(1.0);
         }
-        match self.radius {
-            Some(r) if r.is_finite() && r > 0.0 => Ok(r),
-            Some(r) => Err(Trouble::data(format!("--radius {r} must be positive"))),
-            None => Err(Trouble::data(format!(
-                "{of} give an angle, the accelerometer measures along a line"
-            ))
-            .with_hint("add --radius R in metres: of the wheel, or where the accelerometer sits")),
+        let (option, stated, per_turn) = match (self.radius, self.lead) {
+            (Some(_), Some(_)) => {
+                return Err(
+                    Trouble::request("--radius and --lead both state the way of a turn")
+                        .with_hint("leave out one of them: a screw has a lead, a wheel a radius"),
+                );
+            }
+            (Some(r), None) => ("--radius", r, TAU),
+            (None, Some(lead)) => ("--lead", lead, 1.0),
+            (None, None) => {
+                return Err(Trouble::data(format!(
+                    "{of} give an angle, the accelerometer measures along a line"
+                ))
+                .with_hint("add --radius R in metres: of the wheel, or where the accelerometer sits; of a screw --lead L, its travel per turn"));
+            }
+        };
+        match stated.is_finite() && stated > 0.0 {
+            true => Ok(stated * per_turn / TAU),
+            false => Err(Trouble::data(format!("{option} {stated} must be positive"))),
         }
     }
 
@@ -346,9 +377,9 @@ impl Reading {
         if self.resolver.is_some() {
             return self.resolved(recording, columns, clock, &missing, findings);
         }
-        let each = columns.iter().enumerate();
-        let mut values: Vec<Vec<f64>> = each
-            .map(|(i, column)| self.length(recording, column, i, findings))
+        let mut values: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|column| self.length(recording, column, findings))
             .collect::<Result<_, _>>()?;
         if self.index.is_some() {
             let pulse = levels(&recording.columns[n].data);
@@ -381,7 +412,7 @@ impl Reading {
     fn each(&self, recording: &Recording, count: usize) -> Result<Vec<Vec<Option<f64>>>, Trouble> {
         let wheel = |i: usize| -> Result<Vec<Option<f64>>, Trouble> {
             // What is to be said of the columns is said where they are read for the velocity.
-            let value = self.length(recording, &recording.columns[i], i, &mut Vec::new())?;
+            let value = self.length(recording, &recording.columns[i], &mut Vec::new())?;
             let mut wheel: Vec<Option<f64>> = value.into_iter().map(Some).collect();
             for &k in recording.missing(i) {
                 wheel[k] = None;
@@ -446,7 +477,6 @@ impl Reading {
         &self,
         recording: &Recording,
         column: &RecordedColumn,
-        index: usize,
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<f64>, Trouble> {
         let name = &column.name;
@@ -497,7 +527,7 @@ impl Reading {
             (Unit::Count, false) if self.wraps => return Err(self.no_angle(name, unit)),
             (Unit::Count, false) => {
                 let step = self.count_length()?;
-                let count = self.continued(recording, column, index, findings)?;
+                let count = self.continued(recording, column, findings)?;
                 return Ok(count.into_iter().map(|c| step * c as f64).collect());
             }
             _ => {
@@ -541,7 +571,6 @@ impl Reading {
         &self,
         recording: &Recording,
         column: &RecordedColumn,
-        index: usize,
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<i64>, Trouble> {
         let refuse = |k: usize, what: &str, hint: &str| {
@@ -566,7 +595,7 @@ impl Reading {
             counts.push(*v as i64);
         }
         let Some(bits) = self.bits else {
-            findings.extend(rollover(&counts));
+            findings.extend(rollover(&counts, None));
             return Ok(counts);
         };
         let words = counter_words(&counts, bits).map_err(|k| {
@@ -584,7 +613,9 @@ impl Reading {
         // Without a reading the row repeats the count before it: no step.
         let decoded = absolute(code, bits, &words)?;
         findings.extend(decoded.findings);
-        let _ = index;
+        // Words of a Gray code jump as they like; what they stand for does not.
+        let shown = if self.gray { &decoded.count } else { &counts };
+        findings.extend(rollover(shown, Some(bits)));
         Ok(decoded.count)
     }
 }

@@ -11,6 +11,7 @@ use crate::frequency_response::read_calibration;
 use crate::record::Record;
 use crate::recording::stretch;
 use crate::store::Store;
+use crate::stored_result::RESULT;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::Trouble;
 use proofmass_core::Watch;
@@ -239,6 +240,8 @@ pub struct AxisRecordings {
     pub(super) origin: f64,
     /// Time of the first sample after that, s.
     pub(super) start: f64,
+    /// First and last time of what was recorded, s, where gaps leave a part of it.
+    recorded: Option<[f64; 2]>,
     /// Whether it is an angle: rad in place of m.
     pub(super) angular: bool,
     /// Way or angle of one turn of the encoder, where it is known and no map was subtracted.
@@ -263,6 +266,7 @@ impl AxisRecordings {
         AxisData {
             record: &self.record,
             start: self.origin + self.start,
+            recorded: self.recorded,
             angular: self.angular,
             turn: self.turn,
             encoder: self.encoder.as_deref(),
@@ -357,15 +361,24 @@ impl AxisSensors {
         let mut main = Recording::from_source_sparse(source, &options, &absent)?;
         for column in 0..of_reading {
             // With a scale the unit is that to which it leads; counts are said by what a turn or a metre has of them.
-            let unit = self.reading.unit.filter(|_| self.reading.scale.is_none());
+            match (self.reading.scale, self.reading.unit) {
+                (Some(scale), Some(unit)) => main.state_scale_of(column, scale, unit),
+                (None, unit) => main.state_unit(column, unit, SaidBy::Person)?,
+                _ => {}
+            }
+            let index = self.reading.index.is_some() && column + 1 == of_reading;
+            let logic = index || self.reading.is_level();
+            let volts = main.columns[column].unit.map(|u| u.si().0) == Some(Unit::Volt);
             let counts = self.reading.increment().map(|_| Unit::Count);
-            main.state_unit(column, unit, SaidBy::Person)?;
-            main.state_unit(column, counts, SaidBy::Person)?;
+            main.state_unit(column, counts.filter(|_| !(logic && volts)), SaidBy::Person)?;
         }
         if together {
             for column in of_reading..of_yaw {
                 main.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
             }
+        }
+        if self.turning.yaw_rate.is_some() {
+            main.state_unit(of_yaw, self.turning.yaw_rate_unit, SaidBy::Person)?;
         }
         let mut inputs = vec![main.input()];
         let mut findings = main.findings().to_vec();
@@ -381,7 +394,7 @@ impl AxisSensors {
         let mut clock = clock(&main, &main, origin, self.reading.edges());
 
         let angular = self.reading.angular
-            || (alone && self.reading.radius.is_none() && self.reading.turns(&main)?);
+            || (alone && self.reading.turn().is_none() && self.reading.turns(&main)?);
         let told = Reading {
             angular,
             ..self.reading.clone()
@@ -390,6 +403,7 @@ impl AxisSensors {
             true => Samples::default(),
             false => told.decode(&main, &clock, &mut findings)?,
         };
+        reading.value.iter_mut().for_each(|r| *r *= told.sense());
         let rows = together && !resting && !self.reading.edges() && !self.reading.is_modulated();
         if rows && told.source() == ReadingSource::Position {
             findings.extend(evened(&mut clock, &mut reading));
@@ -422,7 +436,10 @@ impl AxisSensors {
                 )
                 .with_hint("add --position COLUMN, or leave out --encoder-map"));
             }
-            let (map, input) = VelocityMap::read(store.open(map)?, angular)?;
+            // The folder that a command wrote stands for its result.
+            let inside = format!("{map}/{RESULT}");
+            let name = if store.holds(&inside) { &inside } else { map };
+            let (map, input) = VelocityMap::read(store.open(name)?, angular)?;
             inputs.push(input);
             if let Some(increment) = increment {
                 edge_places(&mut reading.value, increment);
@@ -512,8 +529,10 @@ impl AxisSensors {
                 reading.between_s = between;
             }
         }
+        let mut recorded = None;
         if let Some(gaps) = longest_stretch(&acceleration.time) {
             let Samples { time, value } = &mut acceleration;
+            recorded = Some([time[0] + origin, time[time.len() - 1] + origin]);
             if let (Some(_), true) = (start, gaps.used.start > 0) {
                 return Err(Trouble::request(format!(
                     "the velocity at the first sample is stated, and a gap makes {} s the first sample that is used",
@@ -585,6 +604,7 @@ impl AxisSensors {
             record,
             origin,
             start,
+            recorded,
             angular,
             turn: told
                 .turn()

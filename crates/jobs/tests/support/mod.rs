@@ -54,6 +54,14 @@ pub fn law_outcome_comes_back<O: Outcome>(outcome: &O) {
     assert!(StoredResult::from_json(&json[..json.len() / 2]).is_err());
 }
 
+/// The page of an outcome as a text.
+pub fn page<O: Outcome>(outcome: &O) -> String {
+    let result = StoredResult::new(record(), outcome).expect("a result");
+    let mut files = result.files().expect("files").into_iter();
+    let page = files.find(|f| f.0 == "report.html").expect("a page");
+    String::from_utf8(page.1).expect("a text")
+}
+
 /// An onlooker that stops at once.
 pub struct Stop;
 

@@ -65,6 +65,9 @@ pub struct FoundMap {
     pub findings: Vec<Finding>,
 }
 
+/// The kind of finding of sensors of opposite sense.
+const OPPOSITE: &str = "opposite-sense";
+
 /// Most rounds of noise and map; each halves what is left of their influence on one another, and more.
 const ROUNDS: usize = 6;
 
@@ -128,8 +131,13 @@ impl MapSearch {
         let mut findings = findings(&map, turns, self.quarter(record));
         findings.extend(conditions(record));
         let readings = (used.repeated * used.tuned.effective_readings).round() as usize;
-        let beside = doubts(used.pairing.as_ref(), Some(&used.tuned), readings);
+        let beside = doubts(record, used.pairing.as_ref(), Some(&used.tuned), readings);
         findings.extend(beside);
+        // A large map explains positions of the other sense, so that beside it they do not show.
+        if !findings.iter().any(|f| f.code() == OPPOSITE) {
+            let plain = sensors(record).1.map_or(Vec::new(), |p| p.findings);
+            findings.extend(plain.into_iter().filter(|f| f.code() == OPPOSITE));
+        }
         findings.extend(part_finding(record, &used.part));
         findings.extend(used.slip.iter().flat_map(|s| s.findings.iter().cloned()));
         findings.extend(used.tuned.findings.iter().cloned());

@@ -1,6 +1,6 @@
 //! Everything that is told about the chosen model.
 
-use super::doubt::{at_bound, not_white, resting, rounding_repeats};
+use super::doubt::{at_bound, not_white, resting, rounding_explains, rounding_repeats};
 use super::spread::{LN10, parameters, shifted};
 use super::{NoiseNode, Point, Search, Tuned, TunedValue};
 use crate::diffuse::Noise;
@@ -89,11 +89,14 @@ impl Search<'_> {
             findings.extend(at_bound(&point.noise, self.unit()));
         }
         findings.extend(resting(self.record));
+        let samples = whiteness.samples as f64;
+        let by_rounding = rounding_explains(self.record, point.noise.r, self.effective, samples);
+        let accelerometer = self.record.accelerometer;
         findings.extend(not_white(
-            self.record,
+            accelerometer,
             &whiteness,
             &correlation,
-            self.effective,
+            by_rounding,
         ));
         let model = KalmanModel {
             acceleration_noise: point.noise.q,

@@ -1,7 +1,7 @@
 //! Velocity by the tuned model, the uncertainty of its parameters and constants included.
 
 use super::Tuned;
-use super::doubt::short_correlation;
+use super::doubt::not_white;
 use crate::counting::CountingTuned;
 use crate::diffuse::{Prepared, Trajectory, Unknowns};
 use crate::whiteness::autocorrelation;
@@ -33,10 +33,9 @@ impl Tuned {
             self.whiteness = Whiteness::test(innovations)?;
             self.autocorrelation = autocorrelation(innovations, self.whiteness.lags);
             let readings = part.reading.iter().flatten().count() as f64;
-            if self.effective_readings >= 0.5 * readings {
-                let short = short_correlation(part.accelerometer, &self.whiteness);
-                self.findings.extend(short);
-            }
+            let by_rounding = self.effective_readings < 0.5 * readings;
+            let found = not_white(part.accelerometer, &self.whiteness, &[], by_rounding);
+            self.findings.extend(found);
         }
         Ok(())
     }

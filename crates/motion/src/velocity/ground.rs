@@ -2,10 +2,11 @@
 
 use crate::crossover::kalman_beside;
 use crate::findings;
+use crate::pairing::{OVER, decoding};
 use crate::tuning::Constants;
 use crate::{
     Blow, Crossover, Episode, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch,
-    Tuned, Tuning, kalman_by_smoother,
+    Tuned, TunedValue, Tuning, kalman_by_smoother,
 };
 use proofmass_core::numeric::upper_median;
 use proofmass_core::{Error, Watch};
@@ -202,6 +203,7 @@ const TOLERANCE: f64 = 0.03;
 ///
 /// Of the readings that were tuned on fewer are new where rounding repeats with the motion; the regression takes all of them for new.
 pub(crate) fn doubts(
+    record: &MotionRecord,
     pairing: Option<&Pairing>,
     tuned: Option<&Tuned>,
     readings: usize,
@@ -209,33 +211,43 @@ pub(crate) fn doubts(
     let repeated = tuned.map_or(1.0, |t| (readings as f64 / t.effective_readings).max(1.0));
     let told =
         |p: &Pairing| (p.gain.abs() - 1.0).abs() > 4.0 * p.gain_uncertainty * repeated.sqrt();
+    // A constant that paid for itself in one model may be told less well in the one that was chosen.
+    let beyond = |found: &TunedValue, expected: f64| {
+        (found.value - expected).abs() > 3.0 * found.uncertainty
+    };
     let gain = tuned.and_then(|t| t.gain);
+    let found = pairing.iter().flat_map(|p| &p.findings);
+    let opposite = found.clone().any(|f| f.code() == "opposite-sense");
+    // Of the other sense the size is one doubt, and the sense another.
+    let used = gain.filter(|g| beyond(g, if opposite { -1.0 } else { 1.0 }));
     let latency = tuned.and_then(|t| t.latency);
+    let decides = |f: &Finding| f.severity() == Severity::Decision;
     let mut findings: Vec<Finding> = pairing
         .iter()
         .flat_map(|p| p.findings.iter().map(move |f| (p, f)))
         .filter(|(p, f)| match f.code() {
-            "gain-mismatch" => f.severity() == Severity::Decision || (gain.is_none() && told(p)),
+            // One gain is one doubt: that which is used.
+            "gain-mismatch" => used.is_none() && (decides(f) || (gain.is_none() && told(p))),
             "latency" => latency.is_none(),
             _ => true,
         })
         .map(|(_, f)| f.clone())
         .collect();
-    // A constant that paid for itself in one model may be told less well in the one that was chosen.
-    let beyond = |found: &crate::tuning::TunedValue, expected: f64| {
-        (found.value - expected).abs() > 3.0 * found.uncertainty
-    };
-    if let Some(gain) = gain.filter(|g| beyond(g, 1.0)) {
+    if let Some(gain) = used {
+        let decoding = decoding(record, gain.value, gain.uncertainty).unwrap_or_default();
         let finding = findings::gain_mismatch(
-            "; the gain was estimated and is used",
+            &format!("{decoding}; the gain was estimated and is used"),
             gain.value,
             gain.uncertainty,
-            crate::pairing::OVER,
+            OVER,
         );
-        let usual = (gain.value - 1.0).abs() < TOLERANCE + 3.0 * gain.uncertainty;
-        findings.push(match usual {
-            true => finding.at(Severity::Note),
-            false => finding,
+        let mut wrong = found.filter(|f| f.code() == "gain-mismatch");
+        let wrong = wrong.any(decides);
+        let usual = (gain.value.abs() - 1.0).abs() < TOLERANCE + 3.0 * gain.uncertainty;
+        findings.push(match (wrong, usual) {
+            (true, _) => finding.at(Severity::Decision),
+            (false, true) => finding.at(Severity::Note),
+            (false, false) => finding,
         });
     }
     if let Some(latency) = latency.filter(|t| beyond(t, 0.0)) {

@@ -61,7 +61,7 @@ pub(super) fn findings(axes: &[AxisTrack; 3], means: &[RestMean]) -> Vec<Finding
                 &format!(
                     "correlation up to {r:.2}; Ljung–Box {statistic:.1}, {limit:.1} by chance"
                 ),
-                "the filter follows too slowly (positive) or too fast (negative): compare the model of the bias with a longer noise recording, and look at the temperature",
+                "the filter follows too slowly (positive) or too fast (negative): compare the model of the bias with a longer noise recording, and look at the temperature; the stated uncertainty is a lower bound",
             );
             found.push(finding.of_part(name));
         }

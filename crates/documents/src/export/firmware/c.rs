@@ -73,10 +73,14 @@ pub(super) fn text(
             state,
             ..
         } => bias(&mut c, &style, coefficients, state),
-        FirmwareBlock::Velocity { filter, .. } => kalman(&mut c, &style, filter),
-        FirmwareBlock::VelocityOffset { filter, .. } => kalman(&mut c, &style, filter),
-        FirmwareBlock::VelocityCorner { filter, .. } => kalman(&mut c, &style, filter),
-        FirmwareBlock::VelocitySecondOrderCorner { filter, .. } => kalman(&mut c, &style, filter),
+        FirmwareBlock::Velocity { filter, .. } => kalman(&mut c, &style, filter, None),
+        FirmwareBlock::VelocityOffset { filter, offset, .. } => {
+            kalman(&mut c, &style, filter, Some(*offset))
+        }
+        FirmwareBlock::VelocityCorner { filter, .. } => kalman(&mut c, &style, filter, None),
+        FirmwareBlock::VelocitySecondOrderCorner { filter, .. } => {
+            kalman(&mut c, &style, filter, None)
+        }
         FirmwareBlock::Observer {
             k_x,
             k_v,
@@ -235,20 +239,30 @@ fn bias(
     }
 }
 
-fn kalman<const N: usize>(c: &mut String, s: &Style<'_>, filter: &SteadyKalman<f64, N>) -> Step {
+/// With an offset, it is the third state and begins as that.
+fn kalman<const N: usize>(
+    c: &mut String,
+    s: &Style<'_>,
+    filter: &SteadyKalman<f64, N>,
+    offset: Option<f64>,
+) -> Step {
     let (name, real) = (s.name, s.real);
     let read = filter.component;
     *c += &s.constant("f", &format!("[{N}][{N}]"), &s.rows(&filter.f));
     *c += "/* Of the last acceleration, this one, and the one before the last. */\n";
     *c += &s.constant("g", &format!("[3][{N}]"), &s.rows(&filter.g));
     *c += &s.constant("gain", &format!("[{N}]"), &s.row(&filter.k));
+    if let Some(offset) = offset {
+        *c += "/* Offset of the accelerometer in the recording: init begins with it, nothing is subtracted before. */\n";
+        *c += &s.constant("offset", "", &s.n(offset));
+    }
     let what = if read == 0 { "position" } else { "speed" };
     let _ = writeln!(
         c,
         "\n/* x: position, velocity{offset}. */\ntypedef struct {{\n    {real} x[{N}], acceleration[2];\n}} {name}_state;\n\n\
          static inline void {name}_init({name}_state *state, {real} position, {real} velocity, {real} acceleration)\n{{\n    \
          int i;\n    for (i = 0; i < {N}; i++)\n        state->x[i] = {zero};\n    \
-         state->x[0] = position;\n    state->x[1] = velocity;\n    \
+         state->x[0] = position;\n    state->x[1] = velocity;\n{begin}    \
          state->acceleration[0] = state->acceleration[1] = acceleration;\n}}\n\n\
          /* One sample, with a {what} where one was read; returns the velocity. */\n\
          static inline {real} {name}_step({name}_state *state, int has_reading, {real} reading, {real} acceleration)\n{{\n    \
@@ -261,11 +275,10 @@ fn kalman<const N: usize>(c: &mut String, s: &Style<'_>, filter: &SteadyKalman<f
          for (i = 0; i < {N}; i++)\n        state->x[i] = x[i];\n    \
          state->acceleration[1] = state->acceleration[0];\n    state->acceleration[0] = acceleration;\n    \
          return x[1];\n}}\n",
-        offset = if N == 3 {
-            ", offset of the accelerometer"
-        } else {
-            ""
-        },
+        offset = offset.map_or("", |_| ", offset of the accelerometer"),
+        begin = offset.map_or(String::new(), |_| format!(
+            "    state->x[2] = {name}_offset;\n"
+        )),
         zero = s.n(0.0)
     );
     Step {

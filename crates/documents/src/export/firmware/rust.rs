@@ -98,7 +98,20 @@ pub(super) fn text(
             )
         }
         FirmwareBlock::Velocity { filter, .. } => kalman(filter, &name, real, &row, &n),
-        FirmwareBlock::VelocityOffset { filter, .. } => kalman(filter, &name, real, &row, &n),
+        FirmwareBlock::VelocityOffset { filter, offset, .. } => {
+            let (uses, constant, _, step) = kalman(filter, &name, real, &row, &n);
+            let begin = row(&[0.0, 0.0, *offset]);
+            (
+                uses,
+                format!(
+                    "{constant}\n\n\
+                     /// States to begin with: position and velocity are those of the start, the offset is that of the recording.\n\
+                     pub const {name}_BEGIN: [{real}; 3] = {begin};"
+                ),
+                format!("KalmanState::new({name}_BEGIN, [0.0; 3], 0.0)"),
+                step,
+            )
+        }
         FirmwareBlock::VelocityCorner { filter, .. } => kalman(filter, &name, real, &row, &n),
         FirmwareBlock::VelocitySecondOrderCorner { filter, .. } => {
             kalman(filter, &name, real, &row, &n)

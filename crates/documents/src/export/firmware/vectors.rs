@@ -112,21 +112,35 @@ fn run<T: Float>(block: &FirmwareBlock, epsilon: f64) -> Result<Vectors, Error> 
         FirmwareBlock::Velocity {
             filter,
             sample_time,
-        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        } => {
+            moving(*sample_time, &mut first, &mut second);
+            kalman(filter, [0.0; 2], [&first, &second], &mut largest)
+        }
         FirmwareBlock::VelocityOffset {
             filter,
+            offset,
             sample_time,
-        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        } => {
+            moving(*sample_time, &mut first, &mut second);
+            let begin = [0.0, 0.0, *offset];
+            kalman(filter, begin, [&first, &second], &mut largest)
+        }
         FirmwareBlock::VelocityCorner {
             filter,
             sample_time,
             ..
-        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        } => {
+            moving(*sample_time, &mut first, &mut second);
+            kalman(filter, [0.0; 4], [&first, &second], &mut largest)
+        }
         FirmwareBlock::VelocitySecondOrderCorner {
             filter,
             sample_time,
             ..
-        } => kalman(filter, *sample_time, &mut first, &mut second, &mut largest),
+        } => {
+            moving(*sample_time, &mut first, &mut second);
+            kalman(filter, [0.0; 5], [&first, &second], &mut largest)
+        }
         FirmwareBlock::Observer {
             k_x,
             k_v,
@@ -228,9 +242,8 @@ fn pairs<'a>(first: &'a [f64], second: &'a [f64]) -> impl Iterator<Item = (f64, 
 
 fn kalman<T: Float, const N: usize>(
     filter: &SteadyKalman<f64, N>,
-    sample_time: f64,
-    first: &mut [f64],
-    second: &mut [f64],
+    begin: [f64; N],
+    [first, second]: [&[f64]; 2],
     largest: &mut f64,
 ) -> Vec<T> {
     let to = T::from_f64;
@@ -241,13 +254,10 @@ fn kalman<T: Float, const N: usize>(
         component: filter.component,
         velocity_variance: to(filter.velocity_variance),
     };
-    moving(sample_time, first, second);
-    let mut state = KalmanState::new([T::ZERO; N], [T::ZERO; N], T::ZERO);
-    first
-        .iter()
-        .zip(second.iter())
+    let mut state = KalmanState::new(begin.map(to), [T::ZERO; N], T::ZERO);
+    pairs(first, second)
         .map(|(p, a)| {
-            let v = filter.step(&mut state, Some(to(*p)), to(*a));
+            let v = filter.step(&mut state, Some(to(p)), to(a));
             let states = state.x.iter().map(|x| x.to_f64().abs());
             *largest = states.fold(*largest, f64::max);
             v
@@ -297,8 +307,13 @@ pub(super) fn plain(block: &FirmwareBlock) -> Result<serde_json::Value, Error> {
         } => filter("velocity", f, *sample_time),
         FirmwareBlock::VelocityOffset {
             filter: f,
+            offset,
             sample_time,
-        } => filter("velocity-offset", f, *sample_time),
+        } => {
+            let mut plain = filter("velocity-offset", f, *sample_time);
+            plain["begin"] = json!([0.0, 0.0, offset]);
+            plain
+        }
         FirmwareBlock::VelocityCorner {
             filter: f,
             corner,

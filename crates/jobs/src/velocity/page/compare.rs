@@ -34,7 +34,7 @@ pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -
     let all = Table::of("", error_fields(head, result), &result.rows).file("errors.csv");
     let page = head
         .opened(page, result.reference.len())
-        .verdict(verdict(result, &head.unit("mm/s")))
+        .verdict(verdict(result, &head.unit("mm/s")) + &head.part().unwrap_or_default())
         .answers(answer(result, &head.unit("mm/s")));
     let mut page = page.section(few).section(full);
     let compared = (result.skip / head.sample_time).ceil() as usize;
@@ -46,7 +46,14 @@ pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -
         // Errors of several times the others' would fill the frame.
         let smallest = best.iter().map(|r| r.agreement.rms);
         let smallest = smallest.fold(f64::INFINITY, f64::min);
-        let best: Vec<_> = best.into_iter().enumerate().collect();
+        let mut best: Vec<_> = best.into_iter().enumerate().collect();
+        // The smoother is the closest of all where it is not the reference itself.
+        let off_line = best_of(result, rate, &|r| r.family == Family::OffLine);
+        best.extend(
+            off_line
+                .filter(|_| result.reference_is_truth)
+                .map(|r| (5, r)),
+        );
         let (near, far): (Vec<_>, Vec<_>) = best
             .iter()
             .copied()
@@ -105,7 +112,7 @@ pub(in crate::velocity) fn compare(page: Report, outcome: &VelocityComparison) -
     }
     section = section.figure(
         "Integration rules: accuracy function (1 is exact), and noise amplification",
-        figures::integrators(),
+        figures::integrators(None),
     );
     page.section(section)
         .section(Section::filed([all, velocities(head, result)]))
@@ -128,9 +135,16 @@ fn verdict(result: &CompareResult, unit: &str) -> String {
     };
     best.map_or(String::new(), |r| {
         format!(
-            "On line the {} comes closest to {against}: {} {unit} RMS.",
+            "On line the {} comes closest to {against}: {} {unit} RMS{}.",
             short(result, r),
-            scientific(1e3 * r.agreement.rms, 3)
+            scientific(1e3 * r.agreement.rms, 3),
+            match result.skip > 0.0 {
+                true => format!(
+                    "; the first {} s, in which filters settle, are not compared (--skip)",
+                    scientific(result.skip, 3)
+                ),
+                false => String::new(),
+            }
         )
     })
 }
@@ -226,13 +240,7 @@ fn rates(result: &CompareResult) -> Vec<f64> {
 
 /// The best of each family, and the best Kalman filter, at a rate.
 fn chosen(result: &CompareResult, rate: f64) -> Vec<&MethodRow> {
-    let at = |wanted: &dyn Fn(&MethodRow) -> bool| {
-        result
-            .rows
-            .iter()
-            .filter(|r| same(r.rate, rate) && wanted(r))
-            .min_by(|a, b| a.agreement.rms.total_cmp(&b.agreement.rms))
-    };
+    let at = |wanted: &dyn Fn(&MethodRow) -> bool| best_of(result, rate, wanted);
     let kalman = |r: &MethodRow| {
         matches!(
             r.method,
@@ -248,6 +256,17 @@ fn chosen(result: &CompareResult, rate: f64) -> Vec<&MethodRow> {
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// The one with the smallest error at a rate.
+fn best_of<'a>(
+    result: &'a CompareResult,
+    rate: f64,
+    wanted: &dyn Fn(&MethodRow) -> bool,
+) -> Option<&'a MethodRow> {
+    let rows = result.rows.iter();
+    rows.filter(|r| same(r.rate, rate) && wanted(r))
+        .min_by(|a, b| a.agreement.rms.total_cmp(&b.agreement.rms))
 }
 
 /// Name with its gains and without its noise parameters; `tuned` where the gains were found on this recording.

@@ -1,5 +1,7 @@
 //! The report of what a velocity from an accelerometer alone drifts.
 
+use crate::outcome::Outcome;
+use crate::page::answer::stated;
 use crate::page::columns::{filed, number, words};
 use crate::velocity::drift::DriftAfter;
 use crate::velocity::{TakenFrom, VelocityDrift};
@@ -31,7 +33,13 @@ const K95: f64 = 1.96;
 pub(in crate::velocity) fn drift(page: Report, outcome: &VelocityDrift) -> Report {
     let budgets = outcome.budgets();
     let page = match budgets.last() {
-        Some(last) => page.verdict(verdict(outcome, last)),
+        Some(last) => {
+            // The numbers beside the verdict are those of its time.
+            let all = outcome.quantities();
+            let of_last = all.len() / budgets.len();
+            page.verdict(verdict(outcome, last))
+                .answers(all[all.len() - of_last..].iter().map(stated))
+        }
         None => page,
     };
     let mut result = Section::new("Drift")
@@ -46,7 +54,7 @@ pub(in crate::velocity) fn drift(page: Report, outcome: &VelocityDrift) -> Repor
     let mut page =
         page.section(result.summarised())
             .section(Section::new("Drift over time").figure(
-            "Half of the interval that holds the error in 95 of 100 cases, about the known drift",
+            "Known drift of the velocity, and below of the place, with the interval that holds the error in 95 of 100 cases",
             plot(outcome),
         ));
     if !outcome.request.taken.is_empty() {

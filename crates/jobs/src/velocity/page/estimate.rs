@@ -1,7 +1,7 @@
 //! The report of an estimate: velocity with its uncertainty, and what speaks against it.
 
 use super::{facts, figures, given_back, noise, pairing};
-use crate::page::answer::{plus_minus, stated, stated_by, with_unit};
+use crate::page::answer::{plus_minus, stated_by, with_unit};
 use crate::page::columns::{filed, number};
 use crate::velocity::VelocityEstimate;
 use crate::velocity::outcome::Head;
@@ -19,8 +19,13 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
     let (head, result) = (&outcome.head, &outcome.result);
     let n = result.trace.velocity.len();
     let zoom = excerpt(&result.smoother.velocity);
-    let caption =
-        "Velocity over the whole recording, with the interval of 95 % that the model states";
+    let part = head.part();
+    let over = match part {
+        Some(_) => "what is used of the recording",
+        None => "the whole recording",
+    };
+    let caption = format!("Velocity over {over}, with the interval of 95 % that the model states");
+    let part = part.unwrap_or_default();
     let curves = Section::new("Velocity in parts")
         .figure(
             format!(
@@ -65,15 +70,14 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
         true => {
             let turns = 30.0 / std::f64::consts::PI;
             let turns = plus_minus(turns * q.value, turns * q.expanded);
-            let k = q.k.map_or(String::new(), |k| format!("k = {k:.2}; "));
-            stated(q).note(format!("{k}{turns} r/min; by {by}"))
+            stated_by(q, &format!("{by}; {turns} r/min"))
         }
         false => stated_by(q, &by),
     };
     let mut page = head.opened(page, n);
     if let Some(q) = largest {
         let corner = result.low_corner.map_or(String::new(), given_back);
-        page = page.verdict(format!("The speed reaches {}.{corner}", with_unit(q)));
+        page = page.verdict(format!("The speed reaches {}.{corner}{part}", with_unit(q)));
     }
     let page = page
         .answers(largest.map(figure))

@@ -97,21 +97,23 @@ const RULES: [IntegratorRule; 4] = [
     IntegratorRule::AdamsMoulton3,
 ];
 
-/// Accuracy functions of the integration rules, and what they make of noise against the exact integral.
-pub(super) fn integrators() -> XyPlot {
+/// Accuracy functions of the integration rules and of one that was chosen, and what they make of noise against the exact integral.
+pub(super) fn integrators(chosen: Option<IntegratorRule>) -> XyPlot {
+    let chosen = chosen.filter(|rule| !RULES.contains(rule));
+    let rules = || RULES.into_iter().chain(chosen).enumerate();
     let share: Vec<f64> = (1..200).map(|i| f64::from(i) / 200.0).collect();
     let mut plot = XyPlot::new(
         Axis::linear("frequency over Nyquist frequency", "1"),
         Axis::linear("accuracy function |H|·ω", "1").range(0.6, 1.4),
     );
-    for (i, rule) in RULES.into_iter().enumerate() {
+    for (i, rule) in rules() {
         let y: Vec<f64> = share.iter().map(|s| rule.accuracy(PI * s)).collect();
         plot = plot.series(Series::line(rule.label(), &share, &y).look(i));
     }
     plot = plot
         .vertical(0.15, "15 %")
         .below(Axis::log("noise amplification |H|²/T²", "1").range(0.01, 1e3));
-    for (i, rule) in RULES.into_iter().enumerate() {
+    for (i, rule) in rules() {
         let y: Vec<f64> = share
             .iter()
             .map(|s| rule.noise_amplification(PI * s, 1.0))

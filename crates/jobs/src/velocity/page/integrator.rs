@@ -28,7 +28,7 @@ pub(in crate::velocity) fn integrator(page: Report, outcome: &VelocityIntegrator
                 .table(rules())
                 .figure(
                     "Accuracy functions |H|ω, and the amplification of noise",
-                    figures::integrators(),
+                    figures::integrators(outcome.ranked().first().map(|d| d.rule)),
                 ),
         )
         .section(Section::filed([all(outcome)]))

@@ -75,12 +75,16 @@ pub(in crate::velocity) fn map(page: Report, outcome: &VelocityMap) -> Report {
     let table = Table::of(caption, fields, &found.lines).file("lines.csv");
     let page = head
         .opened(page, head.samples)
-        .verdict(match found.map.lines.len() {
-            0 => "No line of the encoder's error is significant; nothing is to be subtracted."
-                .to_owned(),
-            1 => "One line of the encoder's error is significant and is subtracted.".to_owned(),
-            n => format!("{n} lines of the encoder's error are significant and are subtracted."),
-        })
+        .verdict(
+            match found.map.lines.len() {
+                0 => "No line of the encoder's error is significant; nothing is to be subtracted."
+                    .to_owned(),
+                1 => "One line of the encoder's error is significant and is subtracted.".to_owned(),
+                n => {
+                    format!("{n} lines of the encoder's error are significant and are subtracted.")
+                }
+            } + &head.part().unwrap_or_default(),
+        )
         .answers(largest(&found.map.lines, &unit))
         .section(Section::new("Encoder map").table(table).summarised());
     if found.map.lines.is_empty() {

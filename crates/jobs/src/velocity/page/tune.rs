@@ -1,11 +1,13 @@
 //! The report of a tuning: noise, gains, and what the innovations say.
 
 use super::{facts, figures, given_back, noise};
+use crate::page::answer::stated;
 use crate::page::columns::filed;
 use crate::page::measures::lines;
 use crate::velocity::VelocityTuning;
 use proofmass_motion::{Crossover, TuneResult};
-use proofmass_report::{Cell, Report, Section, Table, scientific};
+use proofmass_report::{Cell, KeyFigure, Report, Section, Table, scientific};
+use proofmass_uncertainty::Severity;
 
 pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Report {
     let (head, result) = (&outcome.head, &outcome.result);
@@ -46,23 +48,34 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
     let p = scientific(w.p_white, 2);
     let page = head.opened(page, result.samples.end);
     let corner = result.low_corner.map_or(String::new(), given_back);
+    let corner = corner + &head.part().unwrap_or_default();
     // What is told of the innovations is decided with the finding: by the size of their correlation, not by its significance.
     let correlated = head
         .findings
         .iter()
-        .any(|f| f.code() == "innovations-correlated");
+        .find(|f| f.code() == "innovations-correlated");
     let page = match (correlated, w.p_white < 0.05) {
-        (true, _) => page.question(format!(
+        (Some(note), _) if note.severity() == Severity::Note => page.verdict(format!(
+            "Noise and gains stand, though {}.{corner}",
+            note.what()
+        )),
+        (Some(_), _) => page.question(format!(
             "The innovations are correlated (p = {p}): the model does not describe both sensors, and the gains are the best of it.{corner}"
         )),
-        (false, true) => page.verdict(format!(
+        (None, true) => page.verdict(format!(
             "The model describes both sensors: the largest correlation of the innovations, {}, does not matter (p = {p}).{corner}",
             scientific(w.largest_correlation.1, 2)
         )),
-        (false, false) => page.verdict(format!(
+        (None, false) => page.verdict(format!(
             "The model describes both sensors: the innovations are white (p = {p}).{corner}"
         )),
     };
+    let page = page
+        .answers(
+            filters(result)
+                .map(|(name, found)| KeyFigure::new(name, word(found), "").note("--method")),
+        )
+        .answers(head.quantities.iter().map(stated));
     page.section(
         Section::new("Gains")
             .table(gains(result, &head.unit("m/s")))
@@ -73,12 +86,15 @@ pub(in crate::velocity) fn tune(page: Report, outcome: &VelocityTuning) -> Repor
     .section(Section::filed([profile]))
 }
 
-fn gains(result: &TuneResult, unit: &str) -> Table {
-    let rows = [
+fn filters(result: &TuneResult) -> [(&'static str, &Crossover); 3] {
+    [
         ("Kalman filter", &result.kalman),
         ("two channels", &result.two_channel),
         ("observer", &result.observer),
-    ];
+    ]
+}
+
+fn gains(result: &TuneResult, unit: &str) -> Table {
     lines(
         "Gains, and the RMS difference of each filter to the smoother",
         [
@@ -86,7 +102,7 @@ fn gains(result: &TuneResult, unit: &str) -> Table {
             ("on the command line", ""),
             ("RMS difference", unit),
         ],
-        rows.map(|(name, found)| {
+        filters(result).map(|(name, found)| {
             [
                 name.into(),
                 word(found).into(),
