@@ -348,7 +348,7 @@ fn law_a_stated_width_that_the_counter_does_not_show_is_told() {
         let loaded = sensors.load(&store, None, &Unwatched).unwrap();
         let found = loaded.data().findings.iter();
         let mut found = found.filter(|f| f.code() == "rollover-suspected");
-        found.next().map(|f| f.advice_text())
+        found.next().map(|f| f.advice_text().to_owned())
     };
     assert_eq!(told(Some(8)), None);
     for bits in [None, Some(9), Some(16), Some(32)] {
@@ -370,7 +370,7 @@ fn law_readings_of_the_other_sense_are_reversed() {
             .unwrap();
         let opposite = outcome.findings().iter();
         let mut opposite = opposite.filter(|f| f.code() == "opposite-sense");
-        let advice = opposite.next().map(|f| f.advice_text());
+        let advice = opposite.next().map(|f| f.advice_text().to_owned());
         (advice, outcome.result().pairing.as_ref().unwrap().gain)
     };
     let (advice, gain) = found(&sensors);
