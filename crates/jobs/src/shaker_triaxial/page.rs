@@ -18,7 +18,7 @@ use crate::sensor_clock::SensorClock;
 use digits::{Unit, plus_minus, representative};
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::plot::SeatPlot;
-use proofmass_report::{KeyFigure, Report, Section, Table};
+use proofmass_report::{Block, Figure, KeyFigure, Report, Section, Table};
 use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
 use proofmass_uncertainty::{Finding, Severity};
 
@@ -224,7 +224,13 @@ fn frame() -> Section {
              right-hand turn by −α about y′. ω is positive clockwise, seen from above on the device: a right-hand turn by \
              −ω about the normal of the face. At α = ω = 0 the axes of the device are those of the table.",
         )
-        .figure("Axes of the table and of the device, and positive angles", SeatPlot)
+        .looked_up(
+            "Drawing of the axes and angles",
+            [Block::Figure(Figure::new(
+                "Axes of the table and of the device, and positive angles",
+                SeatPlot,
+            ))],
+        )
 }
 
 /// The result that is reported: the first of a rigorous method, else the first.
