@@ -28,7 +28,7 @@ use std::path::PathBuf;
 /// delay is stated and taken out.
 #[derive(clap::Args)]
 pub(crate) struct Apply {
-    /// calibration.json (of three axes or one), a result.json that holds it, or a laboratory's table (.csv) over frequency
+    /// calibration.json (of three axes or one), a result.json that holds it, the folder of either, or a laboratory's table (.csv) over frequency
     calibration: PathBuf,
     /// Recording with uncompensated outputs; `-` is standard input
     recording: PathBuf,
@@ -98,7 +98,8 @@ struct Turning {
 }
 
 impl Apply {
-    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+    pub(crate) fn run(mut self) -> Result<Outcome, Failure> {
+        self.calibration = StoredResult::calibration_place(&self.calibration);
         let mut inputs = vec![self.recording.as_path(), self.calibration.as_path()];
         inputs.extend(self.bias.as_deref());
         inputs.extend(self.chain.mounting());

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// Compare calibrations of one device over frequency (E_n, reference value).
 ///
 /// Of two, E_n at each point and χ² of the whole. Of three or more, the reference value is the weighted mean of all; the median
-/// and the deviation of each laboratory from both are stated. Each is a calibration.json of kind frequency-response, the result.json of a test or calibration that gives one, or the table of a
+/// and the deviation of each laboratory from both are stated. Each is a calibration.json of kind frequency-response, the result.json of a test or calibration that gives one, the folder of either, or the table of a
 /// laboratory (.csv: frequency_Hz, sensitivity_V/(m/s2) or another unit, phase_deg, u_relative_% or U_relative_% with --coverage,
 /// u_phase_deg).
 #[derive(clap::Args)]
@@ -37,7 +37,12 @@ pub(crate) struct Compare {
 
 impl Compare {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
-        let paths: Vec<&Path> = self.calibrations.iter().map(PathBuf::as_path).collect();
+        let named: Vec<&Path> = self.calibrations.iter().map(PathBuf::as_path).collect();
+        let places: Vec<PathBuf> = named
+            .iter()
+            .map(|path| StoredResult::calibration_place(path))
+            .collect();
+        let paths: Vec<&Path> = places.iter().map(PathBuf::as_path).collect();
         let folder = self.delivery.begin(ComparisonOutcome::KIND, &paths)?;
         let mut documents = Vec::with_capacity(paths.len());
         for path in &paths {
@@ -57,8 +62,9 @@ impl Compare {
                     .hint("give each calibration once: one that counts twice makes the others look worse"));
             }
         }
-        let findings: Vec<_> = documents.iter().flat_map(|d| d.findings.clone()).collect();
-        let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
+        let names = distinct_endings(&named);
+        let mut findings: Vec<_> = documents.iter().flat_map(|d| d.findings.clone()).collect();
+        findings.extend(frequency_response::devices_apart(&documents, &names));
         let data = ComparisonData {
             responses: &documents.iter().map(|d| &d.response).collect::<Vec<_>>(),
             names: &names.iter().map(String::as_str).collect::<Vec<_>>(),
@@ -75,5 +81,56 @@ impl Compare {
         };
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
+    }
+}
+
+/// The shortest endings of paths that tell them apart.
+fn distinct_endings(paths: &[&Path]) -> Vec<String> {
+    let ending = |path: &Path, parts: usize| -> PathBuf {
+        let all: Vec<_> = path.components().collect();
+        all[all.len().saturating_sub(parts)..].iter().collect()
+    };
+    let whole = |path: &Path| path.components().count();
+    paths
+        .iter()
+        .enumerate()
+        .map(|(i, path)| {
+            let alone = |parts: &usize| {
+                let own = ending(path, *parts);
+                let mut others = paths.iter().enumerate().filter(|(k, _)| *k != i);
+                others.all(|(_, other)| ending(other, *parts) != own)
+            };
+            let parts = (1..=whole(path)).find(alone).unwrap_or(whole(path));
+            ending(path, parts).display().to_string()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_shortest_endings() {
+        let of = |paths: &[&str]| {
+            let paths: Vec<&Path> = paths.iter().map(Path::new).collect();
+            distinct_endings(&paths)
+        };
+        assert_eq!(
+            of(&["/a/b/ours.csv", "/a/b/theirs.csv"]),
+            ["ours.csv", "theirs.csv"]
+        );
+        assert_eq!(
+            of(&[
+                "/lab/2024/calibration.json",
+                "/lab/2025/calibration.json",
+                "x.csv"
+            ]),
+            ["2024/calibration.json", "2025/calibration.json", "x.csv"]
+        );
+        assert_eq!(
+            of(&["calibration.json", "a/calibration.json"]),
+            ["calibration.json", "a/calibration.json"]
+        );
     }
 }

@@ -9,6 +9,7 @@ use proofmass::documents::{
     export, export_block, export_chain, export_memory, is_calibration_memory,
 };
 use proofmass::io::{AtomicFile, LARGEST_DOCUMENT, Source};
+use proofmass::jobs::StoredResult;
 use proofmass::jobs::apply::calibration_of_band;
 use proofmass::jobs::firmware::{GainsOf, firmware};
 use std::io::Read;
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// them. Each of Rust, C and Python checks itself: it holds outputs with the accelerations that were computed here.
 #[derive(clap::Args)]
 pub(crate) struct Export {
-    /// calibration.json, or result.json of a test of one axis, of `bias`, `velocity tune` or `velocity map`
+    /// calibration.json, or result.json of a test of one axis, of `bias`, `velocity tune` or `velocity map`, or the folder that holds it
     calibration: PathBuf,
     #[command(flatten)]
     form: Form,
@@ -157,7 +158,8 @@ fn write(bytes: &[u8], output: Option<&Path>, inputs: &[&Path]) -> Result<Outcom
 }
 
 impl Export {
-    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+    pub(crate) fn run(mut self) -> Result<Outcome, Failure> {
+        self.calibration = StoredResult::calibration_place(&self.calibration);
         let name = self.calibration.display().to_string();
         let (bytes, input) = Source::open(&self.calibration)?.into_bytes(LARGEST_DOCUMENT)?;
         let form = self.form.chosen();

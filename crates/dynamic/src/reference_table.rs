@@ -215,7 +215,10 @@ impl ReferenceTable {
                 }
             })
             .collect();
-        Self::new(points)
+        let mut table = Self::new(points)?;
+        // The model is the curve.
+        table.between = Some(vec![0.0; table.points.len().saturating_sub(1)]);
+        Ok(table)
     }
 
     /// The points.
@@ -240,8 +243,8 @@ impl ReferenceTable {
     /// as the weighted sum of those of the two neighbours.
     ///
     /// Points of one certificate share most of their causes, so their uncertainties are taken as fully
-    /// correlated: an interpolated value is never better known than its neighbours. Of a calibrated response the estimated error
-    /// of the curve between its points is added.
+    /// correlated: an interpolated value is never better known than its neighbours. To these comes what is not known of the curve
+    /// between its points ([`Self::interpolation_at`]).
     ///
     /// Phases are followed from point to point, so neighbours must be less than half a turn apart.
     ///
@@ -279,17 +282,57 @@ impl ReferenceTable {
             sensitivity: MonotoneCubic::new(&x, &moduli).at(k, t),
             phase: MonotoneCubic::new(&x, &phases).at(k, t),
             modulus_uncertainty: ((1.0 - t) * a.modulus_uncertainty + t * b.modulus_uncertainty)
-                .hypot(slip),
+                .hypot(slip[0]),
             phase_uncertainty: ((1.0 - t) * a.phase_uncertainty + t * b.phase_uncertainty)
-                .hypot(slip),
+                .hypot(slip[1]),
         })
     }
 
-    /// Standard uncertainty of the curve itself within an interval, from zero at its ends.
-    fn slip(&self, k: usize, t: f64) -> f64 {
-        let largest = self.between.as_ref().and_then(|b| b.get(k));
-        // A bound between the points, rectangular; rising and falling as the error of a cubic does.
-        largest.map_or(0.0, |e| 4.0 * t * (1.0 - t) * e / 3f64.sqrt())
+    /// Standard uncertainties of the curve itself within an interval, from zero at its ends: of modulus (relative) and phase (rad).
+    ///
+    /// A bound between the points, rectangular; rising and falling as the error of a cubic does. Where nobody estimated it, the bound is half the
+    /// step from point to point: the curve is taken to stay between its neighbours, and no better known than that it is there.
+    fn slip(&self, k: usize, t: f64) -> [f64; 2] {
+        let within = 4.0 * t * (1.0 - t) / 3f64.sqrt();
+        let bound = match self.between.as_ref().and_then(|b| b.get(k)) {
+            Some(e) => [*e; 2],
+            None => {
+                let (a, b) = (self.points[k], self.points[k + 1]);
+                let turn = b.phase - a.phase;
+                let step = [
+                    2.0 * (b.sensitivity - a.sensitivity) / (a.sensitivity + b.sensitivity),
+                    turn - TAU * (turn / TAU).round(),
+                ];
+                step.map(|d| 0.5 * d.abs())
+            }
+        };
+        bound.map(|b| within * b)
+    }
+
+    /// Where a frequency lies between two points: the place of the lower one, and how far it is to the next in the logarithm.
+    fn between_points(&self, frequency: f64) -> Option<(usize, f64)> {
+        if self.points.len() < 2 {
+            return None;
+        }
+        let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
+        let [first, last] = self.range();
+        Some(interval(&x, frequency.clamp(first, last).ln()))
+    }
+
+    /// Standard uncertainties of modulus (relative) and phase (rad) for the curve between the points, which those of [`Self::at`] contain:
+    /// zero at a point, and for half the step between the two neighbours in the middle (or the estimated error of a calibrated response),
+    /// rectangular.
+    pub fn interpolation_at(&self, frequency: f64) -> [f64; 2] {
+        self.between_points(frequency)
+            .map_or([0.0; 2], |(k, t)| self.slip(k, t))
+    }
+
+    /// The two points that a frequency lies between, Hz, where it is none of them itself.
+    pub fn neighbours(&self, frequency: f64) -> Option<[f64; 2]> {
+        let (k, _) = self.between_points(frequency)?;
+        let ends = [self.points[k].frequency, self.points[k + 1].frequency];
+        let one = |end: &f64| (frequency / end - 1.0).abs() <= SLACK;
+        (!ends.iter().any(one)).then_some(ends)
     }
 
     /// Standard uncertainties of modulus (relative) and phase (rad) at a frequency, of its own and in common with all others.
@@ -299,18 +342,17 @@ impl ReferenceTable {
     pub fn shares_at(&self, frequency: f64) -> Result<ReferenceShares, Error> {
         let p = self.at(frequency)?;
         let whole = [p.modulus_uncertainty, p.phase_uncertainty];
-        let own = match &self.own {
-            Some(own) if self.points.len() > 1 => {
-                let x: Vec<f64> = self.points.iter().map(|p| p.frequency.ln()).collect();
-                let [first, last] = self.range();
-                let (k, t) = interval(&x, frequency.clamp(first, last).ln());
+        let own = match (&self.own, self.between_points(frequency)) {
+            (Some(own), Some((k, t))) => {
                 let slip = self.slip(k, t);
                 let of = |i: usize| own.get(i).copied().unwrap_or_default();
                 let (a, b) = (of(k), of(k + 1));
-                [0, 1].map(|i| ((1.0 - t) * a[i] + t * b[i]).hypot(slip).min(whole[i]))
+                [0, 1].map(|i| ((1.0 - t) * a[i] + t * b[i]).hypot(slip[i]).min(whole[i]))
             }
-            Some(own) => own.first().copied().unwrap_or_default(),
-            None => [0.0; 2],
+            (Some(own), None) => own.first().copied().unwrap_or_default(),
+            // The course between two points is nobody else's error.
+            (None, Some((k, t))) => self.slip(k, t),
+            (None, None) => [0.0; 2],
         };
         let common = [0, 1].map(|i| (whole[i] * whole[i] - own[i] * own[i]).max(0.0).sqrt());
         Ok(ReferenceShares { own, common })
@@ -429,6 +471,32 @@ mod tests {
     }
 
     #[test]
+    fn known_uncertainty_between_two_points() {
+        let point = |frequency: f64, sensitivity: f64, phase: f64| ReferencePoint {
+            frequency,
+            sensitivity,
+            phase,
+            modulus_uncertainty: 0.002,
+            phase_uncertainty: 0.001,
+        };
+        let points = vec![point(10.0, 0.0100, 0.0), point(1000.0, 0.0104, 0.02)];
+        let table = ReferenceTable::new(points).unwrap();
+        // In the middle: half the step, rectangular, beside what the points have.
+        let [step, turn] = [0.0002 / 0.0102 / 3f64.sqrt(), 0.01 / 3f64.sqrt()];
+        let p = table.at(100.0).unwrap();
+        assert!((p.modulus_uncertainty - 0.002f64.hypot(step)).abs() < 1e-12);
+        assert!((p.phase_uncertainty - 0.001f64.hypot(turn)).abs() < 1e-12);
+        let shares = table.shares_at(100.0).unwrap();
+        assert!((shares.own[0] - step).abs() < 1e-12 && (shares.common[0] - 0.002).abs() < 1e-12);
+        assert_eq!(table.neighbours(100.0), Some([10.0, 1000.0]));
+        // At a point nothing is added, nor beside one as the clocks of two devices are.
+        for f in [10.0, 1000.0, 1000.01] {
+            assert!((table.at(f).unwrap().modulus_uncertainty - 0.002).abs() < 1e-12);
+            assert_eq!(table.neighbours(f), None);
+        }
+    }
+
+    #[test]
     fn law_shares_of_a_response_add_to_its_uncertainty() {
         // 0.3 % in common and 0.4 % of each frequency alone; a phase of which nothing is common.
         let z = Complex64::from_polar(0.01, 0.4);
@@ -468,7 +536,7 @@ mod tests {
         let silent = FrequencyResponse::from_polar("z", &points, None).unwrap();
         let silent = ReferenceTable::of_response(&silent, 0, 0, 1e-3).unwrap();
         let shares = silent.shares_at(30.0).unwrap();
-        assert_eq!(shares.own, [0.0; 2]);
+        assert!(shares.own.iter().all(|u| *u < 1e-12));
         assert!((shares.common[0] - 0.005).abs() < 1e-12);
         assert!((silent.at(30.0).unwrap().sensitivity - 1e-5).abs() < 1e-17);
         assert!(ReferenceTable::of_response(&response, 0, 1, 1.0).is_err());

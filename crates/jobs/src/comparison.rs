@@ -5,6 +5,7 @@ mod page;
 use crate::findings;
 use crate::frequency_response::PHASE_NOT_STATED;
 use crate::outcome::{Job, Outcome, section};
+use crate::plural::count;
 use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
@@ -104,6 +105,9 @@ impl Job for ComparisonJob {
                 false => Cow::Owned(response.in_unit(own, factor)?),
             });
         }
+        for (response, name) in data.responses.iter().zip(data.names).skip(1) {
+            same_elements(first, data.names[0], response, name)?;
+        }
         let about = |e: proofmass_core::Error| {
             Trouble::from(e).detail(data.names.join(", ")).with_hint(
                 "the same outputs and axes, ranges that meet and stated uncertainties are needed",
@@ -142,6 +146,39 @@ impl Job for ComparisonJob {
             findings,
         })
     }
+}
+
+/// Calibrations of one axis and of three have nothing in common that could be compared.
+fn same_elements(
+    first: &FrequencyResponse,
+    first_name: &str,
+    other: &FrequencyResponse,
+    name: &str,
+) -> Result<()> {
+    let size = |r: &FrequencyResponse| [r.outputs().len(), r.axes().len()];
+    if size(first) == size(other) {
+        return Ok(());
+    }
+    let said = |r: &FrequencyResponse| match size(r) {
+        [1, 1] => "one output along one axis".to_owned(),
+        [outputs, axes] => format!(
+            "{} along {}",
+            count(outputs, "output"),
+            match axes {
+                1 => "one axis".to_owned(),
+                n => format!("{n} axes"),
+            }
+        ),
+    };
+    Err(Trouble::data(format!(
+        "{first_name} has {}, {name} has {}: they cannot be compared element by element",
+        said(first),
+        said(other)
+    ))
+    .with_hint(
+        "compare two calibrations of one axis, or two of all axes; of a triaxial calibration write the element of that axis into the table of a laboratory \
+         (.csv: frequency_Hz, sensitivity, phase_deg with their uncertainties; sensitivity.csv of its result has the numbers) and compare that",
+    ))
 }
 
 /// Frequencies of the calibrations beyond those that all have; a warning where that is half of one and more.

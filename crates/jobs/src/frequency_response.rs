@@ -47,6 +47,41 @@ pub fn read_document(source: Source, coverage: Option<f64>) -> Result<ResponseDo
     })
 }
 
+/// Whether the documents, by these names, say that they are of several devices: serial numbers differ, or types where a serial number is not
+/// stated in both.
+pub fn devices_apart(documents: &[ResponseDocument], names: &[String]) -> Option<Finding> {
+    let apart = |a: &Device, b: &Device| match (&a.serial, &b.serial) {
+        (Some(a), Some(b)) if a != b => {
+            Some((format!("serial number {a}"), format!("serial number {b}")))
+        }
+        (Some(_), Some(_)) | (_, None) | (None, _)
+            if a.model.is_some() && b.model.is_some() && a.model != b.model =>
+        {
+            let of = |d: &Device| format!("type {}", d.model.as_deref().unwrap_or_default());
+            Some((of(a), of(b)))
+        }
+        _ => None,
+    };
+    let (first, others) = documents.split_first()?;
+    let (name, other_names) = names.split_first()?;
+    let differing: Vec<_> = others
+        .iter()
+        .zip(other_names)
+        .filter_map(|(d, n)| Some((apart(&first.device, &d.device)?, n)))
+        .collect();
+    let ((own, other), other_name) = differing.first()?;
+    let found = findings::devices_differ(
+        "the calibrations are of several devices: their differences are those of the devices too",
+        own,
+        name,
+        other,
+        other_name,
+        differing.len(),
+        "compare calibrations of one device, or correct its serial number in the campaigns",
+    );
+    Some(found.at(proofmass_uncertainty::Severity::Warning))
+}
+
 /// The file of a response.
 pub fn to_file(
     response: &FrequencyResponse,

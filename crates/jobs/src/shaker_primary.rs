@@ -17,7 +17,7 @@ use proofmass_shaker::findings::excluded_run;
 use proofmass_shaker::interferometer::QuadratureFit;
 use proofmass_shaker::primary::{
     MethodCheck, PrimaryBudget, PrimaryRun, means, method_checks, quadrature_doubts, sensitivities,
-    sign_of_motion,
+    sign_of_motion, undeclared,
 };
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 use proofmass_shaker::single_axis::{ComparisonRow, SingleAxis};
@@ -170,10 +170,12 @@ impl Job for ShakerPrimaryJob {
         let own: Vec<PrimaryRun> = runs.iter().map(|r| r.run.clone()).collect();
         let output = DeviceOutput::Volt;
         let single = sensitivities(&own, output.unit(), &self.budget)?;
-        let results = means(&own, &single)?;
+        let (results, doubts) = means(&own, &single)?;
+        findings.extend(doubts);
         let (checks, doubts) = method_checks(&own, &results);
         findings.extend(doubts);
         findings.extend(sign_of_motion(&results));
+        findings.extend(undeclared(&self.budget));
         findings.extend(against_datasheet(self.datasheet, &results));
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         watch.step("sensitivities", 1, 1)?;

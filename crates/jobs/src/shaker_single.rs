@@ -19,7 +19,7 @@ use proofmass_dynamic::FrequencyResponse;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_report::Report;
 use proofmass_shaker::check_standard::{CheckPoint, against_known};
-use proofmass_shaker::datasheet::{OffDatasheet, off_datasheet};
+use proofmass_shaker::datasheet::{OffDatasheet, off_datasheet_over_frequency};
 use proofmass_shaker::derived::{Expanded, PROBABILITY};
 use proofmass_shaker::findings::{excluded_run, reference_out_of_range};
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
@@ -27,8 +27,8 @@ use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
-use proofmass_shaker::swapped_cables;
-use proofmass_uncertainty::{Estimate, Finding, Quantity, Severity};
+use proofmass_shaker::{reference_gap, swapped_cables};
+use proofmass_uncertainty::{Estimate, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// What is to be compared, and how well a reading is known.
@@ -259,11 +259,23 @@ impl Job for ShakerSingleJob {
             &self.budget,
         )?;
         findings.extend(doubts);
+        findings.extend(reference_gap(
+            self.reference.as_ref(),
+            runs.iter().map(|r| r.frequency),
+        ));
         let (results, doubts) = combine(&runs, &single, &self.budget)?;
         findings.extend(doubts);
         findings.extend(against_datasheet(self.datasheet, &results));
         if let (Some(table), DeviceOutput::Volt) = (&self.reference, self.output) {
-            findings.extend(swapped_cables(&runs, &single, table, self.datasheet));
+            let swapped = swapped_cables(&runs, &single, table, self.datasheet);
+            // A run whose cables were exchanged is no repeat for that reason.
+            let named = |f: &Finding| {
+                let name = f.what().strip_prefix("run ");
+                let name = name.and_then(|w| w.split(" is no repeat").next());
+                name.is_some_and(|name| swapped.iter().any(|s| s.evidence_text().contains(name)))
+            };
+            findings.retain(|f| f.code() != "no-repeat" || !named(f));
+            findings.extend(swapped);
         }
         let check_standard = self.check(data, &runs, &mut findings)?;
         let clock = self.clock(data, &results, &mut findings);
@@ -453,25 +465,7 @@ pub(crate) fn against_datasheet(
         };
         Some((result.frequency, off))
     };
-    let mut all: Vec<(f64, OffDatasheet)> = results.iter().filter_map(of).collect();
-    let away = |f: f64| (f / 160.0).ln().abs();
-    all.sort_by(|a, b| away(a.0).total_cmp(&away(b.0)));
-    let Some(((frequency, first), others)) = all.split_first() else {
-        return Vec::new();
-    };
-    let mut findings: Vec<Finding> = off_datasheet(*frequency, std::slice::from_ref(first))
-        .into_iter()
-        .collect();
-    for (frequency, other) in others {
-        let same = ((1.0 + other.relative) / (1.0 + first.relative) - 1.0).abs() < 0.05;
-        if first.is_far() && same {
-            continue;
-        }
-        // Near a resonance the datasheet does not hold.
-        let found = off_datasheet(*frequency, std::slice::from_ref(other));
-        findings.extend(found.map(|f| f.at(Severity::Warning)));
-    }
-    findings
+    off_datasheet_over_frequency(results.iter().filter_map(of).collect())
 }
 
 /// Names of the channels that the quality of a run is about.

@@ -15,14 +15,17 @@ use proofmass_core::Watch;
 use proofmass_documents::StatedQuantity;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_report::Report;
+use proofmass_shaker::copied_readings::{Reading, copies};
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
 pub use proofmass_shaker::spurious::Vibrometer;
 use proofmass_shaker::spurious::{
-    Comparison, RatioRepeats, RatioSummary, compare, disagreeing, gather, ratio_from_velocity,
-    summaries, table,
+    Average, Comparison, RatioRepeats, RatioSummary, compare, disagreeing, gather,
+    ratio_from_velocity, summaries, table,
 };
-use proofmass_shaker::{CommonCauses, CommonMotion, Correction, SpuriousTable};
-use proofmass_uncertainty::Finding;
+use proofmass_shaker::{CommonCauses, CommonMotion, Correction, SpuriousTable, reference_gap};
+use proofmass_uncertainty::{
+    DegreesOfFreedom, Finding, normal_quantile, student_quantile, welch_satterthwaite,
+};
 use serde::{Deserialize, Serialize};
 
 /// How the runs are to be read.
@@ -107,6 +110,72 @@ pub struct Measurement {
     pub(crate) summaries: Vec<RatioSummary>,
 }
 
+/// The largest ratio of a kind, with its uncertainty.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LargestMotion {
+    /// Axis of the bench, 0 for x′ to 2 for z′.
+    pub axis: usize,
+    /// Inclination in radians.
+    pub inclination: f64,
+    /// Frequency in Hz.
+    pub frequency: f64,
+    /// Modulus of the ratio to the excitation, along z′ of what departs from it.
+    pub modulus: f64,
+    /// Its expanded uncertainty at 95 %, along the ratio: the scatter of the repeats, and the calibrations of vibrometer and reference.
+    pub expanded: f64,
+    /// Coverage factor.
+    pub coverage_factor: f64,
+}
+
+impl Measurement {
+    /// The largest motion along some of the axes that was averaged.
+    pub(crate) fn largest(&self, axes: &[usize]) -> Option<LargestMotion> {
+        let known = |inclination: f64, frequency: f64, axis: usize| {
+            let pairs = self.repeats.iter().zip(&self.summaries);
+            pairs.into_iter().any(|(r, s)| {
+                let here = (r.inclination - inclination).abs() < 1e-6 && r.frequency == frequency;
+                here && r.axis == axis && matches!(s.average, Average::Coherent(_))
+            })
+        };
+        let all = self.table.entries.iter().flat_map(|e| {
+            let axes = axes
+                .iter()
+                .filter(|axis| known(e.inclination, e.frequency, **axis));
+            axes.map(move |&axis| (e, axis))
+        });
+        let (entry, axis) =
+            all.max_by(|(a, i), (b, k)| a.ratio[*i].norm().total_cmp(&b.ratio[*k].norm()))?;
+        let z = entry.ratio[axis];
+        let [rr, ri, ii] = entry.covariance[axis];
+        let modulus = z.norm();
+        let along = match modulus > 0.0 {
+            true => (z.re * z.re * rr + 2.0 * z.re * z.im * ri + z.im * z.im * ii) / z.norm_sqr(),
+            false => rr.max(ii),
+        };
+        let scatter = along.max(0.0).sqrt();
+        // Along z′ the whole motion has the error of the calibrations.
+        let whole = modulus + f64::from(axis == 2);
+        let common = self.table.common.at(entry.frequency);
+        let common = common.map_or(0.0, |c| whole * c.vibrometer[0].hypot(c.reference[0]));
+        let (u, dof) = (
+            scatter.hypot(common),
+            welch_satterthwaite(&[(scatter, entry.dof), (common, DegreesOfFreedom::INFINITE)]),
+        );
+        let k = match dof.is_infinite() {
+            true => normal_quantile(0.975),
+            false => student_quantile(0.975, dof.get()),
+        };
+        Some(LargestMotion {
+            axis,
+            inclination: entry.inclination,
+            frequency: entry.frequency,
+            modulus,
+            expanded: k * u,
+            coverage_factor: k,
+        })
+    }
+}
+
 /// Spurious motion of a bench, measurement by measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpuriousMotionOutcome {
@@ -162,6 +231,14 @@ impl Job for SpuriousMotionJob {
     ) -> Result<SpuriousMotionOutcome> {
         watch.step("ratios", 0, 1)?;
         let mut findings = data.findings.to_vec();
+        let used = data.runs.iter().filter(|r| !self.excluded.contains(&r.run));
+        let readings =
+            used.map(|r| Reading::new(&r.run, r.frequency, &r.phasors).at(r.measurement.clone()));
+        findings.extend(copies(&readings.collect::<Vec<_>>()));
+        findings.extend(reference_gap(
+            self.reference.as_ref(),
+            data.runs.iter().map(|r| r.frequency),
+        ));
         let measurements = self.measurements(data, &mut findings)?;
         let mut comparisons = Vec::new();
         if let [first, others @ ..] = measurements.as_slice() {

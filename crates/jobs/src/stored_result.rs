@@ -106,6 +106,16 @@ impl StoredResult {
         }
     }
 
+    /// The file of a calibration: itself, or of a folder of results calibration.json, else result.json.
+    pub fn calibration_place(path: &std::path::Path) -> std::path::PathBuf {
+        let inside = ["calibration.json", RESULT].map(|name| path.join(name));
+        let held = inside.into_iter().find(|file| file.is_file());
+        match held {
+            Some(file) if path.is_dir() => file,
+            _ => path.to_path_buf(),
+        }
+    }
+
     /// Puts an outcome beside what the caller knows: device, conditions, date, inputs, software.
     ///
     /// # Errors

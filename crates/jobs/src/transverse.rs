@@ -16,8 +16,10 @@ use proofmass_core::Watch;
 use proofmass_documents::StatedQuantity;
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_report::Report;
+use proofmass_shaker::copied_readings::{Reading, copies};
 use proofmass_shaker::findings::{excluded_run, transverse_motion_unknown};
 use proofmass_shaker::recording::{Assessed, Quality, QualityLimits, assess};
+use proofmass_shaker::reference_gap;
 use proofmass_shaker::transverse::{
     AxialSensitivity, Motion, SeatUncertainty, TransverseRow, TransverseSensitivity,
     TransverseTest, Untold, keeps_to, like_radians, untold,
@@ -184,9 +186,16 @@ impl Job for TransverseJob {
     fn evaluate(&self, data: &TransverseData<'_>, watch: &dyn Watch) -> Result<TransverseOutcome> {
         let mut findings = data.findings.to_vec();
         let rows = self.rows(data, &mut findings)?;
+        let used = data.runs.iter().filter(|r| !self.excluded.contains(&r.run));
+        let readings = used.map(|r| Reading::new(&r.run, r.frequency, &[r.reference, r.output]));
+        findings.extend(copies(&readings.collect::<Vec<_>>()));
         let mut frequencies: Vec<f64> = rows.iter().map(|r| r.frequency).collect();
         frequencies.sort_by(f64::total_cmp);
         frequencies.dedup();
+        findings.extend(reference_gap(
+            self.reference.as_ref(),
+            frequencies.iter().copied(),
+        ));
         let unit = self.output.unit();
         let test = TransverseTest {
             seat: self.seat,

@@ -253,3 +253,173 @@ fn known_assumptions_of_a_plan() {
         "u = 2.0e-4 of the excitation in each part of a ratio where it is known least; 5 inclinations are not in the table and were given that"
     );
 }
+
+/// What the page and the summary of an outcome say, and its files.
+fn stored<O: Outcome>(outcome: &O, serial: &str) -> StoredResult {
+    let mut record = Record {
+        date: Some("2026-01-01".into()),
+        ..Record::default()
+    };
+    record.device.serial = Some(serial.into());
+    StoredResult::new(record, outcome).expect("a result")
+}
+
+/// Cables of x and y exchanged in every run: the verdict says so, and states no U as known.
+#[test]
+fn law_a_verdict_begins_with_an_open_decision() {
+    let verdict = |exchanged: bool| {
+        let mut runs = vec![];
+        for (i, configuration) in published_plan().into_iter().step_by(3).enumerate() {
+            let turn = Complex64::from_polar(1.0, 1e-3 * (i as f64).sin());
+            let mut outputs = configuration.direction().map(|d| 0.1 * d * turn);
+            if exchanged {
+                outputs.swap(0, 1);
+            }
+            runs.push(RunInput {
+                run: format!("{i}"),
+                frequency: 160.0,
+                configuration,
+                reference: Complex64::new(10.0, 0.0),
+                outputs,
+                covariance: [[1e-12, 0.0, 1e-12]; 4],
+                quality: Quality::default(),
+            });
+        }
+        let job = ShakerTriaxialJob::new(budget());
+        let outcome = job
+            .evaluate(&ShakerTriaxialData::new(&runs), &Unwatched)
+            .expect("an outcome");
+        let report = stored(&outcome, "1").report();
+        report.answer.verdict
+    };
+    let sound = verdict(false);
+    assert!(sound.contains("are known to U"), "{sound}");
+    let open = verdict(true);
+    assert!(
+        open.starts_with(
+            "The sensitivities are not known before it is decided: channel x follows the y axis"
+        ),
+        "{open}"
+    );
+}
+
+/// The best configurations stand in the summary, which the terminal prints.
+#[test]
+fn law_a_chosen_plan_is_in_the_summary() {
+    let mut job = PlanJob::new(budget());
+    (job.best, job.sizes) = (Some(6), vec![6]);
+    let outcome = job.evaluate(&(), &Unwatched).expect("a plan");
+    let summary = stored(&outcome, "1").summary();
+    let tables = summary.filed_tables();
+    let plan = tables.iter().filter(|t| t.file == "plan.csv");
+    let rows: Vec<usize> = plan.map(|t| t.rows.len()).collect();
+    assert_eq!(rows, [6]);
+}
+
+/// Repeats of a spurious motion that are there twice, and the answer of the page.
+#[test]
+fn known_copies_and_size_of_a_spurious_motion() {
+    let mut runs = vec![];
+    for axis in 0..3 {
+        for repeat in 0..4 {
+            let along = f64::from(axis == 2);
+            let turn = f64::from(repeat) * std::f64::consts::FRAC_PI_2;
+            let size = if axis == 1 { 0.02 } else { 0.01 };
+            let ratio = along + size + 1e-4 * Complex64::cis(turn + f64::from(axis));
+            runs.push(spurious_run("first", axis, repeat, ratio));
+        }
+    }
+    let evaluated = |runs: &[SpuriousRun]| {
+        SpuriousMotionJob::default()
+            .evaluate(&SpuriousMotionData::new(runs), &Unwatched)
+            .expect("an outcome")
+    };
+    let outcome = evaluated(&runs);
+    assert!(outcome.findings().iter().all(|f| f.code() != "copied-run"));
+    let verdict = stored(&outcome, "1").report().answer.verdict;
+    assert!(
+        verdict.starts_with("Across the excitation the motion is up to (2.00"),
+        "{verdict}"
+    );
+    let again: Vec<SpuriousRun> = runs
+        .iter()
+        .map(|r| SpuriousRun {
+            run: format!("{} again", r.run),
+            ..r.clone()
+        })
+        .collect();
+    runs.extend(again);
+    let outcome = evaluated(&runs);
+    let copied = outcome.findings().iter().find(|f| f.code() == "copied-run");
+    let copied = copied.expect("a finding").what();
+    assert!(copied.ends_with("11 others likewise"), "{copied}");
+}
+
+/// Two comparisons of devices with other serial numbers, and of one device.
+#[test]
+fn known_devices_and_values_of_a_comparison() {
+    use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
+    use proofmass_jobs::frequency_response::{devices_apart, read_document};
+    let calibration = |serial: &str, factor: f64| {
+        let budget = ComparisonBudget {
+            ratio: 0.001,
+            phase: 0.002,
+            dof: DegreesOfFreedom::INFINITE,
+            transverse: None,
+            front_end: 0.0,
+            free_phase: false,
+        };
+        let runs: Vec<ShakerSingleRun> = [80.0, 160.0, 315.0]
+            .into_iter()
+            .map(|frequency| ShakerSingleRun {
+                row: ComparisonRow {
+                    run: format!("{frequency}"),
+                    frequency,
+                    reference: Complex64::new(10.0, 0.0),
+                    output: Complex64::new(0.1 * factor, 0.001),
+                    transverse: Some(0.02),
+                    covariance: [[0.0; 3]; 2],
+                },
+                check: None,
+                target: None,
+                quality: Quality::default(),
+                place: "here".into(),
+            })
+            .collect();
+        let job = ShakerSingleJob::new(None, budget);
+        let outcome = job
+            .evaluate(&ShakerSingleData::new(&runs), &Unwatched)
+            .expect("an outcome");
+        let files = stored(&outcome, serial).files().expect("files");
+        let file = files.into_iter().find(|f| f.0 == "calibration.json");
+        let bytes = std::io::Cursor::new(file.expect("a calibration").1);
+        let source = proofmass_io::Source::new(format!("{serial}.json"), bytes);
+        read_document(source.expect("a source"), None).expect("a document")
+    };
+    let names = ["a".to_owned(), "b".to_owned()];
+    let same = [calibration("7", 1.0), calibration("7", 1.0)];
+    assert!(devices_apart(&same, &names).is_none());
+    let apart = [calibration("7", 1.0), calibration("8", 1.01)];
+    let found = devices_apart(&apart, &names).expect("a finding");
+    assert_eq!(found.code(), "devices-differ");
+    assert!(found.evidence_text().contains("serial number 8"), "{found}");
+    let verdict = |documents: &[proofmass_jobs::frequency_response::ResponseDocument]| {
+        let responses: Vec<_> = documents.iter().map(|d| &d.response).collect();
+        let data = ComparisonData {
+            responses: &responses,
+            names: &["a", "b"],
+            findings: &[],
+        };
+        let outcome = ComparisonJob::default()
+            .evaluate(&data, &Unwatched)
+            .expect("a comparison");
+        stored(&outcome, "7").report().answer.verdict
+    };
+    let said = verdict(&same);
+    assert!(said.contains("the moduli are the same."), "{said}");
+    let said = verdict(&apart);
+    assert!(
+        said.contains("moduli differ by up to") && said.contains("%, at "),
+        "{said}"
+    );
+}

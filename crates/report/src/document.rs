@@ -114,13 +114,16 @@ pub enum Block {
     Code(String),
     /// Small tables beside each other, as many in a line as the page is wide.
     Beside(Vec<Table>),
-    /// What only some readers open: a title and the blocks behind it. On paper it is open; in the terminal only
+    /// What only some readers open: a title and the blocks behind it. On paper it is open, or has its title alone; in the terminal only
     /// its title is printed.
     Folded {
         /// What is inside.
         title: String,
         /// The blocks.
         blocks: Vec<Block>,
+        /// Whether paper has the title alone: what somebody looks a number up in who has the page or its files at hand.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        off_paper: bool,
     },
 }
 
@@ -607,6 +610,40 @@ impl Section {
         self.block(Block::Folded {
             title: title.into(),
             blocks: blocks.into_iter().collect(),
+            off_paper: false,
+        })
+    }
+
+    /// The whole section to look numbers up in, which paper leaves to the page: there it has its title alone.
+    #[must_use]
+    pub fn off_paper(self) -> Self {
+        let Self {
+            title,
+            blocks,
+            place,
+        } = self;
+        Self {
+            blocks: vec![Block::Folded {
+                title: String::new(),
+                blocks,
+                off_paper: true,
+            }],
+            title,
+            place,
+        }
+    }
+
+    /// Adds blocks to look a number up in, which paper leaves to the page: there it has their title alone.
+    #[must_use]
+    pub fn looked_up(
+        self,
+        title: impl Into<String>,
+        blocks: impl IntoIterator<Item = Block>,
+    ) -> Self {
+        self.block(Block::Folded {
+            title: title.into(),
+            blocks: blocks.into_iter().collect(),
+            off_paper: true,
         })
     }
 

@@ -148,7 +148,27 @@ impl Page {
             _ => String::new(),
         };
         let summary = format!("<h3>{}</h3>{rows}", marked(&section.title));
-        self.details(&summary, &section.blocks)
+        match &section.blocks[..] {
+            [
+                Block::Folded {
+                    blocks,
+                    off_paper: true,
+                    ..
+                },
+            ] => self.off_paper(&summary, blocks),
+            blocks => self.details(&summary, blocks),
+        }
+    }
+
+    /// What a number is looked up in: paper has the summary alone.
+    fn off_paper(&mut self, summary: &str, blocks: &[Block]) -> Result<(), Error> {
+        let _ = writeln!(
+            self.out,
+            "<details class=\"off-paper\">\n<summary>{summary}</summary>\n<div>"
+        );
+        self.blocks(blocks)?;
+        self.out.push_str("</div>\n</details>\n");
+        Ok(())
     }
 
     fn details(&mut self, summary: &str, blocks: &[Block]) -> Result<(), Error> {
@@ -180,7 +200,12 @@ impl Page {
                 }
                 self.out.push_str("</div>\n");
             }
-            Block::Folded { title, blocks } => self.details(&marked(title), blocks)?,
+            Block::Folded {
+                title,
+                blocks,
+                off_paper: false,
+            } => self.details(&marked(title), blocks)?,
+            Block::Folded { title, blocks, .. } => self.off_paper(&marked(title), blocks)?,
             Block::Figure(figure) => self.figure(figure),
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! What every output promises, whatever is put into the report.
 
 use proofmass_report::{
-    Axis, BarPlot, Cell, Column, Error, KeyFigure, MatrixPlot, Place, Plot, Report, Section,
+    Axis, BarPlot, Block, Cell, Column, Error, KeyFigure, MatrixPlot, Place, Plot, Report, Section,
     Series, SpherePlot, Table, XyPlot, html, terminal,
 };
 use proofmass_uncertainty::Severity;
@@ -283,6 +283,31 @@ fn law_a_page_opens_with_the_answer_and_folds_the_rest() {
     .unwrap();
     assert!(text.contains("1.20 ± 0.05 m/s²") && text.contains("16 more rows: readings.csv."));
     assert!(!text.contains("Curves"), "{text}");
+}
+
+/// Tables that a number is looked up in: in the page they fold out, on paper the rule of the page hides them, and their files are written.
+#[test]
+fn law_what_is_looked_up_is_not_printed_on_paper() {
+    let table = |file: &str| {
+        Table::new("Readings", [Column::number("v", "m/s")])
+            .row([Cell::from(1.0)])
+            .file(file)
+    };
+    let report = Report::new("Test")
+        .section(Section::new("Opened").folded("Open", [Block::Table(table("open.csv"))]))
+        .section(Section::new("Part").looked_up("Closed", [Block::Table(table("part.csv"))]))
+        .section(Section::new("Whole").table(table("whole.csv")).off_paper());
+    let files: Vec<&str> = report
+        .filed_tables()
+        .iter()
+        .map(|t| t.file.as_str())
+        .collect();
+    assert_eq!(files, ["open.csv", "part.csv", "whole.csv"]);
+    let page = html::render(&report.of(Place::Page)).unwrap();
+    assert_well_formed(page.strip_prefix("<!DOCTYPE html>").unwrap());
+    assert_eq!(page.matches("<details class=\"off-paper\">").count(), 2);
+    assert!(page.contains("<details class=\"off-paper\">\n<summary><h3>Whole</h3></summary>"));
+    assert!(page.contains(".off-paper > div { display: none; }"));
 }
 
 proofmass_uncertainty::findings! {

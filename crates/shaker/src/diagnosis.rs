@@ -108,6 +108,11 @@ pub fn diagnose(
     plan: Option<&[Configuration]>,
 ) -> Result<(Vec<SuspectRun>, Vec<Finding>), Error> {
     let mut findings = completeness::completeness(rows, plan);
+    if let Some(finding) = conventions::phases_not_measured(rows) {
+        // Without signs every run is suspect, and nothing fits.
+        findings.push(finding);
+        return Ok((vec![], findings));
+    }
     let free = rows.iter().any(|r| r.free_phase);
     let unit = if free {
         None
@@ -123,6 +128,7 @@ pub fn diagnose(
     let suspects = suspects(&read.rows, &read.spurious, budget)?;
     findings.extend(words::describe(&suspects, rows));
     findings.extend(completeness::copies(rows, &suspects));
+    findings.extend(completeness::doubled(rows));
     let kept: Vec<PhasorRow> = read
         .rows
         .iter()

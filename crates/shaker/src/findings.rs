@@ -40,13 +40,30 @@ findings! {
         evidence "{rise:.1} % above its median at {frequency} Hz; an undamped resonance near {resonance:.0} Hz would do that",
         advice "do not use the sensitivity of lower frequencies there";
 
-    /// A sensitivity is not that of the datasheet. A decision where it is off by more than a fifth and by twice what tolerance and U allow,
-    /// which no device is.
-    off_datasheet(frequency: f64, off: &str, allowed: f64, remedy: &str) =
+    /// A sensitivity is not that of the datasheet. A decision where it is off by three times what tolerance and U allow, or by more than
+    /// 15 % and one and a half times that, which no device is.
+    off_datasheet(observation: &str, allowed: f64, remedy: &str) =
         "off-datasheet", [Decision, Warning],
-        what "the sensitivity at {frequency} Hz is off its datasheet value: {off}",
+        what "{observation}",
         evidence "tolerance and U together {allowed:.2} %",
-        advice "{remedy}";
+        advice "{remedy}",
+        false_alarms "none where the datasheet is right: a device beyond its tolerance is told";
+
+    /// No frequency was measured twice.
+    repeatability_unseen(frequencies: usize) =
+        "repeatability-unseen", [Note],
+        what "no run was repeated: how well a run repeats was not seen",
+        evidence "one run at each of {frequencies} frequencies; U contains what the budget declares of a reading and what the recordings tell of noise",
+        advice "measure at one frequency three times at least, taking the device off in between",
+        false_alarms "none: the runs are counted";
+
+    /// A primary calibration states little or nothing of what its samples do not show.
+    primary_budget_incomplete(what: &str, missing: &str) =
+        "primary-budget-incomplete", [Warning, Note],
+        what "{what}",
+        evidence "not stated: {missing}",
+        advice "state each in [[budget]] with u_relative and u_phase_deg, the laser and the clock in [interferometer], delays in [recording]; zero where it was found to be nothing",
+        false_alarms "none: the inputs are counted";
 
     /// The highest frequency is beyond 1 kHz.
     adhesive_mounting(highest: f64) =
@@ -173,6 +190,14 @@ findings! {
         what "the {angles} look like radians that were declared as degrees",
         evidence "{evidence}",
         advice "{remedy}";
+
+    /// The phases of a table are all zero.
+    phases_not_measured(runs: usize) =
+        "phases-not-measured", [Decision],
+        what "the phases of all outputs are 0: they were not measured",
+        evidence "in all {runs} runs, also where the excitation is against an axis of the device and the phase is 180°",
+        advice "enter the phases as they were read: without them no sign of a sensitivity is known; where the instrument gives no phase, 0° and 180° by the sense of each output are what is needed",
+        false_alarms "none: no device has phase 0 in both senses";
 
     /// One of two tables counts a lag as positive.
     phases_conjugated(evidence: &str) =
@@ -362,6 +387,14 @@ findings! {
         evidence "{evidence}",
         advice "have the reference calibrated there, or leave these frequencies out";
 
+    /// A frequency lies between two points of the certificate that are far apart.
+    reference_gap(low: f64, high: f64, frequencies: &str, ratio: f64, u: f64, others: &str) =
+        "reference-gap", [Warning],
+        what "the certificate of the reference says nothing between {low} Hz and {high} Hz, where runs lie",
+        evidence "{frequencies} Hz; the two points are a factor of {ratio:.1} apart; U contains half the step between their sensitivities, u = {u:.2} %, and no more{others}",
+        advice "have the reference calibrated at these frequencies, or by thirds of an octave; a resonance or a high-pass of the reference between the two points is not in U",
+        false_alarms "none: it is a property of the table";
+
     /// The runs of a frequency are too few, or in too few directions.
     frequency_undetermined(frequency: f64, reason: &str, runs: &str) =
         "frequency-undetermined", [Decision],
@@ -375,6 +408,30 @@ findings! {
         what "the runs at {frequency} Hz scatter more than the declared uncertainty of a reading",
         evidence "{runs} runs, {ratio:.2} times the declared uncertainty; farthest from the mean is run {run} ({modulus:+.3} %, {phase:+.3}°)",
         advice "look at that run, or declare the uncertainty that a reading has",
+        false_alarms "0.01 % of healthy frequencies, by the level of the test";
+
+    /// One of the repeats of a frequency is none.
+    no_repeat(run: &str, frequency: f64, factor: &str, others: usize, scatter: f64, cause: &str) =
+        "no-repeat", [Decision],
+        what "run {run} is no repeat of the others at {frequency} Hz: it has {factor} their sensitivity",
+        evidence "{others} others, which scatter by {scatter:.3} %",
+        advice "{cause}; measure it again, or leave it out by name: exclude in [runs]",
+        false_alarms "0.1 % of healthy campaigns where the runs scatter as declared; 0.1 % of frequencies where they scatter more: the levels of its two tests";
+
+    /// The repeats of a frequency differ, and no majority says which is wrong.
+    repeats_apart(frequency: f64, runs: &str, ratio: f64, turn: f64) =
+        "repeats-apart", [Decision],
+        what "the runs at {frequency} Hz are no repeats of each other",
+        evidence "runs {runs}: the largest sensitivity is {ratio:.3} times the smallest, their phases differ by up to {turn:.1}°",
+        advice "look at gain, range and cable of these runs; measure there three times at least, so that a majority says which is wrong, or leave one out by name: exclude in [runs]",
+        false_alarms "0.1 % of healthy campaigns, by the level of the test";
+
+    /// A run across the axis of a transverse test does not follow the others.
+    run_off_cosine(run: &str, frequency: f64, departure: f64, scatter: f64, factor: &str) =
+        "run-off-cosine", [Decision],
+        what "run {run} at {frequency} Hz is off what the other runs across the axis say of its direction",
+        evidence "by {departure:.1} % of the sensitivity along the axis; the others scatter by {scatter:.2} %; {factor}",
+        advice "look at gain, range, cable and angle of that run; measure it again, or leave it out by name: exclude in [runs]",
         false_alarms "0.01 % of healthy frequencies, by the level of the test";
 
     /// Repeats have no common phase.

@@ -19,8 +19,9 @@ pub mod budget;
 pub mod campaign;
 pub mod check;
 pub mod check_standard;
-mod copied_readings;
+pub mod copied_readings;
 pub mod datasheet;
+mod departing;
 pub mod derived;
 pub mod diagnosis;
 mod excitation;
@@ -36,10 +37,12 @@ pub mod monte_carlo;
 mod near_zero;
 pub mod observation;
 mod output_unit;
+mod phase_units;
 pub mod plan;
 pub mod primary;
 pub mod published;
 pub mod recording;
+mod reference_gap;
 mod repeated_runs;
 mod robust;
 pub mod sample_clock;
@@ -68,6 +71,7 @@ pub use observation::{
     UnmeasuredAt, UnmeasuredMotion,
 };
 pub use output_unit::OutputUnit;
+pub use reference_gap::reference_gap;
 pub use screening::{Observations, observations, with_certificate};
 pub use swapped_cables::swapped_cables;
 

@@ -1,5 +1,7 @@
 //! Primary calibration: the sensitivity by the acceleration that an interferometer tells.
 
+use crate::copied_readings::{Reading, copies};
+use crate::departing::{DeclaredReading, doubts};
 use crate::findings;
 use crate::interferometer::{AmplitudeCheck, CheckMethod, QuadratureFit};
 use crate::repeated_runs::{MeanOfRuns, by_frequency};
@@ -220,23 +222,82 @@ fn components(s: Complex64, unit: &str) -> Vec<Component> {
 /// What is drawn anew in every run (noise, correction of the quadrature) is replaced by the scatter of the runs, which is never less
 /// than what the recordings tell of it ([`Repeats::mean_of`](proofmass_uncertainty::Repeats::mean_of)); the rest is common to them and stays.
 ///
+/// Repeats that are copies are findings, and a run that is no repeat of the others: by the scatter of these alone, since nothing is
+/// declared of how well a run repeats.
+///
 /// # Errors
 /// As [`Estimate::new`].
-pub fn means(runs: &[PrimaryRun], single: &[SingleAxis]) -> Result<Vec<SingleAxis>, Error> {
+pub fn means(
+    runs: &[PrimaryRun],
+    single: &[SingleAxis],
+) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
     let mut means = Vec::new();
+    let mut findings = Vec::new();
+    let groups = by_frequency(single);
+    let frequencies = groups.len();
     for group in by_frequency(single) {
         let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &single[i]).collect();
         if let [one] = of_one[..] {
             means.push(one.clone());
             continue;
         }
+        let here = group.iter().map(|&i| &runs[i]);
+        let readings = here
+            .clone()
+            .map(|r| Reading::new(&r.run, r.frequency, &[r.acceleration, r.output]));
+        findings.extend(copies(&readings.collect::<Vec<_>>()));
+        let names: Vec<&str> = here.map(|r| r.run.as_str()).collect();
+        let values: Vec<Complex64> = of_one.iter().map(|r| r.sensitivity).collect();
+        let undeclared = DeclaredReading {
+            one: [0.0; 2],
+            dof: DegreesOfFreedom::INFINITE,
+            free_phase: false,
+        };
+        findings.extend(doubts(
+            &names,
+            of_one[0].frequency,
+            &values,
+            &undeclared,
+            frequencies,
+        ));
         let n = group.len() as f64;
         let own: Vec<[f64; 3]> = group.iter().flat_map(|&i| runs[i].own()).collect();
         let noise = [0, 2].map(|part| (own.iter().map(|v| v[part]).sum::<f64>() / n).sqrt());
         let dof = DegreesOfFreedom::new(NOISE_DOF * n).unwrap_or(DegreesOfFreedom::INFINITE);
         means.push(MeanOfRuns::of(&of_one, &OF_ONE_RUN, (noise, dof))?.result);
     }
-    Ok(means)
+    Ok((means, findings))
+}
+
+/// What the samples do not show and nobody stated: a warning where `[[budget]]` has nothing, a note where something is left. `None` where all of it is stated.
+pub fn undeclared(budget: &PrimaryBudget) -> Option<Finding> {
+    let declared = &budget.declared;
+    let mut missing = Vec::new();
+    if declared.is_empty() {
+        missing.push("the calibration of the voltage of the output");
+        missing.push("the angle of the beam to the axis, and motion of the surface against the device (displacement)");
+    }
+    if budget.front_end == 0.0 && declared.iter().all(|d| d.phase == 0.0) {
+        missing.push("the phase: delay between the channels");
+    }
+    if missing.is_empty() {
+        return None;
+    }
+    if declared.is_empty() && budget.clock == 0.0 {
+        missing.push("the sampling clock (displacement becomes acceleration by its square)");
+    }
+    let none = declared.is_empty();
+    let what = match none {
+        true => {
+            "the budget has nothing but the laser and the noise: U is that of the samples, not that of a calibration"
+        }
+        false => "the budget leaves an input out",
+    };
+    let found = findings::primary_budget_incomplete(what, &missing.join("; "));
+    Some(found.at(match none {
+        true => Severity::Warning,
+        false => Severity::Note,
+    }))
 }
 
 /// Modulus at a frequency by another method, beside that of method 3.
@@ -391,11 +452,60 @@ mod tests {
         // Four that agree too well: the recordings say what they may scatter by, and the rest does not average out.
         let four = vec![one; 4];
         let single = sensitivities(&four, "V", &budget).unwrap();
-        let mean = means(&four, &single).unwrap();
+        let mean = means(&four, &single).unwrap().0;
         let m = mean[0].estimate.get("modulus").unwrap();
         let wanted = (0.5 * noise).hypot(2e-5).hypot(3e-5) * 0.01;
         assert!((m.standard_uncertainty / wanted - 1.0).abs() < 1e-9);
         assert_eq!(mean.len(), 1);
+    }
+
+    #[test]
+    fn known_inputs_that_nobody_stated() {
+        let mut budget = PrimaryBudget::default();
+        let found = undeclared(&budget).unwrap();
+        assert_eq!(
+            (found.code(), found.severity()),
+            ("primary-budget-incomplete", Severity::Warning)
+        );
+        for missing in ["voltage", "angle of the beam", "phase"] {
+            assert!(found.evidence_text().contains(missing), "{found:?}");
+        }
+        budget.declared = vec![DeclaredInput {
+            name: "voltage".into(),
+            description: "voltage".into(),
+            relative: 1e-4,
+            phase: 0.0,
+            dof: DegreesOfFreedom::INFINITE,
+        }];
+        let found = undeclared(&budget).unwrap();
+        assert_eq!(found.severity(), Severity::Note);
+        budget.declared[0].phase = 1e-4;
+        assert!(undeclared(&budget).is_none());
+    }
+
+    /// One run of three that was read with another gain, and one that is a copy.
+    #[test]
+    fn known_run_that_is_no_repeat() {
+        let at = |name: &str, modulus: f64| PrimaryRun {
+            run: name.into(),
+            ..run(
+                Complex64::new(6.0, 8.0),
+                Complex64::from_polar(modulus, 1.234_567_8),
+            )
+        };
+        let of = |runs: &[PrimaryRun]| {
+            let single = sensitivities(runs, "V", &PrimaryBudget::default()).unwrap();
+            means(runs, &single).unwrap().1
+        };
+        let mut runs = vec![at("a", 0.1), at("b", 0.100_01), at("c", 0.099_995)];
+        assert!(of(&runs).is_empty(), "{:?}", of(&runs));
+        runs[1].output *= 10.0;
+        let found = of(&runs);
+        assert_eq!((found.len(), found[0].code()), (1, "no-repeat"));
+        assert!(found[0].what().starts_with("run b is no repeat"));
+        runs[1] = at("b", 0.1);
+        assert_eq!(of(&runs)[0].code(), "copied-run");
+        assert_eq!(of(&runs[..1])[0].code(), "repeatability-unseen");
     }
 
     #[test]
@@ -410,7 +520,7 @@ mod tests {
         let of = |one: &PrimaryRun| {
             let runs = std::slice::from_ref(one);
             let single = sensitivities(runs, "V", &PrimaryBudget::default()).unwrap();
-            method_checks(runs, &means(runs, &single).unwrap())
+            method_checks(runs, &means(runs, &single).unwrap().0)
         };
         let (checks, findings) = of(&one);
         assert!(findings.is_empty());

@@ -7,6 +7,7 @@ use super::hum::hidden;
 use super::observation::{Basis, CommonCauses, PhasorRow, SpuriousTable, ascending};
 use super::plan::conditioning;
 use super::recording::{Assessed, CHANNELS, RunInput, assess};
+use super::reference_gap::reference_gap;
 use crate::findings;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -32,6 +33,10 @@ pub struct Observations {
 pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
     let mut findings = vec![];
     let rows = determined(rows(campaign, &mut findings), &mut findings);
+    findings.extend(reference_gap(
+        campaign.reference.as_ref(),
+        rows.iter().map(|r| r.frequency),
+    ));
     let budget = with_certificate(
         &campaign.budget,
         campaign.reference.as_ref(),

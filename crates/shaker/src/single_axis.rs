@@ -1,7 +1,9 @@
 //! Comparison of a single-axis accelerometer with a reference: the n = 1 case of the bench.
 
-use crate::copied_readings::copies;
+use crate::copied_readings::{Reading, copies};
+use crate::departing::{DeclaredReading, doubts};
 use crate::findings;
+use crate::phase_units::phase_units;
 use crate::repeated_runs::{MeanOfRuns, by_frequency};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -103,8 +105,8 @@ pub struct SingleAxis {
     pub frequency: f64,
     /// Complex sensitivity, output per m/s².
     pub sensitivity: Complex64,
-    /// Components `modulus` (output per m/s²) and, where it is known, `phase` (rad) with the influences `reference.calibration`, `reading`,
-    /// `noise` of a single run or `repeatability` of several, and, where it was stated, `transverse`.
+    /// Components `modulus` (output per m/s²) and, where it is known, `phase` (rad) with the influences `reference.calibration`, `reference.interpolation` between
+    /// two points of the certificate, `reading`, `noise` of a single run or `repeatability` of several, and, where it was stated, `transverse`.
     pub estimate: Estimate,
 }
 
@@ -168,13 +170,28 @@ pub fn compare(
         };
         let mut influences = Vec::with_capacity(5);
         if let Some(c) = certificate {
+            let between = table.map_or([0.0; 2], |t| t.interpolation_at(row.frequency));
+            let [u, v] = [
+                (c.modulus_uncertainty, between[0]),
+                (c.phase_uncertainty, between[1]),
+            ]
+            .map(|(whole, between)| (whole * whole - between * between).max(0.0).sqrt());
             influences.push(influence(
                 "reference.calibration",
                 "calibration of the reference standard",
                 Evaluation::B,
                 DegreesOfFreedom::INFINITE,
-                [modulus * c.modulus_uncertainty, c.phase_uncertainty],
+                [modulus * u, v],
             )?);
+            if between[0].max(between[1]) > 0.0 {
+                influences.push(influence(
+                    "reference.interpolation",
+                    "curve of the reference between two points of its certificate",
+                    Evaluation::B,
+                    DegreesOfFreedom::INFINITE,
+                    [modulus * between[0], between[1]],
+                )?);
+            }
         }
         influences.push(influence(
             "reading",
@@ -243,6 +260,9 @@ pub fn compare(
             estimate,
         });
     }
+    if !budget.free_phase {
+        findings.extend(phase_units(rows));
+    }
     if unknown > 0 {
         findings.push(findings::transverse_motion_unknown(unknown, rows.len()));
     }
@@ -267,7 +287,7 @@ fn without_phase(estimate: Estimate, budget: &ComparisonBudget) -> Result<Estima
 /// scatter adds the influences `repeatability` of the modulus and of the phase after [`Repeats::mean_of`](proofmass_uncertainty::Repeats::mean_of), whose declared noise is that of
 /// the recordings.
 ///
-/// Repeats that are copies are findings, and a scatter beyond the declared uncertainty of a reading and that noise (χ² with 2 (n − 1) degrees of freedom).
+/// Repeats that are copies are findings, a run that is no repeat of the others, and a scatter beyond the declared uncertainty of a reading and that noise (χ² with 2 (n − 1) degrees of freedom).
 ///
 /// # Errors
 /// As [`Estimate::new`].
@@ -277,13 +297,21 @@ pub fn combine(
     budget: &ComparisonBudget,
 ) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
     let (mut means, mut findings) = (vec![], vec![]);
-    for group in by_frequency(results) {
+    let groups = by_frequency(results);
+    let frequencies = groups.len();
+    if !groups.is_empty() && groups.iter().all(|g| g.len() == 1) {
+        findings.push(findings::repeatability_unseen(frequencies));
+    }
+    for group in groups {
         let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &results[i]).collect();
         if let [one] = of_one[..] {
             means.push(one.clone());
             continue;
         }
-        findings.extend(copies(rows, &group));
+        let readings = group.iter().map(|&i| &rows[i]);
+        let readings =
+            readings.map(|r| Reading::new(&r.run, r.frequency, &[r.reference, r.output]));
+        findings.extend(copies(&readings.collect::<Vec<_>>()));
         let n = group.len() as f64;
         // The noise of one run, root mean square: what the recordings say of it.
         let noise: [f64; 2] = std::array::from_fn(|p| {
@@ -293,7 +321,23 @@ pub fn combine(
         // Certificate and reading are relative.
         let mean = MeanOfRuns::of(&of_one, &[NOISE], (noise, DegreesOfFreedom::INFINITE))?;
         let turned = &mean.departures;
-        if budget.ratio > 0.0 && budget.phase > 0.0 {
+        let names: Vec<&str> = group.iter().map(|&i| rows[i].run.as_str()).collect();
+        let values: Vec<Complex64> = of_one.iter().map(|r| r.sensitivity).collect();
+        let declared = DeclaredReading {
+            one: [budget.ratio.hypot(noise[0]), budget.phase.hypot(noise[1])],
+            dof: budget.dof,
+            free_phase: budget.free_phase,
+        };
+        let about = doubts(
+            &names,
+            mean.result.frequency,
+            &values,
+            &declared,
+            frequencies,
+        );
+        let told = !about.is_empty();
+        findings.extend(about);
+        if !told && budget.ratio > 0.0 && budget.phase > 0.0 {
             let one = [budget.ratio.hypot(noise[0]), budget.phase.hypot(noise[1])];
             let of = |d: &[f64; 2]| (d[0] / one[0]).powi(2) + (d[1] / one[1]).powi(2);
             let statistic = turned.iter().map(of).sum::<f64>();
@@ -448,5 +492,60 @@ mod tests {
         let (_, findings) = combine(&rows, &results, &budget).unwrap();
         assert_eq!(findings[0].code(), "scatter-exceeds-reading");
         assert!(findings[0].evidence_text().contains("run turned"));
+    }
+
+    /// Three runs at each of two frequencies, of which one was read with another gain or with the polarity reversed.
+    #[test]
+    fn known_run_that_is_no_repeat_is_named_with_its_factor() {
+        let budget = ComparisonBudget {
+            ratio: 0.001,
+            phase: 0.001,
+            dof: DegreesOfFreedom::INFINITE,
+            transverse: None,
+            front_end: 0.0,
+            free_phase: false,
+        };
+        let told = |factor: f64, runs: usize, budget: &ComparisonBudget| {
+            let mut rows = Vec::new();
+            for (f, frequency) in [80.0, 160.0].into_iter().enumerate() {
+                for k in 0..runs {
+                    let off = 1.0 + 2e-4 * (k as f64 - 1.0);
+                    rows.push(ComparisonRow {
+                        run: format!("{f}{k}"),
+                        frequency,
+                        reference: Complex64::new(10.0, 0.0),
+                        output: Complex64::from_polar(0.1 * off, 1e-4 * k as f64),
+                        transverse: None,
+                        covariance: [[0.0; 3]; 2],
+                    });
+                }
+            }
+            let last = rows.len() - 1;
+            rows[last.min(runs + 1)].output *= factor;
+            let (results, _) = compare(&rows, None, "V/(m/s²)", budget).unwrap();
+            combine(&rows, &results, budget).unwrap().1
+        };
+        assert!(told(1.0, 3, &budget).is_empty());
+        for (factor, words) in [
+            (10.0, "10.0 times"),
+            (0.1, "0.100 times"),
+            (1.2, "1.200 times"),
+            (-1.0, "turned by"),
+        ] {
+            let found = told(factor, 3, &budget);
+            assert_eq!((found.len(), found[0].code()), (1, "no-repeat"));
+            let what = found[0].what();
+            assert!(
+                what.starts_with("run 11 is no repeat") && what.contains(words),
+                "{what}"
+            );
+        }
+        let free = ComparisonBudget {
+            free_phase: true,
+            ..budget
+        };
+        assert_eq!(told(10.0, 3, &free)[0].code(), "no-repeat");
+        assert_eq!(told(10.0, 2, &budget)[0].code(), "repeats-apart");
+        assert_eq!(told(1.0, 1, &budget)[0].code(), "repeatability-unseen");
     }
 }

@@ -22,6 +22,7 @@ mod tests;
 
 use super::derived::{Expanded, largest_response, propagate};
 use super::near_zero::{Kind, size};
+use crate::departing::{DeclaredReading, Repeats, in_words, judge};
 use crate::findings;
 use cosine::{Fit, directions, least_squares};
 use faer::Mat;
@@ -241,7 +242,8 @@ impl TransverseTest<'_> {
         let (ratio, direction) = derive(&estimate, s)?;
         let mut findings = Vec::new();
         findings.extend(self.not_a_cosine(frequency, &across, s)?);
-        findings.extend(disagreement(frequency, &axial_runs, s));
+        findings.extend(self.disagreement(frequency, rows, s));
+        findings.extend(self.off_cosine(frequency, rows, s));
         let result = TransverseSensitivity {
             frequency,
             runs: across.len(),
@@ -411,18 +413,101 @@ impl TransverseTest<'_> {
             findings::not_a_cosine(frequency, 100.0 * largest, 100.0 * rest.sqrt() / s.norm())
         }))
     }
+
+    /// Runs along the axis that are no repeats of the others.
+    fn disagreement(&self, frequency: f64, rows: &[&TransverseRow], s: Complex64) -> Vec<Finding> {
+        let along: Vec<&TransverseRow> = rows
+            .iter()
+            .filter(|r| r.motion == Motion::Axial)
+            .copied()
+            .collect();
+        let values: Vec<Complex64> = along.iter().map(|r| r.ratio).collect();
+        // The scatter of the runs alone says which of them is none.
+        let undeclared = DeclaredReading {
+            one: [0.0; 2],
+            dof: DegreesOfFreedom::INFINITE,
+            free_phase: false,
+        };
+        if let Repeats::Without(list) = judge(&values, &undeclared, 1) {
+            return list
+                .iter()
+                .map(|d| {
+                    findings::no_repeat(
+                        &along[d.index].run,
+                        frequency,
+                        &in_words(d.factor),
+                        d.others,
+                        100.0 * d.scatter,
+                        "look at gain, range and cable of that run along the axis",
+                    )
+                })
+                .collect();
+        }
+        let off = values.iter().map(|r| (r / s - 1.0).norm());
+        let worst = off.fold(0.0, f64::max);
+        let apart = worst > LARGEST_AXIAL_SCATTER;
+        apart
+            .then(|| findings::axial_runs_disagree(frequency, 100.0 * worst))
+            .into_iter()
+            .collect()
+    }
+
+    /// The run across the axis that departs most from what the others say of its direction, where that is more than a half per cent of the
+    /// sensitivity and beyond their scatter (F test with two and 2 (n − 1 − p) degrees of freedom, and one chance for each run).
+    fn off_cosine(&self, frequency: f64, rows: &[&TransverseRow], s: Complex64) -> Option<Finding> {
+        let across: Vec<(&str, f64, Complex64)> = rows
+            .iter()
+            .filter_map(|r| match r.motion {
+                Motion::Transverse { rotation } => Some((r.run.as_str(), rotation, r.ratio)),
+                Motion::Axial => None,
+            })
+            .collect();
+        let n = across.len();
+        let mut worst: Option<(f64, Finding)> = None;
+        for (index, &(run, rotation, ratio)) in across.iter().enumerate() {
+            let others = across.iter().enumerate().filter(|(i, _)| *i != index);
+            let others: Vec<(f64, Complex64)> = others.map(|(_, r)| (r.1, r.2)).collect();
+            let Ok(fit) = Fit::new(&others) else {
+                continue;
+            };
+            let Some((scatter, dof)) = fit.scatter() else {
+                continue;
+            };
+            let (expected, variance) = fit.at(rotation);
+            let departure = (ratio - expected).norm();
+            // Below the rounding of the ratios there is nothing to test.
+            let scatter = scatter.max(1e-9 * s.norm());
+            let statistic = (departure / scatter).powi(2) / (2.0 * (1.0 + variance));
+            let rate = OFF_COSINE * self.false_alarm_rate / n as f64;
+            if departure < SMALLEST_OFF * s.norm()
+                || statistic <= f_quantile(1.0 - rate, 2.0, dof.get())
+                || worst.as_ref().is_some_and(|w| w.0 >= statistic)
+            {
+                continue;
+            }
+            let factor = match expected.norm() > 3.0 * scatter {
+                true => format!("it is {} theirs", in_words(ratio / expected)),
+                false => "they say next to nothing there".to_owned(),
+            };
+            let finding = findings::run_off_cosine(
+                run,
+                frequency,
+                100.0 * departure / s.norm(),
+                100.0 * scatter / s.norm(),
+                &factor,
+            );
+            worst = Some((statistic, finding));
+        }
+        worst.map(|w| w.1)
+    }
 }
 
 /// Scatter of the runs along the axis, relative, at which one of them is no repeat.
 const LARGEST_AXIAL_SCATTER: f64 = 0.05;
-
-fn disagreement(frequency: f64, runs: &[Complex64], s: Complex64) -> Option<Finding> {
-    let worst = runs
-        .iter()
-        .map(|r| (r / s - 1.0).norm())
-        .fold(0.0, f64::max);
-    (worst > LARGEST_AXIAL_SCATTER).then(|| findings::axial_runs_disagree(frequency, 100.0 * worst))
-}
+/// Departure of a run across the axis, relative to the sensitivity, below which it is not a fault of the run.
+const SMALLEST_OFF: f64 = 0.005;
+/// Share of the false alarms that a run across the axis has.
+const OFF_COSINE: f64 = 0.1;
 
 /// T with its interval, and its direction where it has one.
 fn derive(estimate: &Estimate, s: Complex64) -> Result<(Expanded, Option<Expanded>), Error> {

@@ -218,6 +218,62 @@ fn refuses_radians_declared_as_degrees() {
     assert!(codes[0].starts_with("radians-as-degrees"));
 }
 
+/// Output z alone in radians, or y: the others keep their degrees.
+#[test]
+fn refuses_one_channel_in_radians() {
+    for (channel, name) in [(2, "output z"), (1, "output y")] {
+        let mut rows = campaign(16);
+        for row in &mut rows {
+            let z = &mut row.outputs[channel];
+            *z = Complex64::from_polar(z.norm(), z.arg().to_radians());
+        }
+        let codes = codes(&rows);
+        assert_eq!(codes.len(), 1, "{codes:?}");
+        assert!(codes[0].starts_with("radians-as-degrees"), "{codes:?}");
+        assert!(codes[0].contains(name), "{codes:?}");
+    }
+}
+
+/// Moduli alone, with 0 in the columns of the phases.
+#[test]
+fn refuses_phases_that_are_all_zero() {
+    let mut rows = campaign(17);
+    for row in &mut rows {
+        row.outputs = row.outputs.map(|z| Complex64::new(z.norm(), 0.0));
+    }
+    let codes = codes(&rows);
+    assert_eq!(codes.len(), 1, "{codes:?}");
+    assert!(codes[0].starts_with("phases-not-measured"), "{codes:?}");
+}
+
+/// Every row of the table twice, digit by digit, is one finding; true repeats are none.
+#[test]
+fn law_doubled_tables_are_told_once() {
+    let rows = campaign(18);
+    let twice: Vec<PhasorRow> = rows
+        .iter()
+        .cloned()
+        .chain(rows.iter().map(|r| PhasorRow {
+            run: format!("{} again", r.run),
+            ..r.clone()
+        }))
+        .collect();
+    let told = codes(&twice);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].starts_with("copied-run"), "{told:?}");
+    assert!(told[0].contains("others likewise"), "{told:?}");
+    let mut repeated = rows.clone();
+    repeated.extend(campaign(19).into_iter().map(|r| PhasorRow {
+        run: format!("{} again", r.run),
+        ..r
+    }));
+    let told = codes(&repeated);
+    assert!(
+        told.iter()
+            .all(|c| c.starts_with("duplicate-configuration"))
+    );
+}
+
 #[test]
 fn law_leaving_a_run_out_moves_the_result_as_announced() {
     // Without angle errors the problem is linear but for the noise model, so the announced change is exact up

@@ -89,9 +89,32 @@ fn verdict(pair: &ResponseComparison, [a, b]: [&str; 2]) -> String {
             true => "; as a whole they differ by more than chance allows",
             false => "; as a whole the differences are within chance",
         });
-    let differences = pair.points.iter().map(|p| p.modulus_difference.abs());
-    let largest = two_digits(100.0 * differences.fold(0.0, f64::max));
-    format!("{points}{whole}; moduli differ by up to {largest} %.")
+    let by_size = |p: &&ComparedPoint, q: &&ComparedPoint| {
+        p.modulus_difference
+            .abs()
+            .total_cmp(&q.modulus_difference.abs())
+    };
+    let moduli = match pair.points.iter().max_by(by_size) {
+        Some(p) if p.modulus_difference.abs() > ROUNDING => format!(
+            "moduli differ by up to {} %, {}",
+            two_digits(100.0 * p.modulus_difference.abs()),
+            place(pair, p)
+        ),
+        _ => "the moduli are the same".to_owned(),
+    };
+    format!("{points}{whole}; {moduli}.")
+}
+
+/// Relative difference below which two numbers are one that was written twice.
+const ROUNDING: f64 = 1e-12;
+
+/// Element and frequency of a point; of one element the frequency alone.
+fn place(pair: &ResponseComparison, p: &ComparedPoint) -> String {
+    let at = format!("at {} Hz", plain(p.frequency));
+    match pair.points.iter().any(|other| other.element != p.element) {
+        true => format!("that of {} {at}", p.element),
+        false => at,
+    }
 }
 
 /// Points whose differences exceed their expanded uncertainty.
@@ -110,9 +133,9 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
     figures.extend(farthest(|p| p.modulus_en).map(|p| {
         let difference = plus_minus(100.0 * p.modulus_difference, 100.0 * p.modulus_expanded);
         KeyFigure::new("difference of the moduli", difference, "%").note(format!(
-            "{} %, at {} Hz, where |E_n| = {} is largest",
+            "{} %, {}, where |E_n| = {} is largest",
             plain(100.0 * pair.probability),
-            plain(p.frequency),
+            place(pair, p),
             two_digits(p.modulus_en.abs())
         ))
     }));
@@ -126,9 +149,9 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
             "°",
         );
         Some(figure.note(format!(
-            "{} %, at {} Hz, where |E_n| = {} is largest",
+            "{} %, {}, where |E_n| = {} is largest",
             plain(100.0 * pair.probability),
-            plain(p.frequency),
+            place(pair, p),
             two_digits(phase.en.abs())
         )))
     }));
@@ -158,7 +181,14 @@ fn differences(pair: &ResponseComparison) -> Section {
             "Bars are the expanded uncertainties of the differences, those of both together. Points whose bars do not reach zero have \
              |E_n| above 1.",
         );
-    for element in elements(pair.points.iter().map(|p| p.element.as_str())) {
+    let mut all = elements(pair.points.iter().map(|p| p.element.as_str()));
+    let largest = |element: &str| {
+        let own = pair.points.iter().filter(|p| p.element == element);
+        own.map(ComparedPoint::largest_en).fold(0.0, f64::max)
+    };
+    // The element that differs most stands first.
+    all.sort_by(|a, b| largest(b).total_cmp(&largest(a)));
+    for element in all {
         let of = |value: fn(&ComparedPoint) -> Option<(f64, f64)>| -> Vec<(f64, f64, f64)> {
             let points = pair.points.iter();
             points

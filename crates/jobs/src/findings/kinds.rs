@@ -101,13 +101,13 @@ findings! {
         advice "leave out --columns, since the calibration names its columns; or be sure that the wires were exchanged",
         false_alarms "none: the names are compared";
 
-    /// Results of several devices are taken for the history of one.
-    devices_differ(serial: &str, result: &str, other: &str, other_result: &str, count: usize) =
-        "devices-differ", [Decision],
-        what "the results are of several devices: a drift is that of one",
-        evidence "{result} is of serial number {serial}, {other_result} of {other}; {count} results are of another device than the first",
-        advice "name results of one device, or correct its serial number in the campaigns",
-        false_alarms "none: the serial numbers are compared";
+    /// Results of several devices are taken for those of one: of a history a decision, of a comparison a warning.
+    devices_differ(observation: &str, device: &str, result: &str, other: &str, other_result: &str, count: usize, remedy: &str) =
+        "devices-differ", [Decision, Warning],
+        what "{observation}",
+        evidence "{result} is of {device}, {other_result} of {other}; {count} of them are of another device than the first",
+        advice "{remedy}",
+        false_alarms "none: serial numbers and types are compared";
 
     /// A look at a file finds columns without a unit, or no clock.
     file_does_not_say(what: &str, likely: &str) =

@@ -1,7 +1,7 @@
 //! Complex sensitivities in polar form, as tables state them.
 
 use super::columns::{coverage_factor, filed, number};
-use proofmass_report::Rounding::Decimals;
+use proofmass_report::Rounding::TwoDigits;
 use proofmass_report::number::rounded;
 use proofmass_report::{Cell, Field};
 use proofmass_shaker::derived::Expanded;
@@ -88,7 +88,7 @@ pub(crate) fn polar<'a, H: 'a>(
             Some(cell(r.1.expanded?, modulus(&r.1).map(|m| m.1)))
         })
         .page("U", shown),
-        number("", ("U relative", "%"), Decimals(2), move |r: &Row<H>| {
+        number("", ("U relative", "%"), TwoDigits, move |r: &Row<H>| {
             Some(100.0 * factor.and(r.1.expanded)? / r.1.modulus)
         }),
         coverage_factor("k", |r: &Row<H>| r.1.k),

@@ -36,7 +36,13 @@ pub(super) fn add(page: Report, plan: &PlanOutcome) -> Report {
         true => Section::filed([cost_table(&plan.costs)]),
         false => costs(&plan.costs).summarised(),
     };
-    page.section(costs).section(configurations(plan))
+    // What was chosen is the answer; all candidates are known.
+    match plan.chosen {
+        Some(_) => page
+            .section(configurations(plan).summarised())
+            .section(costs),
+        None => page.section(costs).section(configurations(plan)),
+    }
 }
 
 fn configurations(plan: &PlanOutcome) -> Section {
@@ -81,13 +87,14 @@ fn configurations(plan: &PlanOutcome) -> Section {
         Some(_) => "The chosen configurations, numbered as the candidates are.",
         None => "The configurations in the order of the plan.",
     };
-    Section::new("Configurations")
-        .paragraph(words)
-        .figure(
-            "Directions of the excitation in the axes of the device",
-            sphere,
-        )
-        .folded("Table of the configurations", [Block::Table(table)])
+    let section = Section::new("Configurations").paragraph(words);
+    let caption = "Directions of the excitation in the axes of the device";
+    match plan.chosen {
+        Some(_) => section.table(table).figure(caption, sphere),
+        None => section
+            .figure(caption, sphere)
+            .folded("Table of the configurations", [Block::Table(table)]),
+    }
 }
 
 fn largest(predicted: &[Predicted], main: bool) -> f64 {

@@ -78,10 +78,15 @@ fn quantity(
     Some((factor * q.value, factor * q.expanded, q))
 }
 
-/// What U is stated at.
+/// What U is stated at, of modulus and phase.
 fn at(outcome: &ShakerSingleOutcome) -> String {
+    at_of(outcome, &["modulus", "phase"])
+}
+
+/// What U of these is stated at.
+fn at_of(outcome: &ShakerSingleOutcome, names: &[&str]) -> String {
     let all = outcome.results.iter().flat_map(|r| {
-        let names = ["modulus", "phase"].into_iter();
+        let names = names.iter();
         names.filter_map(|name| Some(quantity(outcome, r, name, 1.0)?.2))
     });
     stated_at(&all.collect::<Vec<_>>())
@@ -149,7 +154,7 @@ fn verdict(outcome: &ShakerSingleOutcome) -> String {
                 [least, most] if least == most => format!("{most} %"),
                 [least, most] => format!("{least} % to {most} %"),
             },
-            at(outcome)
+            at_of(outcome, &["modulus"])
         ),
         false => "No sensitivity was found".to_owned(),
     };
@@ -180,8 +185,8 @@ fn answer(outcome: &ShakerSingleOutcome) -> Option<KeyFigure> {
         unit,
     );
     Some(figure.note(format!(
-        "± {:.2} %, k = {:.2}",
-        100.0 * u / m,
+        "± {} %, k = {:.2}",
+        two_digits(100.0 * u / m),
         q.coverage_factor
     )))
 }

@@ -33,6 +33,17 @@ pub(super) fn explain(
     }
     findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
     findings.retain(|f| f.severity() != Severity::Note);
+    // What was read wrongly throughout is the cause, and that the fit fails its consequence.
+    let cause = findings
+        .iter()
+        .find(|f| matches!(f.code(), "phases-not-measured" | "radians-as-degrees"))
+        .cloned();
+    if let Some(cause) = cause {
+        return Trouble::data(cause.what().to_owned())
+            .detail(data.name)
+            .detail(cause.evidence_text().to_owned())
+            .with_hint(cause.advice_text().to_owned());
+    }
     let mut trouble = match error {
         // None is left, which says nothing of how many there were.
         Error::TooFew {

@@ -22,7 +22,7 @@ use proofmass_uncertainty::Finding;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShakerTriaxialOutcome {
     quantities: Vec<StatedQuantity>,
-    findings: Vec<Finding>,
+    pub(super) findings: Vec<Finding>,
     pub(super) calibration: ShakerCalibration,
     pub(super) monte_carlo: Vec<FrequencyCheck>,
     pub(super) budget: Budget,

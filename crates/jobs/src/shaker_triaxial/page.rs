@@ -18,8 +18,9 @@ use crate::sensor_clock::SensorClock;
 use digits::{Unit, plus_minus, representative};
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::plot::SeatPlot;
-use proofmass_report::{KeyFigure, Report, Section, Table};
+use proofmass_report::{Block, Figure, KeyFigure, Report, Section, Table};
 use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
+use proofmass_uncertainty::{Finding, Severity};
 
 pub(super) fn add(mut page: Report, outcome: &ShakerTriaxialOutcome) -> Report {
     let calibration = &outcome.calibration;
@@ -33,7 +34,7 @@ pub(super) fn add(mut page: Report, outcome: &ShakerTriaxialOutcome) -> Report {
         let unit = Unit::of(calibration);
         page = page
             .subtitle(subtitle(principal))
-            .verdict(verdict(principal))
+            .verdict(verdict(principal, &outcome.findings))
             .answers(answer(principal, unit));
         let sections = sections(outcome, principal, unit);
         page.sections.extend(sections.into_iter().flatten());
@@ -63,19 +64,21 @@ fn sections(
     }
     list.extend([
         Some(frame()),
-        comparison::corrections(calibration, result, unit),
-        comparison::methods(calibration, result, unit),
-        comparison::datasheet(result, unit, outcome.datasheet),
+        comparison::corrections(calibration, result, unit).map(Section::off_paper),
+        comparison::methods(calibration, result, unit).map(Section::off_paper),
+        comparison::datasheet(result, unit, outcome.datasheet).map(Section::off_paper),
     ]);
     if rigorous {
         list.extend([
             Some(budget::section(result, unit)),
-            agreement::monte_carlo(&outcome.monte_carlo),
+            agreement::monte_carlo(&outcome.monte_carlo).map(Section::off_paper),
             Some(transverse::section(result)),
-            Some(transverse::axes(result, unit)),
+            Some(transverse::axes(result, unit).off_paper()),
             contested::section(calibration, unit),
-            Some(agreement::residuals(calibration, result)),
-            joint.then(|| mounting::angles(result)).flatten(),
+            Some(agreement::residuals(calibration, result).off_paper()),
+            joint
+                .then(|| mounting::angles(result).map(Section::off_paper))
+                .flatten(),
         ]);
     }
     list
@@ -103,7 +106,15 @@ fn subtitle(result: &MethodResult) -> String {
 }
 
 /// How well the sensitivities along the axes are known.
-fn verdict(result: &MethodResult) -> String {
+///
+/// While somebody has to decide about channels, senses or units, U is none of the sensitivities: the gravest of these stands first.
+fn verdict(result: &MethodResult, findings: &[Finding]) -> String {
+    if let Some(open) = gravest(findings) {
+        return format!(
+            "The sensitivities are not known before it is decided: {}. The values below, with their U, are those of the tables as they are.",
+            open.what()
+        );
+    }
     let main = result
         .frequencies
         .iter()
@@ -118,14 +129,39 @@ fn verdict(result: &MethodResult) -> String {
     };
     match from_to() {
         Some((from, to)) if least.is_finite() => format!(
-            "From {} Hz to {} Hz the three main sensitivities are known to U = {} % to {} %.",
-            plain(from),
-            plain(to),
-            two_digits(least),
-            two_digits(most)
+            "{} the three main sensitivities are known to U = {}.",
+            match from == to {
+                true => format!("At {} Hz", plain(from)),
+                false => format!("From {} Hz to {} Hz", plain(from), plain(to)),
+            },
+            match [two_digits(least), two_digits(most)] {
+                [least, most] if least == most => format!("{most} %"),
+                [least, most] => format!("{least} % to {most} %"),
+            }
         ),
         _ => "The sensitivities are those of the published method, with U = 2 u.".to_owned(),
     }
+}
+
+/// The gravest decision about the campaign as a whole: what was connected, in which sense and unit it was read, and whether it is
+/// that device.
+fn gravest(findings: &[Finding]) -> Option<&Finding> {
+    const WHOLE: [&str; 10] = [
+        "phases-not-measured",
+        "radians-as-degrees",
+        "swapped-channels",
+        "phases-conjugated",
+        "mask-reversed",
+        "reference-inverted",
+        "angle-sense",
+        "spurious-sign",
+        "inverted-channel",
+        "off-datasheet",
+    ];
+    WHOLE.iter().find_map(|code| {
+        let open = |f: &&Finding| f.severity() == Severity::Decision && f.code() == *code;
+        findings.iter().find(open)
+    })
 }
 
 /// Main sensitivities and the largest transverse one, at the frequency that is usually stated.
@@ -141,8 +177,8 @@ fn answer(result: &MethodResult, unit: Unit) -> Vec<KeyFigure> {
                     unit.name,
                 )
                 .note(format!(
-                    "± {:.2} %, k = {:.2}",
-                    100.0 * m.expanded / m.value,
+                    "± {} %, k = {:.2}",
+                    two_digits((100.0 * m.expanded / m.value).abs()),
                     m.coverage_factor
                 )),
             );
@@ -188,7 +224,13 @@ fn frame() -> Section {
              right-hand turn by −α about y′. ω is positive clockwise, seen from above on the device: a right-hand turn by \
              −ω about the normal of the face. At α = ω = 0 the axes of the device are those of the table.",
         )
-        .figure("Axes of the table and of the device, and positive angles", SeatPlot)
+        .looked_up(
+            "Drawing of the axes and angles",
+            [Block::Figure(Figure::new(
+                "Axes of the table and of the device, and positive angles",
+                SeatPlot,
+            ))],
+        )
 }
 
 /// The result that is reported: the first of a rigorous method, else the first.

@@ -1,11 +1,12 @@
 //! The report of a measurement of the spurious motion.
 
-use super::{CORRECTIONS, Measurement, SpuriousMotionOutcome};
+use super::{CORRECTIONS, LargestMotion, Measurement, SpuriousMotionOutcome};
 use crate::campaign::SpuriousFile;
 use crate::page::AXES;
+use crate::page::answer::plus_minus;
 use crate::page::columns::{degrees, e_n, filed, frequency, number, percent};
 use proofmass_report::Rounding::{Decimals, Exact, Plain};
-use proofmass_report::number::{plain, two_digits};
+use proofmass_report::number::plain;
 use proofmass_report::plot::Style;
 use proofmass_report::{
     Axis, Block, Cell, Field, KeyFigure, Report, Section, Series, Table, XyPlot,
@@ -24,6 +25,7 @@ pub(super) fn add(page: Report, outcome: &SpuriousMotionOutcome) -> Report {
             first.table.entries.len()
         ))
         .verdict(verdict(outcome, first))
+        .answers(answer(first))
         .section(result(first))
         .section(curves(&first.table))
         .section(directions(&outcome.measurements));
@@ -64,13 +66,57 @@ fn verdict(outcome: &SpuriousMotionOutcome, first: &Measurement) -> String {
             n => format!("; {label} disagrees in {n} of {} ratios", list.len()),
         }
     });
-    format!("{averaged}{}.", compared.collect::<String>())
+    let size = match (first.largest(&[0, 1]), first.largest(&[2])) {
+        (Some(across), along) => {
+            let along = along.map_or(String::new(), |z| {
+                format!("; along it the motion departs by up to {}", in_words(&z))
+            });
+            format!(
+                "Across the excitation the motion is up to {}{along}. ",
+                in_words(&across)
+            )
+        }
+        (None, Some(z)) => format!(
+            "Along the excitation the motion departs by up to {}. ",
+            in_words(&z)
+        ),
+        (None, None) => String::new(),
+    };
+    format!("{size}{averaged}{}.", compared.collect::<String>())
+}
+
+/// `(1.23 ± 0.05) % of it (y′ at 30°, 160 Hz)`.
+fn in_words(m: &LargestMotion) -> String {
+    let size = plus_minus(100.0 * m.modulus, 100.0 * m.expanded);
+    format!("({size}) % of it ({})", place(m))
+}
+
+fn place(m: &LargestMotion) -> String {
+    format!(
+        "{}′ at {:.0}°, {} Hz",
+        AXES[m.axis],
+        m.inclination.to_degrees(),
+        plain(m.frequency)
+    )
+}
+
+/// The largest motion across the excitation, else along it: what a reader came for.
+fn answer(first: &Measurement) -> Option<KeyFigure> {
+    let across = first.largest(&[0, 1]);
+    let name = match across {
+        Some(_) => "largest motion across the excitation",
+        None => "largest departure along the excitation",
+    };
+    let m = across.or_else(|| first.largest(&[2]))?;
+    let size = plus_minus(100.0 * m.modulus, 100.0 * m.expanded);
+    let figure = KeyFigure::new(name, size, "%");
+    Some(figure.note(format!("{}; 95 %, k = {:.2}", place(&m), m.coverage_factor)))
 }
 
 fn result(first: &Measurement) -> Section {
     let (summaries, table) = (&first.summaries, &first.table);
     let refused = summaries.iter().filter(|s| mean(s).is_none()).count();
-    let mut figures = vec![
+    let figures = [
         KeyFigure::new(
             "ratios averaged",
             (summaries.len() - refused).to_string(),
@@ -82,21 +128,6 @@ fn result(first: &Measurement) -> Section {
             "",
         ),
     ];
-    let ratios = table.entries.iter().flat_map(|e| {
-        let axes = e.ratio.iter().zip(AXES);
-        axes.map(move |(z, axis)| (z.norm(), axis, e))
-    });
-    if let Some((modulus, axis, e)) = ratios.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        figures.push(
-            KeyFigure::new("largest spurious motion", two_digits(100.0 * modulus), "%").note(
-                format!(
-                    "along {axis}′ at {:.0}°, {} Hz",
-                    e.inclination.to_degrees(),
-                    plain(e.frequency)
-                ),
-            ),
-        );
-    }
     Section::new("Result")
         .key_figures(figures)
         .table(SpuriousFile::table(table).file(CORRECTIONS[0]))

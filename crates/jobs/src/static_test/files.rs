@@ -261,7 +261,15 @@ impl StaticTestFiles {
         let others = serials.iter().skip(1).filter(|s| s.0 != serials[0].0);
         let others: Vec<&(String, String)> = others.collect();
         let findings = others.first().map(|(serial, name)| {
-            findings::devices_differ(&serials[0].0, &serials[0].1, serial, name, others.len())
+            findings::devices_differ(
+                "the results are of several devices: a drift is that of one",
+                &format!("serial number {}", serials[0].0),
+                &serials[0].1,
+                &format!("serial number {serial}"),
+                name,
+                others.len(),
+                "name results of one device, or correct its serial number in the campaigns",
+            )
         });
         Ok(Self {
             held: Held::History(history),

@@ -4,6 +4,7 @@ use super::super::geometry::Configuration;
 use super::super::observation::{PhasorRow, ascending};
 use super::words::degrees;
 use super::{SuspectRun, Suspicion};
+use crate::copied_readings::{self, Reading};
 use crate::findings;
 use proofmass_uncertainty::Finding;
 
@@ -26,11 +27,12 @@ pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -
     for &f in &frequencies {
         let here: Vec<&PhasorRow> = rows.iter().filter(|r| r.frequency == f).collect();
         for c in &plan {
-            let same: Vec<&str> = here
+            let twice: Vec<&PhasorRow> = here
                 .iter()
                 .filter(|r| r.configuration.same_as(c))
-                .map(|r| r.run.as_str())
+                .copied()
                 .collect();
+            let same: Vec<&str> = twice.iter().map(|r| r.run.as_str()).collect();
             if same.is_empty() {
                 found.push(findings::missing_configuration(
                     &degrees(c),
@@ -38,7 +40,7 @@ pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -
                     here.len(),
                     plan.len(),
                 ));
-            } else if same.len() > 1 {
+            } else if same.len() > 1 && copied_readings::copies(&readings(&twice)).is_empty() {
                 found.push(findings::duplicate_configuration(
                     &degrees(c),
                     f,
@@ -57,6 +59,21 @@ pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -
         }
     }
     found
+}
+
+/// The rows as they were read; only those of one configuration are compared.
+fn readings<'a>(rows: &[&'a PhasorRow]) -> Vec<Reading<'a>> {
+    let of = |row: &&'a PhasorRow| {
+        let [x, y, z] = row.outputs;
+        Reading::new(&row.run, row.frequency, &[row.reference, x, y, z])
+            .at(degrees(&row.configuration))
+    };
+    rows.iter().map(of).collect()
+}
+
+/// Runs of one configuration with the same readings, digit by digit.
+pub(super) fn doubled(rows: &[PhasorRow]) -> Vec<Finding> {
+    copied_readings::copies(&readings(&rows.iter().collect::<Vec<_>>()))
 }
 
 /// Relative difference below which two phasors are one and the same: two readings never agree so far.

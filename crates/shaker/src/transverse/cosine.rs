@@ -62,6 +62,8 @@ pub(super) struct Fit {
     pub(super) cofactor: [[f64; 2]; 2],
     /// What a constant error of each direction does to the two.
     pub(super) weights: Vec<[f64; 2]>,
+    /// (XᵀX)⁻¹ of all parameters, the constant first where there is one.
+    inverse: Mat<f64>,
     square: f64,
     pub(super) runs: usize,
 }
@@ -110,9 +112,27 @@ impl Fit {
             directions,
             cofactor,
             weights,
+            inverse,
             square,
             runs: across.len(),
         })
+    }
+
+    /// What the runs say of this rotation, and its variance in units of that of a run.
+    pub(super) fn at(&self, rotation: f64) -> (Complex64, f64) {
+        let [x, y] = self.transverse;
+        let value = self.constant.unwrap_or_default() + x * rotation.cos() + y * rotation.sin();
+        let mut design = vec![rotation.cos(), rotation.sin()];
+        if self.constant.is_some() {
+            design.insert(0, 1.0);
+        }
+        let mut variance = 0.0;
+        for (a, p) in design.iter().enumerate() {
+            for (b, q) in design.iter().enumerate() {
+                variance += p * q * self.inverse[(a, b)];
+            }
+        }
+        (value, variance)
     }
 
     pub(super) fn parameters(&self) -> usize {

@@ -230,3 +230,56 @@ fn known_runs_along_the_axis_that_are_no_repeats() {
         );
     }
 }
+
+/// Twelve directions and three runs along the axis, of which one was read with ten times the gain: it is named. Sound tests are told nothing
+/// (`coverage_of_transverse_sensitivity` counts).
+#[test]
+fn known_run_with_another_gain_is_named() {
+    let s = Complex64::from_polar(0.01, 0.3);
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(34);
+    let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+    let mut rows: Vec<TransverseRow> = Vec::new();
+    for k in 0..3 {
+        let scatter = 3e-4 * Complex64::new(noise(), noise());
+        rows.push(row(Motion::Axial, s * (1.0 + scatter)));
+        rows[k].run = format!("along {k}");
+    }
+    for k in 0..12 {
+        let degrees = 30.0 * f64::from(k);
+        let scatter = 3e-4 * Complex64::new(noise(), noise());
+        let ratio = s * (0.02 * (degrees - 30.0).to_radians().cos() + scatter);
+        let mut across = across(degrees, ratio);
+        across.run = format!("across {k}");
+        rows.push(across);
+    }
+    let told = |rows: &[TransverseRow]| {
+        let rows: Vec<&TransverseRow> = rows.iter().collect();
+        test(1e-3)
+            .evaluate(160.0, &rows, (0.0, 0.0), None)
+            .expect("a result")
+            .1
+    };
+    assert!(told(&rows).is_empty());
+    for (place, factor, code) in [
+        (1, 10.0, "no-repeat"),
+        (0, 1.2, "no-repeat"),
+        (5, 10.0, "run-off-cosine"),
+        (9, 10.0, "run-off-cosine"),
+        (4, -1.0, "run-off-cosine"),
+    ] {
+        let mut rows = rows.clone();
+        rows[place].ratio *= factor;
+        let found = told(&rows);
+        let found = found.iter().find(|f| f.code() == code).expect(code);
+        let name = &rows[place].run;
+        assert!(
+            found.what().starts_with(&format!("run {name} ")),
+            "{found:?}"
+        );
+    }
+    let mut rows = rows;
+    rows[1].ratio *= 10.0;
+    rows[5].ratio *= 10.0;
+    let found = told(&rows);
+    assert!(found.iter().any(|f| f.code() == "run-off-cosine"));
+}

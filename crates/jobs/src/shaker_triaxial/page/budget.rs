@@ -85,11 +85,15 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
             .map(|g| Block::Table(table(g, &causes, unit)))
             .collect();
         if !others.is_empty() {
-            section = section.folded("Budgets of every term at the other frequencies", others);
+            section = section.looked_up("Budgets of every term at the other frequencies", others);
         }
     }
     if !result.components.is_empty() {
-        section = section.table(supported(&result.components, &causes));
+        let told = supported(&result.components, &causes);
+        section = section.looked_up(
+            "What the runs tell of the declared uncertainties",
+            [Block::Table(told)],
+        );
     }
     if !result.motion.is_empty() {
         section = section.table(motion(&result.motion));

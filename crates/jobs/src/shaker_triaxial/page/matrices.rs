@@ -25,7 +25,7 @@ pub(super) fn section(result: &MethodResult, unit: Unit) -> Section {
     }
     for f in &result.frequencies {
         if Some(f.frequency) != shown {
-            section = section.folded(
+            section = section.looked_up(
                 format!("Matrices at {} Hz", plain(f.frequency)),
                 [Block::Beside(tables(f, unit))],
             );
