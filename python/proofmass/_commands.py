@@ -70,6 +70,8 @@ def calibrate(
     time_unit: str | None = None,
     rate: float | None = None,
     source: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     between: Sequence[float] | None = None,
     rows: str = "samples",
     temperature: str | int | None = None,
@@ -107,6 +109,9 @@ def calibrate(
             rate=).
         rate: Sampling rate in hertz, where there is no time column.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         between: Read the rows from one time on and before another, in seconds.
         rows: What a row is: a sample (static intervals are found), one reading in one position, a sample of a slow
             tumble. One of samples, readings, tumble.
@@ -141,6 +146,8 @@ def init(
     time_unit: str | None = None,
     rate: float | None = None,
     source: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     between: Sequence[float] | None = None,
     rows: str = "samples",
     temperature: str | int | None = None,
@@ -172,6 +179,9 @@ def init(
             rate=).
         rate: Sampling rate in hertz, where there is no time column.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         between: Read the rows from one time on and before another, in seconds.
         rows: What a row is: a sample (static intervals are found), one reading in one position, a sample of a slow
             tumble. One of samples, readings, tumble.
@@ -258,6 +268,8 @@ def apply(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     watch: Watch | None = None,
 ) -> dict[str, np.ndarray] | Any:
     """Compensate a recording with a calibration.
@@ -270,8 +282,8 @@ def apply(
     samples are left out. Their delay is stated and taken out.
 
     Args:
-        calibration: calibration.json (of three axes or one), a result.json that holds it, or a laboratory's table
-            (.csv) over frequency.
+        calibration: calibration.json (of three axes or one), a result.json that holds it, the folder of either, or a
+            laboratory's table (.csv) over frequency.
         recording: Recording with uncompensated outputs; `-` is standard input.
         output: File for the new recording, replaced if proofmass wrote it; `-` is standard output.
         force: Replace a file that proofmass did not write or that was changed since.
@@ -318,6 +330,9 @@ def apply(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         Without an output the compensated recording comes back as arrays by heading.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
@@ -363,7 +378,7 @@ def export(
 
     Args:
         calibration: calibration.json, or result.json of a test of one axis, of `bias`, `velocity tune` or `velocity
-            map`.
+            map`, or the folder that holds it.
         rust: Constant for the crate proofmass-core.
         c: C99 header without dependencies.
         python: Python module without dependencies.
@@ -472,6 +487,8 @@ def validate(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -505,6 +522,9 @@ def validate(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -528,9 +548,9 @@ def compare(
 
     Of two, E_n at each point and χ² of the whole. Of three or more, the reference value is the weighted mean of all;
     the median and the deviation of each laboratory from both are stated. Each is a calibration.json of kind
-    frequency-response, the result.json of a test or calibration that gives one, or the table of a laboratory (.csv:
-    frequency_Hz, sensitivity_V/(m/s2) or another unit, phase_deg, u_relative_% or U_relative_% with coverage=,
-    u_phase_deg).
+    frequency-response, the result.json of a test or calibration that gives one, the folder of either, or the table of
+    a laboratory (.csv: frequency_Hz, sensitivity_V/(m/s2) or another unit, phase_deg, u_relative_% or U_relative_%
+    with coverage=, u_phase_deg).
 
     Args:
         calibrations: Two calibrations or more; of two, differences are the first less the second.
@@ -785,6 +805,8 @@ def noise(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     phase: bool = False,
     temperature: str | int | None = None,
     statistic: str | Sequence[str | int | float] = "oadev",
@@ -836,6 +858,9 @@ def noise(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         phase: The columns hold integrals of the signal: velocities (m/s) of an accelerometer, angles of a gyroscope
             They are differenced. The unit that is stated is that of the rate.
         temperature: Column of the temperature (°C, or K or °F by its heading): its effect is fitted together with the
@@ -936,6 +961,8 @@ def bias(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -972,6 +999,9 @@ def bias(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -1023,6 +1053,8 @@ def inspect(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     watch: Watch | None = None,
 ) -> dict[str, Any]:
     """Show what is in a recording: columns, units, rate, gaps, ranges, statistics.
@@ -1045,6 +1077,9 @@ def inspect(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -1084,6 +1119,8 @@ def convert(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     watch: Watch | None = None,
 ) -> Path:
     """Write recordings in another format: CSV, npy, WAV, UFF 58b or Parquet.
@@ -1117,6 +1154,9 @@ def convert(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

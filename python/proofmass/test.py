@@ -57,6 +57,8 @@ def temperature(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -91,6 +93,9 @@ def temperature(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -199,6 +204,8 @@ def zero_g(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -223,6 +230,9 @@ def zero_g(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -385,6 +395,8 @@ def mounting(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -413,6 +425,9 @@ def mounting(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -449,6 +464,8 @@ def random(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -491,6 +508,9 @@ def random(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -526,6 +546,8 @@ def impact(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -565,6 +587,9 @@ def impact(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -597,6 +622,8 @@ def sweep(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -632,6 +659,9 @@ def sweep(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -663,6 +693,8 @@ def steps(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -698,6 +730,9 @@ def steps(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -741,6 +776,8 @@ def shock(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -791,6 +828,9 @@ def shock(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -811,6 +851,8 @@ def step(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     sensitivity: str | None = None,
     sensitivity_uncertainty: float | None = None,
     output: Place | None = None,
@@ -831,6 +873,9 @@ def step(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         sensitivity: What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", ….
         sensitivity_uncertainty: Relative standard uncertainty of the sensitivity, in per cent.
         output: Folder for result.json, report.html and tables [default: none is written].
@@ -853,6 +898,8 @@ def motion(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     sensitivity: str | None = None,
     sensitivity_uncertainty: float | None = None,
     uncertainty: float = 0,
@@ -882,6 +929,9 @@ def motion(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         sensitivity: What makes m/s² of volts or counts: "0.5 mV/(m/s²)", "16384 LSB/g", ….
         sensitivity_uncertainty: Relative standard uncertainty of the sensitivity, in per cent.
         uncertainty: Relative standard uncertainty of the acceleration, in per cent, from the sensor's calibration.
@@ -998,6 +1048,8 @@ def deconvolve(
     between: Sequence[float] | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     model: str | None = None,
     corner: float | None = None,
     quiet: float | None = None,
@@ -1024,6 +1076,9 @@ def deconvolve(
         between: Read the rows from one time on and before another, in seconds.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         model: Model to fit to a calibration over frequency: 1mode … 4modes, delay, low-pass=ORDER, joined by +
             [default: 1mode].
         corner: Corner of the low-pass in hertz [default: where noise and bias together are least].

@@ -41,10 +41,12 @@ def estimate(
     counts_per_turn: float | None = None,
     counts_per_metre: float | None = None,
     radius: float | None = None,
+    lead: float | None = None,
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
     index: str | None = None,
+    reverse: bool = False,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -76,6 +78,8 @@ def estimate(
     rate: float | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     method: str | None = None,
     circumference: float | None = None,
     output: Place | None = None,
@@ -108,11 +112,13 @@ def estimate(
         counts_per_turn: Counts per turn of the encoder (four times its lines with fourfold decoding).
         counts_per_metre: Counts per metre of a linear encoder.
         radius: Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits.
+        lead: Lead of a screw, its travel per turn, m: in place of radius= for an encoder or a resolver on its shaft.
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
         index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
             every turn.
+        reverse: Positions or speeds are positive against the acceleration: reverse them.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -154,6 +160,9 @@ def estimate(
         rate: Sampling rate in hertz, for recordings without a time column.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         method: Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned].
         circumference: Circumference of the wheel, m: errors that repeat every turn are then reported by themselves.
         output: Folder for result.json, report.html and tables [default: none is written].
@@ -180,10 +189,12 @@ def compare(
     counts_per_turn: float | None = None,
     counts_per_metre: float | None = None,
     radius: float | None = None,
+    lead: float | None = None,
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
     index: str | None = None,
+    reverse: bool = False,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -215,6 +226,8 @@ def compare(
     rate: float | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     reference: str | int | None = None,
     reference_unit: str | None = None,
     reference_file: Data | None = None,
@@ -254,11 +267,13 @@ def compare(
         counts_per_turn: Counts per turn of the encoder (four times its lines with fourfold decoding).
         counts_per_metre: Counts per metre of a linear encoder.
         radius: Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits.
+        lead: Lead of a screw, its travel per turn, m: in place of radius= for an encoder or a resolver on its shaft.
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
         index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
             every turn.
+        reverse: Positions or speeds are positive against the acceleration: reverse them.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -300,6 +315,9 @@ def compare(
         rate: Sampling rate in hertz, for recordings without a time column.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         reference: Column of a reference velocity, from a better instrument or a simulation.
         reference_unit: Unit of the reference, where the heading does not say it: m/s, km/h, mm/s, ….
         reference_file: File of the reference, when it has its own; its clock must be that of the recording.
@@ -333,10 +351,12 @@ def tune(
     counts_per_turn: float | None = None,
     counts_per_metre: float | None = None,
     radius: float | None = None,
+    lead: float | None = None,
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
     index: str | None = None,
+    reverse: bool = False,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -368,6 +388,8 @@ def tune(
     rate: float | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     offset: str = "automatic",
     known_increment: bool = False,
     output: Place | None = None,
@@ -399,11 +421,13 @@ def tune(
         counts_per_turn: Counts per turn of the encoder (four times its lines with fourfold decoding).
         counts_per_metre: Counts per metre of a linear encoder.
         radius: Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits.
+        lead: Lead of a screw, its travel per turn, m: in place of radius= for an encoder or a resolver on its shaft.
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
         index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
             every turn.
+        reverse: Positions or speeds are positive against the acceleration: reverse them.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -445,6 +469,9 @@ def tune(
         rate: Sampling rate in hertz, for recordings without a time column.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         offset: Whether the accelerometer's offset is a state of the filter. One of none, constant, random-walk,
             automatic.
         known_increment: Take the noise of a count as known, increment/√12, instead of finding it.
@@ -472,10 +499,12 @@ def map(
     counts_per_turn: float | None = None,
     counts_per_metre: float | None = None,
     radius: float | None = None,
+    lead: float | None = None,
     bits: int | None = None,
     gray: bool = False,
     decoding: str = "4",
     index: str | None = None,
+    reverse: bool = False,
     edges: bool = False,
     angular: bool = False,
     wraps: bool = False,
@@ -507,6 +536,8 @@ def map(
     rate: float | None = None,
     source: str | None = None,
     raw: bool = False,
+    separator: str | None = None,
+    decimal: str | None = None,
     turn: float | None = None,
     orders: float | str | Sequence[float] = "1,2,3,4",
     quarters: bool = False,
@@ -543,11 +574,13 @@ def map(
         counts_per_turn: Counts per turn of the encoder (four times its lines with fourfold decoding).
         counts_per_metre: Counts per metre of a linear encoder.
         radius: Radius that turns an angle into a length, m: of the wheel, or where the accelerometer sits.
+        lead: Lead of a screw, its travel per turn, m: in place of radius= for an encoder or a resolver on its shaft.
         bits: Bits of the counter or of the absolute encoder, which rolls over.
         gray: The words are Gray code.
         decoding: Edges counted per line of the logic levels: 1, 2 or 4.
         index: Column of the index pulse beside counts of a turn: zero of the position, and lost counts put back at
             every turn.
+        reverse: Positions or speeds are positive against the acceleration: reverse them.
         edges: Each row is an edge of the encoder with its time stamp, not a sample.
         angular: Velocity in rad/s: angles stay angles, and radius= is that of the accelerometer.
         wraps: Angles restart after each turn, as those of an absolute encoder in degrees.
@@ -589,6 +622,9 @@ def map(
         rate: Sampling rate in hertz, for recordings without a time column.
         source: Stream of a file that holds several, by its name as `proofmass inspect` lists it.
         raw: Take the numbers as stored, without the scaling that a file declares (TDMS).
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         turn: Distance or angle of one turn, in m or rad [default: by angular=True or radius=].
         orders: Cycles per turn of each line: 1 for an eccentric disc, 2 for an ellipse, the ratio of a gear.
         quarters: Also look for unequal quarters of the encoder's lines: an error that repeats every four counts.

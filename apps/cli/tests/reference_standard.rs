@@ -144,7 +144,10 @@ fn law_a_campaign_takes_a_calibration_as_its_reference() {
         assert!((u / value / 0.0051 - 1.0).abs() < 0.01, "{}", u / value);
     }
     // 2 kHz is beyond it, and verify follows the document.
-    assert_eq!(codes(&result), ["reference-out-of-range"]);
+    assert_eq!(
+        codes(&result),
+        ["reference-out-of-range", "repeatability-unseen"]
+    );
     toml(&format!("file = {:?}", text(&standard.join("result.json"))));
     let altered = standard.join("result.json");
     let whole = std::fs::read(&altered).unwrap();
@@ -280,8 +283,8 @@ fn law_a_shock_is_read_through_the_calibration_of_its_reference() {
     let result = json(&place.join("result.json"));
     let (value, u, expanded) = quantity(&result, "sensitivity.peak");
     assert!((value - 0.02).abs() < expanded, "{value} {expanded}");
-    // 0.4 % and half of 1 % of spread over √3 = 0.29 %: 0.49 %.
-    assert!((u / value / 4.95e-3 - 1.0).abs() < 0.03, "{}", u / value);
+    // 0.4 %, half of 1 % of spread over √3 = 0.29 %, and as much for the curve between the points: 0.57 %.
+    assert!((u / value / 5.7e-3 - 1.0).abs() < 0.03, "{}", u / value);
     assert!(!codes(&result).contains(&"reference-out-of-range".to_owned()));
     // From 200 Hz on: what an integral needs is not calibrated.
     certificate("200");

@@ -78,7 +78,7 @@ fn names_a_configuration_that_is_there_twice() {
         again.run = "again".into();
         rows.push(again);
     });
-    insist(&said, "duplicate-configuration", &["r021", "again"]);
+    insist(&said, "copied-run", &["r021", "again"]);
 }
 
 #[test]

@@ -85,7 +85,11 @@ fn known_sensitivity_of_a_sensor_with_a_clock_of_its_own() {
     succeed(&["calibrate", text(folder.path())]);
     let out = folder.path().join("result");
     let result = json(&out.join("result.json"));
-    assert_eq!(codes(&result), ["own-clock"], "{result}");
+    assert_eq!(
+        codes(&result),
+        ["reference-gap", "repeatability-unseen", "own-clock"],
+        "{result}"
+    );
     for f in FREQUENCIES {
         let (s, _, expanded) = quantity(&result, &format!("S.modulus[frequency={f}]"));
         assert!((s - 100.0).abs() < 0.1 && expanded > 0.4, "{s} {expanded}");
@@ -111,7 +115,11 @@ fn known_delay_of_a_sensor_that_the_bench_stamps() {
     succeed(&["calibrate", text(folder.path())]);
     let out = folder.path().join("result");
     let result = json(&out.join("result.json"));
-    assert_eq!(codes(&result), ["uneven-stamps"], "{result}");
+    assert_eq!(
+        codes(&result),
+        ["reference-gap", "uneven-stamps", "repeatability-unseen"],
+        "{result}"
+    );
     let (delay, _, expanded) = quantity(&result, "delay");
     assert!(
         (delay - 3.3e-3).abs() < expanded && expanded < 2e-5,
@@ -172,7 +180,11 @@ fn known_sensitivity_of_several_frequencies_in_one_recording() {
         succeed(&["calibrate", text(folder.path())]);
         let out = folder.path().join("result");
         let result = json(&out.join("result.json"));
-        assert_eq!(codes(&result), Vec::<String>::new(), "{result}");
+        assert_eq!(
+            codes(&result),
+            ["reference-gap", "repeatability-unseen"],
+            "{result}"
+        );
         for f in FREQUENCIES {
             let (s, _, _) = quantity(&result, &format!("S.modulus[frequency={f}]"));
             assert!((s / 0.01 - 1.0).abs() < 2e-4, "{drive} {f}: {s}");

@@ -149,7 +149,7 @@ fn known_devices_come_out_of_their_tables_and_render_again() {
         "--output-column",
         "out",
     ]);
-    assert!(said.contains("is in rad"), "{said}");
+    assert!(said.contains("is in °"), "{said}");
 }
 
 /// Three calibrations of one unit over half a year, from their own results.

@@ -318,7 +318,10 @@ fn law_the_one_comma_of_a_row_is_the_mark_that_the_rows_tell() {
     );
     // Without one nobody knows.
     let error = first(&commas(78394, 40)).unwrap_err();
-    assert!(error.to_string().contains("cannot be told"), "{error}");
+    assert!(
+        error.to_string().contains("not known whether the comma"),
+        "{error}"
+    );
     assert!(error.hint().unwrap().contains("--decimal comma"));
     for (decimal, value) in [(DecimalMark::Comma, 9.78394), (DecimalMark::Point, 9.0)] {
         let said = LayoutOptions {

@@ -71,7 +71,7 @@ pub fn devices_apart(documents: &[ResponseDocument], names: &[String]) -> Option
         .collect();
     let ((own, other), other_name) = differing.first()?;
     let found = findings::devices_differ(
-        "the calibrations are of several devices: their differences are those of the devices too",
+        "differences of the calibrations are those of the devices too",
         own,
         name,
         other,

@@ -261,7 +261,7 @@ impl Stated {
                     "an expanded uncertainty needs its coverage factor",
                 )
                 .with_hint(
-                    "add a column `k` to the table, such as 2 in every row; or add --coverage-factor K (for --standard: --standard-coverage-factor K; in a campaign k = 2 in [reference])",
+                    "add a column `k` to the table, such as 2 in every row; or give it beside the table: in a campaign as k = 2 in [reference], else as the coverage factor that the help of the command names",
                 )),
             (None, None) => Err(sheet
                 .header_error(&format!("u_{ending}"), "the table has no such column")

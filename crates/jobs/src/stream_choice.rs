@@ -14,14 +14,14 @@ pub struct StatedMarks {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(
         feature = "clap",
-        arg(long, value_name = "SEPARATOR", value_parser = crate::arguments::word::<Separator>)
+        arg(long, hide_short_help = true, value_name = "SEPARATOR", value_parser = crate::arguments::word::<Separator>)
     )]
     pub separator: Option<Separator>,
     /// Decimal mark of a text, where its look does not tell: point, comma
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(
         feature = "clap",
-        arg(long, value_name = "MARK", value_parser = crate::arguments::word::<DecimalMark>)
+        arg(long, hide_short_help = true, value_name = "MARK", value_parser = crate::arguments::word::<DecimalMark>)
     )]
     pub decimal: Option<DecimalMark>,
 }

@@ -508,5 +508,5 @@ fn law_the_start_that_is_left_out_is_told() {
     let page = support::page(&job.evaluate(&data, &Unwatched).unwrap());
     assert!(page.contains("the first 0.200 s"), "{page}");
     // The smoother comes closest of all, and is drawn.
-    assert!(page.matches("smoother, tuned").count() > 1, "{page}");
+    assert!(page.matches("smoother on edges").count() > 1, "{page}");
 }

@@ -235,7 +235,10 @@ pub fn means(
     let mut findings = Vec::new();
     let groups = by_frequency(single);
     let frequencies = groups.len();
-    for group in by_frequency(single) {
+    if !groups.is_empty() && groups.iter().all(|g| g.len() == 1) {
+        findings.push(findings::repeatability_unseen(frequencies));
+    }
+    for group in groups {
         let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &single[i]).collect();
         if let [one] = of_one[..] {
             means.push(one.clone());

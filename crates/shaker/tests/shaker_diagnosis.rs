@@ -184,6 +184,8 @@ fn refuses_missing_and_duplicate_runs() {
     let gone = rows.remove(20);
     let mut again = rows[3].clone();
     again.run = "again".into();
+    // Another reading, not a copy of the first.
+    again.outputs = again.outputs.map(|z| z * 1.000_01);
     rows.push(again);
     let codes = codes(&rows);
     assert_eq!(codes.len(), 2, "{codes:?}");
@@ -263,14 +265,16 @@ fn law_doubled_tables_are_told_once() {
     assert!(told[0].starts_with("copied-run"), "{told:?}");
     assert!(told[0].contains("others likewise"), "{told:?}");
     let mut repeated = rows.clone();
-    repeated.extend(campaign(19).into_iter().map(|r| PhasorRow {
+    repeated.extend(rows.iter().map(|r| PhasorRow {
         run: format!("{} again", r.run),
-        ..r
+        outputs: r.outputs.map(|z| z * 1.000_01),
+        ..r.clone()
     }));
     let told = codes(&repeated);
     assert!(
         told.iter()
-            .all(|c| c.starts_with("duplicate-configuration"))
+            .all(|c| c.starts_with("duplicate-configuration")),
+        "{told:?}"
     );
 }
 

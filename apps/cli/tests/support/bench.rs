@@ -116,9 +116,11 @@ pub fn campaign(folder: &Path, recording: &str) {
 }
 
 pub fn certificate(folder: &Path, last: f64) {
-    let text = format!(
-        "frequency_Hz,sensitivity_mV/(m/s2),phase_deg,U_relative_%,U_phase_deg\n5,9.9,0,0.4,0.35\n{last},9.9,0,0.4,0.35\n"
-    );
+    let points = [5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 315.0, 630.0, 1250.0];
+    let points = points.into_iter().filter(|f| *f < last).chain([last]);
+    let rows: String = points.map(|f| format!("{f},9.9,0,0.4,0.35\n")).collect();
+    let text =
+        format!("frequency_Hz,sensitivity_mV/(m/s2),phase_deg,U_relative_%,U_phase_deg\n{rows}");
     std::fs::write(folder.join("reference.csv"), text).expect("certificate");
 }
 

@@ -102,9 +102,9 @@ findings! {
         false_alarms "none: the names are compared";
 
     /// Results of several devices are taken for those of one: of a history a decision, of a comparison a warning.
-    devices_differ(observation: &str, device: &str, result: &str, other: &str, other_result: &str, count: usize, remedy: &str) =
+    devices_differ(consequence: &str, device: &str, result: &str, other: &str, other_result: &str, count: usize, remedy: &str) =
         "devices-differ", [Decision, Warning],
-        what "{observation}",
+        what "these are of several devices: {consequence}",
         evidence "{result} is of {device}, {other_result} of {other}; {count} of them are of another device than the first",
         advice "{remedy}",
         false_alarms "none: serial numbers and types are compared";

@@ -262,7 +262,7 @@ impl StaticTestFiles {
         let others: Vec<&(String, String)> = others.collect();
         let findings = others.first().map(|(serial, name)| {
             findings::devices_differ(
-                "the results are of several devices: a drift is that of one",
+                "a drift is that of one",
                 &format!("serial number {}", serials[0].0),
                 &serials[0].1,
                 &format!("serial number {serial}"),
