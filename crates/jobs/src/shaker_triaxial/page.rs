@@ -32,9 +32,11 @@ pub(super) fn add(mut page: Report, outcome: &ShakerTriaxialOutcome) -> Report {
     page = page.meta("Runs recorded", outcome.runs.len().to_string());
     if let Some(principal) = principal(calibration) {
         let unit = Unit::of(calibration);
+        // Where single runs are set aside the intervals reach the result with them.
+        let open = gravest(&outcome.findings).filter(|_| calibration.set_aside.is_empty());
         page = page
             .subtitle(subtitle(principal))
-            .verdict(verdict(principal, &outcome.findings))
+            .verdict(verdict(principal, open))
             .answers(answer(principal, unit));
         let sections = sections(outcome, principal, unit);
         page.sections.extend(sections.into_iter().flatten());
@@ -108,8 +110,8 @@ fn subtitle(result: &MethodResult) -> String {
 /// How well the sensitivities along the axes are known.
 ///
 /// While somebody has to decide about channels, senses or units, U is none of the sensitivities: the gravest of these stands first.
-fn verdict(result: &MethodResult, findings: &[Finding]) -> String {
-    if let Some(open) = gravest(findings) {
+fn verdict(result: &MethodResult, open: Option<&Finding>) -> String {
+    if let Some(open) = open {
         return format!(
             "The sensitivities are not known before it is decided: {}. The values below, with their U, are those of the tables as they are.",
             open.what()

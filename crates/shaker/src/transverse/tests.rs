@@ -277,7 +277,6 @@ fn known_run_with_another_gain_is_named() {
             "{found:?}"
         );
     }
-    let mut rows = rows;
     rows[1].ratio *= 10.0;
     rows[5].ratio *= 10.0;
     let found = told(&rows);

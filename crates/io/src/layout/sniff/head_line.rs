@@ -60,12 +60,12 @@ impl Shape {
         let number = |p: &&[u8]| is_number(p, self.decimal);
         if self.columns == 1 && pieces.len() > 1 {
             let unit = |p: &[u8]| Unit::recognise(&String::from_utf8_lossy(p)).is_some();
-            return pieces.iter().all(|p| number(&p))
-                || (pieces.len() == 2 && number(&&pieces[0]) && unit(pieces[1]));
+            return pieces.iter().all(number)
+                || (pieces.len() == 2 && number(&pieces[0]) && unit(pieces[1]));
         }
         let fields = split(text, self.separator);
         fits(&fields, self.columns)
-            && fields.iter().all(|f| number(&f))
+            && fields.iter().all(number)
             && fields.iter().zip(&self.fractions).any(|(f, most)| {
                 let value = parse_number(f, self.decimal).map_or(0.0, f64::abs);
                 most.is_some_and(|most| is_whole(f) && value > LARGER * most)
