@@ -675,7 +675,9 @@ fn laid_out(command: Command, path: &str) -> Command {
             Some(OPTIONS) | None => argument.help_heading(Resettable::Reset),
             Some(heading) => argument.help_heading(heading),
         };
-        let waits = !argument.is_required_set() && waits(path, &name);
+        // What few recordings need says so itself, wherever it stands.
+        let waits = !argument.is_required_set()
+            && (argument.is_hide_short_help_set() || waits(path, &name));
         later += usize::from(waits);
         argument.hide_short_help(waits)
     });

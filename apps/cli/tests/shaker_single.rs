@@ -218,7 +218,10 @@ fn known_devices_on_one_table_beside_a_check_standard() {
     write(0.101);
     succeed(&["calibrate", text(folder.path())]);
     for name in ["a", "b"] {
-        assert_eq!(codes(&result(name)), ["not-as-calibrated"]);
+        assert_eq!(
+            codes(&result(name)),
+            ["not-as-calibrated", "repeatability-unseen"]
+        );
     }
     for (from, to, word) in [
         ("channel = \"b\"", "channel = \"a\"", "twice"),
