@@ -16,6 +16,14 @@ pub(crate) struct Explain {
     json: bool,
 }
 
+/// Says where the findings of a room are those of a command that this build does not have.
+fn say_absent(room: &str) -> Result<(), Failure> {
+    match room == "records" && !cfg!(feature = "records") {
+        true => console::print("(command `records`, not in this build)\n"),
+        false => Ok(()),
+    }
+}
+
 impl Explain {
     pub(crate) fn run(self) -> Result<Outcome, Failure> {
         let found = match self.code.as_deref() {
@@ -33,18 +41,16 @@ impl Explain {
         } else if self.code.is_some() {
             for one in &found {
                 console::print(&one.to_string())?;
-                if one.room == "records" && !cfg!(feature = "records") {
-                    console::print("(command `records`, not in this build)\n")?;
-                }
+                say_absent(one.room)?;
             }
         } else {
             let width = found.iter().map(|one| one.code.len()).max().unwrap_or(0);
             let mut room = "";
             for one in &found {
-                if one.room != room && one.room == "records" && !cfg!(feature = "records") {
-                    console::print("(command `records`, not in this build)\n")?;
+                if one.room != room {
+                    room = one.room;
+                    say_absent(room)?;
                 }
-                room = one.room;
                 console::print(&format!("{:width$}  {}\n", one.code, one.what))?;
             }
         }

@@ -56,15 +56,6 @@ impl fmt::Display for Separator {
     }
 }
 
-/// What separates columns and what begins decimals, as far as somebody says it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct TextMarks {
-    /// Separator of fields.
-    pub separator: Option<Separator>,
-    /// Decimal mark.
-    pub decimal: Option<DecimalMark>,
-}
-
 /// What the user knows about the text; everything that is `None` is sniffed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayoutOptions {
@@ -78,6 +69,19 @@ pub struct LayoutOptions {
     pub decimal: Option<DecimalMark>,
     /// Number of lines to pass over at the top of the file.
     pub skip_lines: Option<usize>,
+}
+
+impl LayoutOptions {
+    /// What these leave open, as the others say it.
+    fn or(self, others: &Self) -> Self {
+        Self {
+            separator: self.separator.or(others.separator),
+            header: self.header.or(others.header),
+            comment: self.comment.or_else(|| others.comment.clone()),
+            decimal: self.decimal.or(others.decimal),
+            skip_lines: self.skip_lines.or(others.skip_lines),
+        }
+    }
 }
 
 /// The shape of one delimited text.
@@ -156,11 +160,7 @@ impl Layout {
         {
             return opened.one().cloned().map_err(|e| e.at(&name));
         }
-        let options = &LayoutOptions {
-            separator: options.separator.or(source.marks.separator),
-            decimal: options.decimal.or(source.marks.decimal),
-            ..options.clone()
-        };
+        let options = &options.clone().or(&source.layout);
         let mut size = HEAD;
         loop {
             // One byte more tells whether the head is the whole text.

@@ -84,7 +84,7 @@ pub use inspection::{
     BadEntry, ColumnSummary, Inspection, Statistics, TimeSummary, inspect, inspect_source,
     inspect_traced,
 };
-pub use layout::{ColumnRef, Layout, LayoutOptions, Separator, TextMarks};
+pub use layout::{ColumnRef, Layout, LayoutOptions, Separator};
 pub use loan::{Content, Loan, is_lent, lend};
 pub use output::{
     AtomicFile, Listed, MANIFEST, MANIFEST_SCHEMA, MANIFEST_VERSION, Manifest, OutputFolder,

@@ -4,7 +4,7 @@ mod utf16;
 mod zstd;
 
 use crate::digest::hexadecimal;
-use crate::layout::TextMarks;
+use crate::layout::LayoutOptions;
 use crate::loan::{self, Content, ContentReader};
 use crate::provenance::doubt_of;
 use crate::stream::Opened;
@@ -67,8 +67,8 @@ pub struct Source {
     pub(crate) stream: Option<String>,
     /// Numbers as stored, without the scaling that the file declares.
     pub(crate) as_stored: bool,
-    /// What somebody says of its columns and numbers, where it is a text.
-    pub(crate) marks: TextMarks,
+    /// What somebody says of its shape, where it is a text.
+    pub(crate) layout: LayoutOptions,
     /// Files beside it that it names.
     beside: Vec<PathBuf>,
     /// What lies ahead, where it is no text and was looked at.
@@ -225,7 +225,7 @@ impl Source {
             lent: None,
             stream: None,
             as_stored: false,
-            marks: TextMarks::default(),
+            layout: LayoutOptions::default(),
             beside: Vec::new(),
             opened: None,
         })
@@ -245,9 +245,9 @@ impl Source {
         self
     }
 
-    /// States the marks of a text; what is `None` is found by looking at it.
-    pub fn state_marks(&mut self, marks: TextMarks) {
-        self.marks = marks;
+    /// States the shape of a text, for every look at it whose own options leave that open.
+    pub fn state_layout(&mut self, layout: LayoutOptions) {
+        self.layout = layout;
     }
 
     /// The content as something in which a reader can jump: the file opened a second time, or held in memory where it came through

@@ -282,6 +282,34 @@ impl Campaign {
     }
 }
 
+/// A word that a file has and its form has not.
+pub(crate) struct UnknownWord<'a> {
+    /// The word.
+    pub(crate) unknown: &'a str,
+    /// A question after the one that may be meant, with a blank, or nothing.
+    pub(crate) near: String,
+    /// All that may stand there.
+    pub(crate) valid: String,
+}
+
+impl<'a> UnknownWord<'a> {
+    /// serde writes: unknown field `a`, expected one of `b`, `c`.
+    pub(crate) fn of(message: &'a str) -> Option<Self> {
+        let words = message
+            .starts_with("unknown ")
+            .then(|| message.split('`'))?;
+        let mut words = words.skip(1).step_by(2);
+        let unknown = words.next()?;
+        let valid: Vec<&str> = words.collect();
+        let near = proofmass_io::spelling::nearest(unknown, valid.iter().copied());
+        Some(Self {
+            unknown,
+            near: near.map_or(String::new(), |near| format!("did you mean `{near}`? ")),
+            valid: valid.join(", "),
+        })
+    }
+}
+
 /// What a reader of TOML complains of, in the words of somebody who wrote the file.
 pub(crate) fn plain_toml(message: &str) -> String {
     let kind = |word| match word {
@@ -396,12 +424,7 @@ impl CampaignFile {
                 .filter(|_| message.starts_with("invalid "))
                 .and_then(|line| self.key_at(line));
             let mut error = self.refusal(line, key.as_deref(), plain_toml(&message));
-            // serde writes: unknown field `a`, expected one of `b`, `c`
-            let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-            if let (Some(unknown), true) = (words.first(), message.starts_with("unknown ")) {
-                let valid = &words[1..];
-                let near = proofmass_io::spelling::nearest(unknown, valid.iter().copied())
-                    .map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            if let Some(UnknownWord { unknown, near, valid }) = UnknownWord::of(&message) {
                 error = match message.starts_with("unknown variant") {
                     true => {
                         let key = line.and_then(|line| self.key_at(line));
@@ -413,14 +436,15 @@ impl CampaignFile {
                     }
                     false => self.refusal(line, Some(unknown), "unknown key".to_owned()),
                 }
-                .with_hint(format!("{near}valid here: {}", valid.join(", ")));
+                .with_hint(format!("{near}valid here: {valid}"));
             }
-            if let (Some(missing), true) = (words.first(), message.starts_with("missing field ")) {
+            let missing = message.strip_prefix("missing field `");
+            if let Some(missing) = missing.and_then(|rest| rest.split('`').next()) {
                 let table = self.table_at(line);
                 let heading = table.as_deref().map_or(String::new(), |t| format!("[{t}] "));
                 error = self
                     .refusal(line, Some(missing), format!("{heading}needs `{missing}`"))
-                    .with_hint(match *missing {
+                    .with_hint(match missing {
                         "columns" => "add columns = { x = …, y = …, z = … } to it, each the heading or the number of a column".to_owned(),
                         _ => format!("add it; `proofmass schema KIND` lists every key of a kind, and `proofmass init --kind KIND -o FOLDER` writes an example ({missing})"),
                     });

@@ -9,6 +9,7 @@ pub(crate) use characteristic::{axis_of_channel, is_of_a_device, shown_by as cha
 pub use limit::{ReadLimit, SheetLimit};
 pub use unit::ratio as unit_ratio;
 
+use crate::campaign::{UnknownWord, plain_toml};
 use crate::certificate::RuleWord;
 use crate::trouble::{Result, Trouble};
 use proofmass_documents::Device;
@@ -188,21 +189,22 @@ fn no_sheet(error: &toml::de::Error, text: &str) -> Trouble {
     let line = number.and_then(|n| text.lines().nth(n));
     let section = line.is_some_and(|line| line.trim_start().starts_with('['));
     let message = error.message();
-    // serde writes: unknown field `a`, expected one of `b`, `c`
-    let words: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let trouble = match words.split_first() {
-        Some((unknown, known)) if message.starts_with("unknown field ") => {
+    let field = UnknownWord::of(message).filter(|_| message.starts_with("unknown field "));
+    let trouble = match field {
+        Some(UnknownWord {
+            unknown,
+            near,
+            valid,
+        }) => {
             let what = match section {
                 true => format!("unknown section [{unknown}]"),
                 false => format!("unknown key {unknown}"),
             };
-            let near = proofmass_io::spelling::nearest(unknown, known.iter().copied())
-                .map_or(String::new(), |near| format!("did you mean `{near}`? "));
-            Trouble::request(what).with_hint(format!("{near}known: {}", known.join(", ")))
+            Trouble::request(what).with_hint(format!("{near}known: {valid}"))
         }
         _ => Trouble::request(format!(
             "the limits cannot be read: {}",
-            crate::campaign::plain_toml(message)
+            plain_toml(message)
         ))
         .with_hint(limit::HOW),
     };

@@ -28,7 +28,7 @@ use proofmass_shaker::single_axis::{
     ComparisonBudget, ComparisonRow, SingleAxis, combine, compare,
 };
 use proofmass_shaker::{reference_gap, swapped_cables};
-use proofmass_uncertainty::{Estimate, Finding, Quantity};
+use proofmass_uncertainty::{Estimate, EvidenceValue, Finding, Quantity};
 use serde::{Deserialize, Serialize};
 
 /// What is to be compared, and how well a reading is known.
@@ -269,10 +269,11 @@ impl Job for ShakerSingleJob {
         if let (Some(table), DeviceOutput::Volt) = (&self.reference, self.output) {
             let swapped = swapped_cables(&runs, &single, table, self.datasheet);
             // A run whose cables were exchanged is no repeat for that reason.
-            let named = |f: &Finding| {
-                let name = f.what().strip_prefix("run ");
-                let name = name.and_then(|w| w.split(" is no repeat").next());
-                name.is_some_and(|name| swapped.iter().any(|s| s.evidence_text().contains(name)))
+            let named = |f: &Finding| match f.evidence_fields().get("run") {
+                Some(EvidenceValue::Text(run)) => {
+                    swapped.iter().any(|s| s.evidence_text().contains(run))
+                }
+                _ => false,
             };
             findings.retain(|f| f.code() != "no-repeat" || !named(f));
             findings.extend(swapped);

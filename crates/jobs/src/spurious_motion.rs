@@ -23,9 +23,7 @@ use proofmass_shaker::spurious::{
     ratio_from_velocity, summaries, table,
 };
 use proofmass_shaker::{CommonCauses, CommonMotion, Correction, SpuriousTable, reference_gap};
-use proofmass_uncertainty::{
-    DegreesOfFreedom, Finding, normal_quantile, student_quantile, welch_satterthwaite,
-};
+use proofmass_uncertainty::{DegreesOfFreedom, Finding, welch_satterthwaite};
 use serde::{Deserialize, Serialize};
 
 /// How the runs are to be read.
@@ -161,10 +159,7 @@ impl Measurement {
             scatter.hypot(common),
             welch_satterthwaite(&[(scatter, entry.dof), (common, DegreesOfFreedom::INFINITE)]),
         );
-        let k = match dof.is_infinite() {
-            true => normal_quantile(0.975),
-            false => student_quantile(0.975, dof.get()),
-        };
+        let k = dof.coverage_factor(0.95);
         Some(LargestMotion {
             axis,
             inclination: entry.inclination,

@@ -110,10 +110,7 @@ impl StoredResult {
     pub fn calibration_place(path: &std::path::Path) -> std::path::PathBuf {
         let inside = ["calibration.json", RESULT].map(|name| path.join(name));
         let held = inside.into_iter().find(|file| file.is_file());
-        match held {
-            Some(file) if path.is_dir() => file,
-            _ => path.to_path_buf(),
-        }
+        held.unwrap_or_else(|| path.to_path_buf())
     }
 
     /// Puts an outcome beside what the caller knows: device, conditions, date, inputs, software.

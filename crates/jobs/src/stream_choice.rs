@@ -1,6 +1,6 @@
 //! Which stream of a file is read, and as what.
 
-use proofmass_io::{DecimalMark, LayoutOptions, RecordingOptions, Separator, Source, TextMarks};
+use proofmass_io::{DecimalMark, LayoutOptions, RecordingOptions, Separator, Source};
 use serde::{Deserialize, Serialize};
 
 /// Marks of a text that its look does not tell.
@@ -36,12 +36,18 @@ impl StatedMarks {
         stated.map(|(key, value)| (key, word(value))).collect()
     }
 
-    /// States them of a source.
-    pub(crate) fn mark(&self, source: &mut Source) {
-        source.state_marks(TextMarks {
+    /// The same as options of a reader.
+    fn layout(&self) -> LayoutOptions {
+        LayoutOptions {
             separator: self.separator,
             decimal: self.decimal,
-        });
+            ..LayoutOptions::default()
+        }
+    }
+
+    /// States them of a source.
+    pub(crate) fn mark(&self, source: &mut Source) {
+        source.state_layout(self.layout());
     }
 }
 
@@ -78,11 +84,7 @@ impl StreamChoice {
     /// The same as options of a reader.
     pub(crate) fn options(&self) -> RecordingOptions {
         RecordingOptions {
-            layout: LayoutOptions {
-                separator: self.marks.separator,
-                decimal: self.marks.decimal,
-                ..LayoutOptions::default()
-            },
+            layout: self.marks.layout(),
             stream: self.source.clone(),
             as_stored: self.raw,
             ..RecordingOptions::default()

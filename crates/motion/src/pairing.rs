@@ -90,6 +90,9 @@ pub(crate) fn decoding(record: &MotionRecord, gain: f64, u: f64) -> Option<&'sta
         .map(|(_, what)| *what)
 }
 
+/// The kind of finding of sensors of opposite sense.
+pub(crate) const OPPOSITE: &str = "opposite-sense";
+
 /// What a gain is of, in words.
 pub(crate) const OVER: &str = "velocity changes of the accelerometer over those of the readings";
 

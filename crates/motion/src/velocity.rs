@@ -95,19 +95,19 @@ impl EstimateResult {
     fn largest_by(&self, trace: &VelocityTrace, probability: f64) -> LargestSpeed {
         let tail = 0.5 * (1.0 - probability);
         let factor = |samples: usize| normal_quantile(1.0 - tail / samples.max(1) as f64);
-        let (one, all) = (factor(1), 0..self.smoother.velocity.len());
-        let ends = |trace: &VelocityTrace, k: usize, lower: f64| {
+        let end = |trace: &VelocityTrace, k: usize, factor: f64| {
             let (v, u) = speed_at(trace, k);
-            (v - lower * u, v + one * u)
+            v + factor * u
         };
+        let (one, all) = (factor(1), 0..self.smoother.velocity.len());
         let every = factor(all.len());
-        let lowest = all.clone().map(|k| ends(&self.smoother, k, every).0);
+        let lowest = all.clone().map(|k| end(&self.smoother, k, -every));
         let lowest = lowest.fold(f64::NEG_INFINITY, f64::max);
-        let may_be = all.filter(|k| ends(&self.smoother, *k, every).1 >= lowest);
+        let may_be = all.filter(|k| end(&self.smoother, *k, one) >= lowest);
         let may_be: Vec<usize> = may_be.collect();
         let (value, standard_uncertainty) = speed_at(trace, self.fastest());
         let together = factor(may_be.len());
-        let farthest = may_be.iter().map(|k| ends(trace, *k, together).1);
+        let farthest = may_be.iter().map(|k| end(trace, *k, one));
         LargestSpeed {
             value,
             standard_uncertainty,

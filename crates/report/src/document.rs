@@ -77,6 +77,9 @@ pub struct Section {
     /// What stands in it, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) blocks: Vec<Block>,
+    /// Whether paper has the title alone.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub(crate) off_paper: bool,
 }
 
 /// Where a section is printed.
@@ -485,6 +488,7 @@ impl Report {
                 _ => section.blocks.clone(),
             },
             place: section.place,
+            off_paper: section.off_paper,
             title: section.title.clone(),
         };
         Self {
@@ -616,21 +620,9 @@ impl Section {
 
     /// The whole section to look numbers up in, which paper leaves to the page: there it has its title alone.
     #[must_use]
-    pub fn off_paper(self) -> Self {
-        let Self {
-            title,
-            blocks,
-            place,
-        } = self;
-        Self {
-            blocks: vec![Block::Folded {
-                title: String::new(),
-                blocks,
-                off_paper: true,
-            }],
-            title,
-            place,
-        }
+    pub fn off_paper(mut self) -> Self {
+        self.off_paper = true;
+        self
     }
 
     /// Adds blocks to look a number up in, which paper leaves to the page: there it has their title alone.

@@ -148,15 +148,9 @@ impl Page {
             _ => String::new(),
         };
         let summary = format!("<h3>{}</h3>{rows}", marked(&section.title));
-        match &section.blocks[..] {
-            [
-                Block::Folded {
-                    blocks,
-                    off_paper: true,
-                    ..
-                },
-            ] => self.off_paper(&summary, blocks),
-            blocks => self.details(&summary, blocks),
+        match section.off_paper {
+            true => self.off_paper(&summary, &section.blocks),
+            false => self.details(&summary, &section.blocks),
         }
     }
 

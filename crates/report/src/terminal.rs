@@ -170,7 +170,6 @@ impl Text {
                     self.table(table)?;
                 }
             }
-            Block::Folded { title, .. } if title.is_empty() => {}
             Block::Folded { title, .. } => self.hanging("in the page: ", title),
             Block::Figure(figure) => self.hanging("figure: ", &figure.caption),
         }

@@ -1,6 +1,7 @@
 //! Runs that are copies: two readings of one frequency that agree to the last of many digits.
 
 use crate::findings;
+use crate::screening::told_once;
 use num_complex::Complex64;
 use proofmass_uncertainty::Finding;
 
@@ -9,8 +10,6 @@ const SAME: f64 = 1e-9;
 /// Significant digits beyond which two readings never agree by chance: they scatter by 10⁻⁴ of their size or more, so that one pair
 /// of a thousand agrees in modulus to seven digits, and fewer in the phase as well.
 const DIGITS: i32 = 6;
-/// Copies more than these are told in one sentence.
-const MANY: usize = 3;
 
 /// What was read in one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,13 +84,12 @@ pub fn copies(readings: &[Reading<'_>]) -> Vec<Finding> {
             &format!("reference and output at {} Hz, within 1e-9", b.frequency),
         )
     };
-    match pairs.as_slice() {
-        [first, others @ ..] if others.len() >= MANY => {
-            let names: Vec<&str> = others.iter().map(|(_, b)| readings[*b].run).collect();
-            vec![about(first).likewise(&names)]
-        }
-        few => few.iter().map(about).collect(),
-    }
+    told_once(
+        pairs
+            .iter()
+            .map(|pair| (readings[pair.1].run, about(pair)))
+            .collect(),
+    )
 }
 
 fn same(a: Complex64, b: Complex64) -> bool {

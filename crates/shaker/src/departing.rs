@@ -2,6 +2,7 @@
 
 use crate::findings;
 use num_complex::Complex64;
+use proofmass_core::numeric::median;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, chi_squared_quantile, f_quantile};
 
 /// Probability that anything is said of a sound campaign.
@@ -24,6 +25,15 @@ pub(crate) struct DeclaredReading {
     pub(crate) free_phase: bool,
 }
 
+impl DeclaredReading {
+    /// Nothing is declared: the scatter of the runs alone says which of them is none.
+    pub(crate) const NOTHING: Self = Self {
+        one: [0.0; 2],
+        dof: DegreesOfFreedom::INFINITE,
+        free_phase: false,
+    };
+}
+
 /// A run that is no repeat of the others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Departing {
@@ -35,6 +45,15 @@ pub(crate) struct Departing {
     pub(crate) scatter: f64,
     /// How many they are.
     pub(crate) others: usize,
+}
+
+impl Departing {
+    /// The finding, by the name of the run and what may be the cause.
+    pub(crate) fn told(&self, run: &str, frequency: f64, cause: &str) -> Finding {
+        let factor = in_words(self.factor);
+        let scatter = 100.0 * self.scatter;
+        findings::no_repeat(run, frequency, &factor, self.others, scatter, cause)
+    }
 }
 
 /// What is to be said of the repeats of one frequency.
@@ -67,14 +86,14 @@ pub(crate) fn judge(
     let n = values.len();
     let tests = (n * frequencies.max(1)) as f64;
     let middle = Complex64::new(
-        median(values.iter().map(|z| z.re)),
-        median(values.iter().map(|z| z.im)),
+        middle_of(values.iter().map(|z| z.re)),
+        middle_of(values.iter().map(|z| z.im)),
     );
     if n < 2 || !(middle.norm() > 0.0) {
         return Repeats::Alike;
     }
     let off = |z: &Complex64| (z / middle - 1.0).norm();
-    let typical = median(values.iter().map(off));
+    let typical = middle_of(values.iter().map(off));
     let limit = SMALLEST.max(OUTSIDE * typical);
     let (inside, outside): (Vec<usize>, Vec<usize>) =
         (0..n).partition(|&i| off(&values[i]) <= limit);
@@ -178,16 +197,7 @@ pub(crate) fn doubts(
         Repeats::Alike => Vec::new(),
         Repeats::Without(list) => list
             .iter()
-            .map(|d| {
-                findings::no_repeat(
-                    names[d.index],
-                    frequency,
-                    &in_words(d.factor),
-                    d.others,
-                    100.0 * d.scatter,
-                    cause(d.factor),
-                )
-            })
+            .map(|d| d.told(names[d.index], frequency, cause(d.factor)))
             .collect(),
         Repeats::Apart(ratio, turn) => vec![findings::repeats_apart(
             frequency,
@@ -235,14 +245,8 @@ fn cause(factor: Complex64) -> &'static str {
     }
 }
 
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => 0.0,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
+fn middle_of(values: impl Iterator<Item = f64>) -> f64 {
+    median(&mut values.collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -11,13 +11,20 @@ const FEWEST: usize = 4;
 /// Spread of the differences of two phases, rad, below which nobody asks, and how much smaller it has to be as radians.
 const SPREAD: (f64, f64) = (0.35, 0.1);
 
+/// Largest phase that radians have when they are read as degrees, rad, with grace for rounding.
+const LARGEST: f64 = 1.01 * PI * PI / 180.0;
+
+/// Whether phases of which this is the largest, rad, may be radians that were declared as degrees.
+pub(crate) fn may_be_radians(largest: f64) -> bool {
+    (0.3 * LARGEST..=LARGEST).contains(&largest)
+}
+
 /// Output or reference whose phases all lie within ±π degrees while those of the other do not, and whose differences agree ten times
 /// better when they are read as radians. Where the other has one phase in all runs, 0 mostly, nothing can be said.
 pub(crate) fn phase_units(rows: &[ComparisonRow]) -> Option<Finding> {
     if rows.len() < FEWEST {
         return None;
     }
-    let limit = 1.01 * PI.to_radians();
     let largest = |of: fn(&ComparisonRow) -> Complex64| {
         let all = rows.iter().map(|r| of(r).arg().abs());
         all.fold(0.0, f64::max)
@@ -37,7 +44,7 @@ pub(crate) fn phase_units(rows: &[ComparisonRow]) -> Option<Finding> {
               other: fn(&ComparisonRow) -> Complex64,
               units,
               name| {
-        let small = (0.3 * limit..=limit).contains(&largest(own)) && largest(other) > 5.0 * limit;
+        let small = may_be_radians(largest(own)) && largest(other) > 5.0 * LARGEST;
         let as_radians = spread(units);
         (small && as_given > SPREAD.0 && as_radians < SPREAD.1 * as_given).then(|| {
             findings::radians_as_degrees(

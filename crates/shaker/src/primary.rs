@@ -4,7 +4,7 @@ use crate::copied_readings::{Reading, copies};
 use crate::departing::{DeclaredReading, doubts};
 use crate::findings;
 use crate::interferometer::{AmplitudeCheck, CheckMethod, QuadratureFit};
-use crate::repeated_runs::{MeanOfRuns, by_frequency};
+use crate::repeated_runs::{MeanOfRuns, by_frequency, unrepeated};
 use crate::single_axis::{SingleAxis, TransverseMotion};
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -232,12 +232,9 @@ pub fn means(
     single: &[SingleAxis],
 ) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
     let mut means = Vec::new();
-    let mut findings = Vec::new();
     let groups = by_frequency(single);
+    let mut findings: Vec<Finding> = unrepeated(&groups).into_iter().collect();
     let frequencies = groups.len();
-    if !groups.is_empty() && groups.iter().all(|g| g.len() == 1) {
-        findings.push(findings::repeatability_unseen(frequencies));
-    }
     for group in groups {
         let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &single[i]).collect();
         if let [one] = of_one[..] {
@@ -251,16 +248,11 @@ pub fn means(
         findings.extend(copies(&readings.collect::<Vec<_>>()));
         let names: Vec<&str> = here.map(|r| r.run.as_str()).collect();
         let values: Vec<Complex64> = of_one.iter().map(|r| r.sensitivity).collect();
-        let undeclared = DeclaredReading {
-            one: [0.0; 2],
-            dof: DegreesOfFreedom::INFINITE,
-            free_phase: false,
-        };
         findings.extend(doubts(
             &names,
             of_one[0].frequency,
             &values,
-            &undeclared,
+            &DeclaredReading::NOTHING,
             frequencies,
         ));
         let n = group.len() as f64;

@@ -1,12 +1,14 @@
 //! Runs of one frequency: their mean, with the scatter of the runs in place of what is drawn anew in each.
 
 use crate::derived::PROBABILITY;
+use crate::findings;
 use crate::observation::ascending;
 use crate::single_axis::SingleAxis;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{
-    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Influence, Repeats,
+    Component, Covariance, DegreesOfFreedom, Effect, Estimate, Evaluation, Finding, Influence,
+    Repeats,
 };
 
 /// Positions of the runs of each frequency, in ascending frequency.
@@ -19,6 +21,12 @@ pub(crate) fn by_frequency(runs: &[SingleAxis]) -> Vec<Vec<usize>> {
         .into_iter()
         .map(of)
         .collect()
+}
+
+/// Where every frequency has one run alone.
+pub(crate) fn unrepeated(groups: &[Vec<usize>]) -> Option<Finding> {
+    let alone = !groups.is_empty() && groups.iter().all(|g| g.len() == 1);
+    alone.then(|| findings::repeatability_unseen(groups.len()))
 }
 
 /// The mean of the complex sensitivities of repeats.

@@ -137,7 +137,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
 const MANY: usize = 3;
 
 /// One finding for many runs with the same doubt: the first with its numbers, the others by their names.
-fn told_once(doubts: Vec<(&str, Finding)>) -> Vec<Finding> {
+pub(crate) fn told_once(doubts: Vec<(&str, Finding)>) -> Vec<Finding> {
     let mut codes: Vec<String> = vec![];
     for (_, finding) in &doubts {
         if !codes.iter().any(|c| c == finding.code()) {

@@ -4,7 +4,7 @@ use crate::copied_readings::{Reading, copies};
 use crate::departing::{DeclaredReading, doubts};
 use crate::findings;
 use crate::phase_units::phase_units;
-use crate::repeated_runs::{MeanOfRuns, by_frequency};
+use crate::repeated_runs::{MeanOfRuns, by_frequency, unrepeated};
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -296,12 +296,10 @@ pub fn combine(
     results: &[SingleAxis],
     budget: &ComparisonBudget,
 ) -> Result<(Vec<SingleAxis>, Vec<Finding>), Error> {
-    let (mut means, mut findings) = (vec![], vec![]);
+    let mut means = vec![];
     let groups = by_frequency(results);
+    let mut findings: Vec<Finding> = unrepeated(&groups).into_iter().collect();
     let frequencies = groups.len();
-    if !groups.is_empty() && groups.iter().all(|g| g.len() == 1) {
-        findings.push(findings::repeatability_unseen(frequencies));
-    }
     for group in groups {
         let of_one: Vec<&SingleAxis> = group.iter().map(|&i| &results[i]).collect();
         if let [one] = of_one[..] {
@@ -338,7 +336,7 @@ pub fn combine(
         let told = !about.is_empty();
         findings.extend(about);
         if !told && budget.ratio > 0.0 && budget.phase > 0.0 {
-            let one = [budget.ratio.hypot(noise[0]), budget.phase.hypot(noise[1])];
+            let one = declared.one;
             let of = |d: &[f64; 2]| (d[0] / one[0]).powi(2) + (d[1] / one[1]).powi(2);
             let statistic = turned.iter().map(of).sum::<f64>();
             let parts = if budget.free_phase { 1.0 } else { 2.0 };

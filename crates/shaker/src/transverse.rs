@@ -422,26 +422,12 @@ impl TransverseTest<'_> {
             .copied()
             .collect();
         let values: Vec<Complex64> = along.iter().map(|r| r.ratio).collect();
-        // The scatter of the runs alone says which of them is none.
-        let undeclared = DeclaredReading {
-            one: [0.0; 2],
-            dof: DegreesOfFreedom::INFINITE,
-            free_phase: false,
-        };
-        if let Repeats::Without(list) = judge(&values, &undeclared, 1) {
-            return list
+        if let Repeats::Without(list) = judge(&values, &DeclaredReading::NOTHING, 1) {
+            let cause = "look at gain, range and cable of that run along the axis";
+            let told = list
                 .iter()
-                .map(|d| {
-                    findings::no_repeat(
-                        &along[d.index].run,
-                        frequency,
-                        &in_words(d.factor),
-                        d.others,
-                        100.0 * d.scatter,
-                        "look at gain, range and cable of that run along the axis",
-                    )
-                })
-                .collect();
+                .map(|d| d.told(&along[d.index].run, frequency, cause));
+            return told.collect();
         }
         let off = values.iter().map(|r| (r / s - 1.0).norm());
         let worst = off.fold(0.0, f64::max);

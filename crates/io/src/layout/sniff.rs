@@ -389,6 +389,13 @@ pub(crate) fn is_comment(line: &[u8], prefixes: &[String]) -> bool {
         .any(|p| !p.is_empty() && text.starts_with(p.as_bytes()))
 }
 
+/// Digits alone, with a sign or without.
+fn is_whole(field: &[u8]) -> bool {
+    let signed = field.strip_prefix(b"-").or(field.strip_prefix(b"+"));
+    let digits = signed.unwrap_or(field);
+    !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
+}
+
 fn separator_and_decimal(voters: &[&Line], options: &LayoutOptions) -> (Separator, DecimalMark) {
     use DecimalMark as D;
     use Separator as S;

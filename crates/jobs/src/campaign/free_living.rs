@@ -1,6 +1,7 @@
 //! `kind = "free-living"`: days of a logger on a wrist or a machine.
 
 use super::multi_position::{Axes, GravityInput};
+use super::statement::confidence;
 use proofmass_io::{ColumnRef, Result, Unit};
 use proofmass_static::Stop;
 use serde::Deserialize;
@@ -86,15 +87,7 @@ impl Default for FreeLivingMethod {
 impl FreeLivingCampaign {
     /// Refuses values that are impossible, each with its line.
     pub(super) fn check(&self) -> Result<()> {
-        let confidence = self.method.confidence;
-        if !(confidence > 0.5 && confidence < 1.0) {
-            let what =
-                format!("a probability of {confidence} is out of range: above 0.5 and below 1");
-            return Err(self
-                .source
-                .refuse("method", "confidence", what)
-                .with_hint("give a number such as 0.95"));
-        }
+        confidence(&self.source, self.method.confidence)?;
         if let Some(rate) = self.recording.sampling_rate_hz
             && !(rate.is_finite() && rate > 0.0)
         {

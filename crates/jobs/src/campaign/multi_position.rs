@@ -1,6 +1,7 @@
 //! `kind = "multi-position"`: a triaxial accelerometer held still in many positions.
 
 use super::single_axis::twice;
+use super::statement::confidence;
 use super::{CampaignFile, Unsaid};
 use proofmass_io::SegmentRow;
 use proofmass_io::{ColumnRef, Layout};
@@ -566,17 +567,7 @@ impl MultiPositionCampaign {
                 )
                 .with_hint("known units: m/s², mm/s², g, mg, µg, Gal, count, V, mV, µV"));
         }
-        let confidence = self.method.confidence;
-        if !(confidence > 0.5 && confidence < 1.0) {
-            return Err(self
-                .source
-                .refuse(
-                    "method",
-                    "confidence",
-                    format!("a probability of {confidence} is out of range: above 0.5 and below 1"),
-                )
-                .with_hint("give a number such as 0.95"));
-        }
+        confidence(&self.source, self.method.confidence)?;
         Ok(())
     }
 

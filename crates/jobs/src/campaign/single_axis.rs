@@ -1,6 +1,7 @@
 //! `kind = "single-axis"`: one axis at rest, up and down or at many known angles.
 
 use super::multi_position::GravityInput;
+use super::statement::confidence;
 use proofmass_io::{ColumnRef, Recording, RecordingOptions, Result, Unit};
 use serde::Deserialize;
 
@@ -217,15 +218,7 @@ impl SingleAxisCampaign {
                 return Err(self.source.refuse(section, key, what));
             }
         }
-        let confidence = self.method.confidence;
-        if !(confidence > 0.5 && confidence < 1.0) {
-            let what =
-                format!("a probability of {confidence} is out of range: above 0.5 and below 1");
-            return Err(self
-                .source
-                .refuse("method", "confidence", what)
-                .with_hint("give a number such as 0.95"));
-        }
+        confidence(&self.source, self.method.confidence)?;
         Ok(())
     }
 

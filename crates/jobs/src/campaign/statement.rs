@@ -1,4 +1,4 @@
-//! How the uncertainties of a calibration on the shaker are stated.
+//! How the uncertainties of a calibration are stated.
 
 use super::CampaignFile;
 use proofmass_io::Result;
@@ -11,6 +11,20 @@ use serde::Deserialize;
 pub struct StatementTable {
     /// Coverage factor of the stated U, such as 2; else that of 95 %.
     pub(crate) coverage_factor: Option<f64>,
+}
+
+/// Refuses a probability that no interval is stated with.
+pub(super) fn confidence(source: &CampaignFile, probability: f64) -> Result<()> {
+    match probability > 0.5 && probability < 1.0 {
+        true => Ok(()),
+        false => Err(source
+            .refuse(
+                "method",
+                "confidence",
+                format!("a probability of {probability} is out of range: above 0.5 and below 1"),
+            )
+            .with_hint("give a number such as 0.95")),
+    }
 }
 
 /// Refuses a coverage factor that is none.

@@ -3,6 +3,7 @@
 use super::{EncoderMap, MapLine, check_source, check_turn};
 use crate::diffuse::{Prepared, REGRESSORS, Regression};
 use crate::findings;
+use crate::pairing::OPPOSITE;
 use crate::velocity::ground::{
     Ground, doubts, margin, part, part_finding, runs, search_of, sensors,
 };
@@ -64,9 +65,6 @@ pub struct FoundMap {
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
-
-/// The kind of finding of sensors of opposite sense.
-const OPPOSITE: &str = "opposite-sense";
 
 /// Most rounds of noise and map; each halves what is left of their influence on one another, and more.
 const ROUNDS: usize = 6;

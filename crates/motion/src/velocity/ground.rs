@@ -2,7 +2,7 @@
 
 use crate::crossover::kalman_beside;
 use crate::findings;
-use crate::pairing::{OVER, decoding};
+use crate::pairing::{OPPOSITE, OVER, decoding};
 use crate::tuning::Constants;
 use crate::{
     Blow, Crossover, Episode, Method, MotionRecord, Pairing, ReadingSource, SlipReport, SlipSearch,
@@ -217,7 +217,7 @@ pub(crate) fn doubts(
     };
     let gain = tuned.and_then(|t| t.gain);
     let found = pairing.iter().flat_map(|p| &p.findings);
-    let opposite = found.clone().any(|f| f.code() == "opposite-sense");
+    let opposite = found.clone().any(|f| f.code() == OPPOSITE);
     // Of the other sense the size is one doubt, and the sense another.
     let used = gain.filter(|g| beyond(g, if opposite { -1.0 } else { 1.0 }));
     let latency = tuned.and_then(|t| t.latency);

@@ -5,6 +5,7 @@ use super::super::budget::Budget;
 use super::super::fit::Fit;
 use super::super::matrix::{AXES, Matrix};
 use super::super::observation::{PhasorRow, SpuriousTable, ascending};
+use super::super::phase_units::may_be_radians;
 use super::super::robust::wild;
 use crate::findings;
 use num_complex::Complex64;
@@ -47,7 +48,6 @@ pub(super) fn phase_unit(
     spurious: &SpuriousTable,
     budget: &Budget,
 ) -> Result<Option<Finding>, Error> {
-    let limit = std::f64::consts::PI.to_radians() * 1.01;
     let phasors = |r: &PhasorRow| [r.reference, r.outputs[0], r.outputs[1], r.outputs[2]];
     let largest = |which: &[bool; 4]| {
         let of = |r: &PhasorRow| {
@@ -58,8 +58,10 @@ pub(super) fn phase_unit(
         };
         rows.iter().map(of).fold(0.0, f64::max)
     };
-    let small = |which: &[bool; 4]| (0.3 * limit..=limit).contains(&largest(which));
-    let candidates = || IN_RADIANS.iter().filter(|(which, _)| small(which));
+    let candidates = || {
+        let of = IN_RADIANS.iter();
+        of.filter(|(which, _)| may_be_radians(largest(which)))
+    };
     if candidates().next().is_none() {
         return Ok(None);
     }

@@ -1,6 +1,6 @@
 //! Numbers above the data that are none of it: how many rows there are, their interval, the rate.
 
-use super::{DecimalMark, Line, Separator, fits, is_number, split};
+use super::{DecimalMark, Line, Separator, fits, is_number, is_whole, split};
 use crate::Unit;
 use crate::field::parse_number;
 
@@ -71,10 +71,4 @@ impl Shape {
                 most.is_some_and(|most| is_whole(f) && value > LARGER * most)
             })
     }
-}
-
-/// Digits alone, with a sign or without.
-fn is_whole(field: &[u8]) -> bool {
-    let digits = field.strip_prefix(b"-").unwrap_or(field);
-    !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
 }

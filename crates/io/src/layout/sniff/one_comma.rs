@@ -1,6 +1,6 @@
 //! Rows of digits with one comma: two columns of whole numbers, or one of decimal fractions.
 
-use super::{Line, is_comment};
+use super::{Line, is_comment, is_whole};
 use crate::{Error, ErrorKind, Result};
 use std::collections::BTreeSet;
 
@@ -67,9 +67,5 @@ pub(super) fn is_decimal_mark(
 fn halves(text: &[u8]) -> Option<(&[u8], &[u8])> {
     let at = memchr::memchr(b',', text)?;
     let (before, behind) = (text[..at].trim_ascii(), text[at + 1..].trim_ascii());
-    let whole = |f: &[u8]| {
-        let digits = f.strip_prefix(b"-").or(f.strip_prefix(b"+")).unwrap_or(f);
-        !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
-    };
-    (whole(before) && whole(behind)).then_some((before, behind))
+    (is_whole(before) && is_whole(behind)).then_some((before, behind))
 }
