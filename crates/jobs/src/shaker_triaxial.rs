@@ -25,8 +25,8 @@ use proofmass_shaker::published::MagnitudeBudget;
 use proofmass_shaker::recording::{QualityLimits, RunInput};
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::{
-    Acts, Budget, Configuration, Correction, Key, ShakerCalibration, ShakerCampaign, ShakerInput,
-    ShakerMethod, UnmeasuredMotion, adopt, applied, calibrate, check,
+    Acts, Budget, Configuration, Correction, Key, OutputPhases, ShakerCalibration, ShakerCampaign,
+    ShakerInput, ShakerMethod, UnmeasuredMotion, adopt, applied, calibrate, check,
 };
 use proofmass_uncertainty::{Finding, Refusal};
 use serde::{Deserialize, Serialize};
@@ -101,6 +101,9 @@ pub struct ShakerTriaxialJob {
     /// By whose clock the device samples that has a file of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_clock: Option<SampleClock>,
+    /// Whether the outputs are moduli, of which nobody read the phases.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub moduli: bool,
     /// A coverage factor such as 2 that U is stated with, instead of that of 95 %.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage_factor: Option<f64>,
@@ -124,6 +127,7 @@ impl ShakerTriaxialJob {
             datasheet: None,
             excluded: Vec::new(),
             sample_clock: None,
+            moduli: false,
             coverage_factor: None,
         }
     }
@@ -140,7 +144,11 @@ impl ShakerTriaxialJob {
         campaign.limits = self.limits;
         campaign.datasheet = self.datasheet;
         campaign.excluded = self.excluded.clone();
-        campaign.free_phase = self.sample_clock == Some(SampleClock::Own);
+        campaign.phases = match (self.moduli, self.sample_clock) {
+            (true, _) => OutputPhases::Unread,
+            (false, Some(SampleClock::Own)) => OutputPhases::InCommon,
+            (false, _) => OutputPhases::Measured,
+        };
         campaign
     }
 }
@@ -326,7 +334,12 @@ impl ShakerTriaxialCampaign {
         budget.inputs.extend(gains);
         let mut job = ShakerTriaxialJob::new(budget);
         job.sample_clock = self.output_recording.as_ref().map(|s| s.clock);
+        job.moduli = table.moduli;
         job.methods = self.method.methods.clone();
+        let alone = job.methods == [ShakerMethod::PublishedMagnitude];
+        if alone {
+            job.methods.insert(0, ShakerMethod::Joint);
+        }
         job.monte_carlo.trials = self.method.trials;
         job.monte_carlo.seed = self.method.seed;
         job.coverage_factor = self.method.coverage_factor;
@@ -359,6 +372,7 @@ impl ShakerTriaxialCampaign {
             job.reference = Some(certificate.table);
             job.reference_description = certificate.description;
         }
+        findings.extend(alone.then(proofmass_shaker::findings::published_alone));
         let points = table.runs.iter();
         let points = points.map(|r| (r.seat.configuration.inclination, r.frequency_hz));
         findings.extend(self.fixture_findings(&points.collect::<Vec<_>>())?);

@@ -388,3 +388,95 @@ fn known_points_that_a_shaker_does_not_reach() {
         assert!(refused.to_string().contains(words), "{refused}");
     }
 }
+
+/// A table of runs without its columns of phases.
+fn without_phases(runs: &str) -> String {
+    let heading: Vec<&str> = runs.lines().next().expect("heading").split(',').collect();
+    let kept = |line: &str| {
+        let cells = line.split(',').zip(&heading);
+        let cells: Vec<&str> = cells
+            .filter(|(_, name)| !name.contains("phase"))
+            .map(|(cell, _)| cell)
+            .collect();
+        cells.join(",") + "\n"
+    };
+    runs.lines().map(kept).collect()
+}
+
+#[test]
+fn law_moduli_tell_main_terms_and_the_signs_of_cross_terms() {
+    let frequencies = [80.0, 160.0];
+    let runs = runs(&frequencies, |_, _| Complex64::new(1.0, 0.0));
+    let with = calibrate("", &runs, &[]).expect("phasors");
+    let without = calibrate("", &without_phases(&runs), &[]).expect("moduli");
+    let told = |code: &str| without.findings().iter().any(|f| f.code() == code);
+    assert!(told("magnitudes-only"), "{:?}", without.findings());
+    for f in frequencies {
+        for (term, sign) in [
+            ("xx", 0.0),
+            ("yy", 0.0),
+            ("zz", 0.0),
+            ("xy", 0.0),
+            ("xz", 180.0),
+            ("yz", 0.0),
+            ("zx", 180.0),
+            ("zy", 0.0),
+        ] {
+            let name = format!("S.{term}.modulus[frequency={f}]");
+            let (a, u_a) = quantity(&with, &name);
+            let (b, u_b) = quantity(&without, &name);
+            assert!((a - b).abs() < 2.0 * u_a.hypot(u_b), "{name}: {a} {b} {u_b}");
+            // Without phases nothing is known better.
+            assert!(u_b > 0.9 * u_a, "{name}: {u_a} {u_b}");
+            let name = format!("S.{term}.phase[frequency={f}]");
+            let stated = without.quantities().iter().find(|q| q.name == name);
+            if term.as_bytes()[0] != term.as_bytes()[1] {
+                let phase = stated.expect("a sign").value.to_degrees().abs();
+                assert!((phase - sign).abs() < 1.0, "{name}: {phase}");
+            } else {
+                assert!(stated.is_none(), "{name} is not known");
+            }
+        }
+    }
+}
+
+#[test]
+fn known_published_method_alone() {
+    let runs = runs(&[80.0], |_, _| Complex64::new(1.0, 0.0));
+    let runs = without_phases(&runs);
+    let head = HEAD.replace("\"joint\"", "\"published\"");
+    let store = Memory::new()
+        .file("campaign.toml", head)
+        .file("runs.csv", runs.clone());
+    let campaign = Campaign::read(Arc::new(store), "campaign.toml").expect("campaign");
+    let alone = campaign.evaluate(None, &Unwatched).expect("published");
+    let joint = calibrate("", &runs, &[]).expect("joint");
+    let told = alone.findings().iter().any(|f| f.code() == "published-alone");
+    assert!(told, "{:?}", alone.findings());
+    let name = "S.xx.modulus[frequency=80]";
+    assert_eq!(quantity(&alone, name), quantity(&joint, name));
+}
+
+#[test]
+fn phases_of_some_runs_are_refused() {
+    let runs = runs(&[80.0], |_, _| Complex64::new(1.0, 0.0));
+    let mut lines: Vec<String> = runs.lines().map(str::to_owned).collect();
+    for line in lines.iter_mut().skip(5) {
+        let cells: Vec<&str> = line.split(',').collect();
+        let heading = ["reference_phase_deg", "x_phase_deg"];
+        let names: Vec<&str> = runs.lines().next().expect("heading").split(',').collect();
+        let cells: Vec<&str> = cells
+            .iter()
+            .zip(&names)
+            .map(|(cell, name)| if heading.contains(name) { "" } else { *cell })
+            .collect();
+        *line = cells.join(",");
+    }
+    let error = calibrate("", &lines.join("\n"), &[]).expect_err("phases of some runs");
+    let text = error.to_string();
+    assert!(text.contains("has no phase"), "{text}");
+    // One channel without phases is no table of moduli.
+    let one = runs.replacen("x_phase_deg", "note", 1);
+    let error = calibrate("", &one, &[]).expect_err("phases of some channels");
+    assert!(error.to_string().contains("x_phase"), "{error}");
+}

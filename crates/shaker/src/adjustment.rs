@@ -16,7 +16,8 @@ pub(crate) use parts::Part;
 use super::budget::{Acts, Budget};
 use super::free_phase;
 use super::matrix::{Matrix, from_real, to_real};
-use super::observation::{PhasorRow, Share, SpuriousTable, ascending};
+use super::observation::{OutputPhases, PhasorRow, Share, SpuriousTable, ascending};
+use super::unread_phases;
 use faer::Mat;
 pub(crate) use model::Link;
 use model::{Model, phasor_noise, run_columns};
@@ -71,8 +72,8 @@ pub(crate) struct Adjustment {
     pub(crate) weights: Vec<[[f64; 6]; 6]>,
     /// Draws of every row.
     pub(crate) links: Vec<Vec<Link>>,
-    /// Whether the phase of every row is free.
-    free: Vec<bool>,
+    /// How many reals every row tells.
+    reals: Vec<f64>,
     /// Parameters that stay zero: imaginary parts of the terms that phases are counted from.
     real: Vec<usize>,
 }
@@ -132,7 +133,7 @@ impl Adjustment {
             row.check(index)?;
         }
         let turned;
-        let rows = if rows.iter().any(|r| r.free_phase) {
+        let rows = if rows.iter().any(PhasorRow::is_free) {
             if !free_phase::tied(rows, spurious) {
                 return Err(Error::Unobservable {
                     parameter: UNTIED,
@@ -183,17 +184,27 @@ impl Adjustment {
         let mut parameters = vec![0.0; count];
         model.start(&mut parameters, frequencies.len())?;
         // A common phase of S is one with those of the runs: a main term is real, as nothing else can be known.
-        let real: Vec<usize> = (0..frequencies.len())
-            .filter(|&f| (0..rows.len()).any(|i| of_row[i] == f && rows[i].free_phase))
-            .map(|f| {
-                let s = &mut parameters[18 * f..18 * f + 18];
-                let matrix = from_real(s);
-                let k = free_phase::origin(&matrix);
-                let turn = matrix[k][k].conj() / matrix[k][k].norm().max(f64::MIN_POSITIVE);
+        let mut real: Vec<usize> = vec![];
+        for f in 0..frequencies.len() {
+            let here: Vec<&PhasorRow> = rows
+                .iter()
+                .zip(&of_row)
+                .filter(|(_, of)| **of == f)
+                .map(|(row, _)| row)
+                .collect();
+            if here.iter().any(|r| r.phases == OutputPhases::Unread) {
+                unread_phases::determined(&here)?;
+            }
+            let s = &mut parameters[18 * f..18 * f + 18];
+            let matrix = from_real(s);
+            let terms = free_phase::real_terms(&here, &matrix);
+            if let [origin] = terms.as_slice() {
+                let z = Complex64::new(s[origin - 1], s[*origin]);
+                let turn = z.conj() / z.norm().max(f64::MIN_POSITIVE);
                 s.copy_from_slice(&to_real(&matrix.map(|row| row.map(|z| z * turn))));
-                18 * f + 8 * k + 1
-            })
-            .collect();
+            }
+            real.extend(terms.iter().map(|p| 18 * f + p));
+        }
         for &p in &real {
             parameters[p] = 0.0;
         }
@@ -264,7 +275,7 @@ impl Adjustment {
                     .collect();
                 let adjustment = Self {
                     real,
-                    free: rows.iter().map(|r| r.free_phase).collect(),
+                    reals: rows.iter().map(PhasorRow::reals).collect(),
                     frequencies,
                     of_row,
                     scale,
@@ -315,6 +326,11 @@ impl Adjustment {
         from_real(&self.parameters[18 * f..18 * f + 18]).map(|row| row.map(|s| s * self.scale))
     }
 
+    /// Outputs over the reference as they are predicted for a row, V/(m/s²).
+    pub(crate) fn predicted(&self, row: usize) -> [Complex64; 3] {
+        self.rows[row].prediction.map(|y| y * self.scale)
+    }
+
     /// The draws of an input of the budget.
     pub(crate) fn draws_of(&self, input: usize) -> impl Iterator<Item = usize> {
         let own = move |d: &usize| self.draws[*d].input == Some(input);
@@ -336,12 +352,11 @@ impl Adjustment {
         self.covariance[i * self.parameters.len() + j]
     }
 
-    /// Degrees of freedom of χ²: 6 per run less 18 per frequency; with free phases 5 less 17.
+    /// Degrees of freedom of χ²: 6 per run less 18 per frequency; with a phase in common 5 less 17, without phases 3 less 9, or what of the
+    /// three is told.
     pub(crate) fn dof(&self) -> usize {
-        let free = self.free.iter().filter(|f| **f).count();
-        let of = |f: usize| (0..self.rows.len()).any(|i| self.of_row[i] == f && self.free[i]);
-        let phases = (0..self.frequencies.len()).filter(|f| of(*f)).count();
-        6 * self.rows.len() + phases - 18 * self.frequencies.len() - free
+        let told: f64 = self.reals.iter().sum();
+        (told as usize + self.real.len()).saturating_sub(18 * self.frequencies.len())
     }
 
     /// Where the phases of the runs are free, those between the axes must be told by runs that excite two of them together.

@@ -145,7 +145,7 @@ mod tests {
             reference: Complex64::from_polar(2.99573, 0.7),
             outputs: [Complex64::new(0.0, 0.0); 3],
             covariance: [[0.0; 3]; 4],
-            free_phase: false,
+            phases: OutputPhases::Measured,
             reference_sensitivity: None,
         };
         let ratio = [(0.014, -124.1f64), (0.009, -68.3), (0.006, -69.3)];

@@ -10,7 +10,7 @@ pub use undecided::Contested;
 
 use super::budget::Budget;
 use super::derived::{
-    DatasheetDeviation, Expanded, SensitivityTerm, against_datasheet, expanded, intrinsic,
+    DatasheetDeviation, Expanded, PROBABILITY, SensitivityTerm, against_datasheet, expanded, intrinsic,
     misalignment, normalised, terms, transverse,
 };
 use super::diagnosis::{SuspectRun, diagnose};
@@ -21,12 +21,14 @@ use super::fit::{
 use super::geometry::Configuration;
 use super::observation::{Correction, PhasorRow, SpuriousTable, UnmeasuredAt, ascending};
 use super::published::{self, MagnitudeRow, PublishedFit, SpuriousMagnitude};
-use super::screening::{Observations, observations, with_motion};
+use super::screening::{MOTION, Observations, is_certified, observations, with_motion};
 use super::spurious::pooled;
 use crate::findings;
 use proofmass_core::Error;
 use proofmass_dynamic::FrequencyResponse;
-use proofmass_uncertainty::{Estimate, Finding, SharedEffect};
+use proofmass_uncertainty::{
+    DegreesOfFreedom, Estimate, Finding, SharedEffect, welch_satterthwaite,
+};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -472,13 +474,15 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
                 for (ta, tb) in fa.sensitivity.iter().zip(&fb.sensitivity) {
                     if ta.name.as_bytes()[0] == ta.name.as_bytes()[1] {
                         let difference = tb.modulus.value - ta.modulus.value;
-                        let u = from_spurious_motion(ta).hypot(from_spurious_motion(tb));
+                        let causes = not_in_common(ta, tb);
+                        let u = causes.iter().map(|(u, _)| u * u).sum::<f64>().sqrt();
+                        let k = welch_satterthwaite(&causes).coverage_factor(PROBABILITY);
                         list.push(TermDifference {
                             between: [a.correction.clone(), b.correction.clone()],
                             frequency: fa.frequency,
                             term: ta.name.clone(),
                             relative: difference / ta.modulus.value,
-                            e_n: (u > 0.0).then(|| difference.abs() / (2.0 * u)),
+                            e_n: (u > 0.0).then(|| difference.abs() / (k * u)),
                         });
                     }
                 }
@@ -488,10 +492,22 @@ fn differences(results: &[MethodResult]) -> Vec<TermDifference> {
     list
 }
 
-/// Standard uncertainty of a modulus from the motion of the bench alone, measured or not.
-fn from_spurious_motion(term: &SensitivityTerm) -> f64 {
-    let lines = term.budget.iter();
-    let of_motion = |key: &str| key == SPURIOUS_MOTION || key.starts_with(UNMEASURED_MOTION);
-    let lines = lines.filter(|l| of_motion(&l.key));
-    lines.map(|l| l.contribution.powi(2)).sum::<f64>().sqrt()
+/// Standard uncertainties of two moduli, with their degrees of freedom, from what the results of two corrections do not have in common: the
+/// motion of the bench, measured or not, with the calibrations behind it, and that of the reference where one correction has it
+/// within its ratios.
+fn not_in_common(a: &SensitivityTerm, b: &SensitivityTerm) -> Vec<(f64, DegreesOfFreedom)> {
+    let has = |term: &SensitivityTerm, key: &str| term.budget.iter().any(|l| l.key == key);
+    let own = |key: &str| {
+        [SPURIOUS_MOTION, UNMEASURED_MOTION, MOTION]
+            .iter()
+            .any(|of| key.starts_with(of))
+    };
+    let of = |term: &SensitivityTerm, other: &SensitivityTerm| {
+        let lines = term.budget.iter();
+        let lines = lines.filter(|l| own(&l.key) || is_certified(&l.key) && !has(other, &l.key));
+        lines
+            .map(|l| (l.contribution, l.dof))
+            .collect::<Vec<_>>()
+    };
+    [of(a, b), of(b, a)].concat()
 }

@@ -11,7 +11,8 @@ mod words;
 
 use super::budget::Budget;
 use super::geometry::Configuration;
-use super::observation::{PhasorRow, SpuriousTable};
+use super::observation::{OutputPhases, PhasorRow, SpuriousTable};
+use crate::findings;
 use proofmass_core::Error;
 use proofmass_uncertainty::Finding;
 use serde::Serialize;
@@ -108,12 +109,15 @@ pub fn diagnose(
     plan: Option<&[Configuration]>,
 ) -> Result<(Vec<SuspectRun>, Vec<Finding>), Error> {
     let mut findings = completeness::completeness(rows, plan);
-    if let Some(finding) = conventions::phases_not_measured(rows) {
+    let unread = rows.iter().any(|r| r.phases == OutputPhases::Unread);
+    if unread {
+        findings.push(findings::magnitudes_only(rows.len()));
+    } else if let Some(finding) = conventions::phases_not_measured(rows) {
         // Without signs every run is suspect, and nothing fits.
         findings.push(finding);
         return Ok((vec![], findings));
     }
-    let free = rows.iter().any(|r| r.free_phase);
+    let free = rows.iter().any(PhasorRow::is_free);
     let unit = if free {
         None
     } else {

@@ -17,7 +17,7 @@ findings! {
     motion_not_measured(frequencies: usize, sizes: &str) =
         "motion-not-measured", [Warning],
         what "the motion of the bench was not measured. Across the excitation its size is estimated from the runs; along it, the part that all wedges have in common is assumed",
-        evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}; a seat that bends moves several per cent more than the reference towards its resonance, and no run shows it",
+        evidence "at {frequencies} frequencies; standard uncertainty of each part, at most: {sizes}; along it a wedge is taken to bend as one whose first natural frequency is 3.8 kHz",
         advice "measure it (a campaign of kind spurious-motion) and name its table in [[correction]], or state in [unmeasured_motion] how large it may be";
 
     /// Nobody measured the motion of the bench beside the excitation, and its size is stated.
@@ -198,6 +198,21 @@ findings! {
         evidence "in all {runs} runs, also where the excitation is against an axis of the device and the phase is 180°",
         advice "enter the phases as they were read: without them no sign of a sensitivity is known; where the instrument gives no phase, 0° and 180° by the sense of each output are what is needed",
         false_alarms "none: no device has phase 0 in both senses";
+
+    /// The outputs are moduli without phases.
+    magnitudes_only(runs: usize) =
+        "magnitudes-only", [Warning],
+        what "the phases of the outputs were not read: phases and signs of main terms are unknown, and no calibration is written for other commands",
+        evidence "{runs} runs of moduli; main terms are taken as positive, cross terms have the sign that the mountings tell, and their part out of phase is zero within its stated uncertainty",
+        advice "read the phase of each output against that of the reference: U of the cross terms gets smaller, and an inverted or swapped output shows",
+        false_alarms "none: the table has no phases";
+
+    /// The published method alone was asked for.
+    published_alone() =
+        "published-alone", [Note],
+        what "the published method is asked for alone; the result is that of the joint method, and the published one stands beside it",
+        evidence "it takes absolute values, treats common errors as independent and divides by cross terms",
+        advice "name \"joint\" before it in [method] methods";
 
     /// One of two tables counts a lag as positive.
     phases_conjugated(evidence: &str) =

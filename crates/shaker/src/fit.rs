@@ -18,8 +18,9 @@ use super::adjustment::{Adjustment, Deletion};
 use super::budget::Budget;
 use super::matrix::{AXES, Matrix, inverse, inverse_jacobian, to_real};
 use super::observation::{
-    Basis, PhasorRow, Share, Spurious, SpuriousTable, UnmeasuredAt, ascending,
+    Basis, OutputPhases, PhasorRow, Share, Spurious, SpuriousTable, UnmeasuredAt, ascending,
 };
+use super::unread_phases::{self, quadrature};
 use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -35,6 +36,8 @@ use std::borrow::Cow;
 /// Keys of the motion beside the excitation in a budget: as it was measured, and where nobody measured it.
 pub(crate) const SPURIOUS_MOTION: &str = "spurious.motion";
 pub(crate) const UNMEASURED_MOTION: &str = "unmeasured.motion";
+/// Key of what is open where the phases of the outputs were not read.
+const UNREAD_PHASES: &str = "unread.phases";
 
 /// S at one frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,7 +214,7 @@ pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> R
     let mut fit = reported(&declared, rows, &spurious, budget)?;
     fit.drifts = drift::drifts(&declared);
     fit.findings.extend(drift::finding(&fit.drifts));
-    if !rows.iter().any(|r| r.free_phase) {
+    if !rows.iter().any(|r| r.is_free()) {
         fit.delays = delays::delays(&fit);
         fit.findings.extend(delays::finding(&fit));
     }
@@ -453,6 +456,7 @@ fn frequency_fit(
             },
         });
     }
+    influences.extend(unread(adjustment, f, rows, &influences, &sensitivity)?);
     let estimate = Estimate::new(
         components("S", budget.output.sensitivity(), &sensitivity),
         influences,
@@ -468,6 +472,55 @@ fn frequency_fit(
         estimate,
         inverse_estimate,
     })
+}
+
+/// What moduli leave open where no phase was read: the parts of the cross terms that are out of phase with the main term of their output,
+/// and their squares in what is in phase.
+fn unread(
+    adjustment: &Adjustment,
+    f: usize,
+    rows: &[PhasorRow],
+    influences: &[Influence],
+    sensitivity: &Matrix,
+) -> Result<Option<Influence>, Error> {
+    let here = (0..rows.len()).filter(|&i| adjustment.of_row[i] == f);
+    let (of, predictions): (Vec<&PhasorRow>, Vec<[Complex64; 3]>) = here
+        .map(|i| (&rows[i], adjustment.predicted(i)))
+        .unzip();
+    if !of.iter().any(|r| r.phases == OutputPhases::Unread) {
+        return Ok(None);
+    }
+    let in_phase = Estimate::new(components("S", "1", sensitivity), influences.to_vec())?;
+    let known = in_phase.covariance();
+    let mut variance = [0.0; 18];
+    for j in 0..3 {
+        let term = |axis: usize| 2 * (3 * axis + j);
+        let across = (0..3).filter(|axis| *axis != j);
+        let u = across.clone().map(|a| known.standard_uncertainty(term(a)));
+        let main = sensitivity[j][j].norm();
+        let out_of_phase = quadrature(&of, &predictions, j, u.fold(0.0, f64::max))
+            .unwrap_or(unread_phases::ASSUMED * main);
+        for axis in 0..3 {
+            // |p + j q| = p + q²/2p, with p a share of the main term.
+            variance[term(axis)] = (out_of_phase.powi(2) / main).powi(2);
+        }
+        for axis in across {
+            variance[term(axis) + 1] = out_of_phase.powi(2);
+        }
+    }
+    let elements: Vec<f64> = (0..18 * 18)
+        .map(|k| if k / 18 == k % 18 { variance[k / 18] } else { 0.0 })
+        .collect();
+    Ok(Some(Influence {
+        key: UNREAD_PHASES.to_owned(),
+        description: "cross terms out of phase, which moduli do not tell".to_owned(),
+        evaluation: Evaluation::B,
+        distribution: "normal".to_owned(),
+        dof: DegreesOfFreedom::INFINITE,
+        effect: Effect::Joint {
+            covariance: Covariance::try_from_rows(18, &elements)?,
+        },
+    }))
 }
 
 /// Rounding makes the two triangles of a sum of outer products differ in the last digit.

@@ -1,19 +1,20 @@
-//! Runs whose outputs were sampled by another clock than the reference: the three outputs of a run have one phase in
-//! common that nobody knows.
+//! Runs whose outputs have phases that nobody knows: of outputs that were sampled by another clock than the reference one in common, of
+//! outputs of which the moduli alone were read each its own ([`unread_phases`](super::unread_phases)).
 //!
-//! o = e^{jφ} a S with φ of each run free. A common phase of S at a frequency is one with the φ of all runs, so S is
+//! With another clock o = e^{jφ} a S with φ of each run free. A common phase of S at a frequency is one with the φ of all runs, so S is
 //! stated with a main term that is real and positive; its moduli, and its phases relative to that term, are determined by
 //! runs that excite two axes together. The φ are found here well enough for a linear model; in the adjustment the outputs
-//! of a run are turned to where they are predicted, and the direction of that turn has no weight.
+//! of a run are turned to where they are predicted, and the direction of a turn that is free has no weight.
 
 use super::excitation::{directions, solve};
 use super::matrix::{Matrix, row_times};
-use super::observation::{PhasorRow, SpuriousTable, ascending};
+use super::observation::{OutputPhases, PhasorRow, SpuriousTable, ascending};
+use super::unread_phases::restored;
 use num_complex::Complex64;
 
 /// Standard deviation of a phase that nobody knows, rad: that of an even one over the whole turn. Beside it every reading is
 /// exact, so that its size matters nowhere.
-pub(super) const UNKNOWN: f64 = 1.813_8;
+const UNKNOWN: f64 = 1.813_8;
 /// Share of the largest main term that the x axis must have for phases to be counted from it.
 const FAINT: f64 = 1.0 / 3.0;
 /// Share of the excitation along each of two axes with which a run excites them together.
@@ -23,14 +24,59 @@ const ROUNDS: usize = 60;
 /// Misfit over signal up to which the phases that the rows come with are a good start.
 const NEAR: f64 = 0.1;
 
+impl PhasorRow {
+    /// Outputs over the reference, turned by the phases that nobody knows to where they are nearest to a prediction.
+    pub(super) fn nearest(&self, prediction: &[Complex64; 3]) -> [Complex64; 3] {
+        let y = self.ratios();
+        match self.phases {
+            OutputPhases::Measured => y,
+            OutputPhases::InCommon => nearest(y, prediction),
+            OutputPhases::Unread => std::array::from_fn(|j| {
+                let size = prediction[j].norm();
+                let along = if size > 0.0 { prediction[j] / size } else { Complex64::ONE };
+                along * y[j].norm()
+            }),
+        }
+    }
+
+    /// What no weight may lie on: derivatives of outputs over the reference by what is unknown, of the size of a standard deviation.
+    pub(super) fn unknown(&self, y: &[Complex64; 3]) -> Vec<[Complex64; 3]> {
+        let turn = Complex64::new(0.0, UNKNOWN);
+        let alone = |j: usize, v: Complex64| -> [Complex64; 3] {
+            std::array::from_fn(|k| if k == j { v } else { Complex64::ZERO })
+        };
+        match self.phases {
+            OutputPhases::Measured => vec![],
+            OutputPhases::InCommon => vec![y.map(|y| turn * y)],
+            OutputPhases::Unread => (0..3)
+                .flat_map(|j| match self.tells(j) {
+                    true => vec![alone(j, turn * y[j])],
+                    // Not the size either, whose sense is not told: the unit of y is that of the main terms.
+                    false => vec![alone(j, turn), alone(j, Complex64::new(UNKNOWN, 0.0))],
+                })
+                .collect(),
+        }
+    }
+}
+
 /// The outputs turned by the phase that brings them nearest to a prediction.
-pub(super) fn nearest(y: [Complex64; 3], prediction: &[Complex64; 3]) -> [Complex64; 3] {
+fn nearest(y: [Complex64; 3], prediction: &[Complex64; 3]) -> [Complex64; 3] {
     let along: Complex64 = (0..3).map(|j| y[j] * prediction[j].conj()).sum();
     if along.norm() > 0.0 {
         let turn = along.conj() / along.norm();
         y.map(|y| y * turn)
     } else {
         y
+    }
+}
+
+/// The terms of S whose imaginary part is zero since phases count from them, by their place among its 18 reals: of outputs with one
+/// unknown phase the origin, without phases all that is stated.
+pub(super) fn real_terms(rows: &[&PhasorRow], s: &Matrix) -> Vec<usize> {
+    match rows.iter().map(|r| r.phases).find(|p| *p != OutputPhases::Measured) {
+        None | Some(OutputPhases::Measured) => vec![],
+        Some(OutputPhases::InCommon) => vec![8 * origin(s) + 1],
+        Some(OutputPhases::Unread) => (0..9).map(|k| 2 * k + 1).collect(),
     }
 }
 
@@ -50,17 +96,22 @@ pub(super) fn aligned(rows: &[PhasorRow], spurious: &SpuriousTable) -> Vec<Phaso
         let here: Vec<usize> = (0..rows.len())
             .filter(|&i| rows[i].frequency == f)
             .collect();
-        if here.len() < 3 || !here.iter().all(|&i| rows[i].free_phase) {
+        if here.len() < 3 || !here.iter().all(|&i| rows[i].is_free()) {
             continue;
         }
         let of: Vec<PhasorRow> = here.iter().map(|&i| rows[i].clone()).collect();
         let d = directions(&of, spurious);
         let y: Vec<[Complex64; 3]> = of.iter().map(PhasorRow::ratios).collect();
-        let Some((turned, s)) = best(&d, &y) else {
+        let unread = of.iter().any(|r| r.phases == OutputPhases::Unread);
+        let found = match unread {
+            true => restored(&of, &d, &y),
+            false => best(&d, &y),
+        };
+        let Some((turned, s)) = found else {
             continue;
         };
         let k = origin(&s);
-        let common = if s[k][k].norm() > 0.0 {
+        let common = if s[k][k].norm() > 0.0 && !unread {
             s[k][k].conj() / s[k][k].norm()
         } else {
             Complex64::ONE
@@ -73,10 +124,11 @@ pub(super) fn aligned(rows: &[PhasorRow], spurious: &SpuriousTable) -> Vec<Phaso
     rows
 }
 
-/// Whether the runs of every frequency tie the phases of the three axes to each other: each axis is excited together with
-/// another one.
+/// Whether the runs of every frequency with a phase in common tie the phases of the three axes to each other: each axis is excited
+/// together with another one.
 pub(super) fn tied(rows: &[PhasorRow], spurious: &SpuriousTable) -> bool {
-    let frequencies = ascending(rows.iter().filter(|r| r.free_phase).map(|r| r.frequency));
+    let common = |r: &&PhasorRow| r.phases == OutputPhases::InCommon;
+    let frequencies = ascending(rows.iter().filter(common).map(|r| r.frequency));
     frequencies.iter().all(|f| {
         let here: Vec<PhasorRow> = rows.iter().filter(|r| r.frequency == *f).cloned().collect();
         let mut pairs = [false; 3];
@@ -187,7 +239,7 @@ mod tests {
                 let d = configuration.direction().map(|d| c(d, 0.0));
                 let turn = Complex64::from_polar(1.0, 2.4 * i as f64);
                 PhasorRow {
-                    free_phase: true,
+                    phases: OutputPhases::InCommon,
                     ..PhasorRow::new(
                         "r",
                         80.0,

@@ -51,6 +51,7 @@ pub mod single_axis;
 pub mod spurious;
 mod swapped_cables;
 pub mod transverse;
+mod unread_phases;
 
 pub use applied::{AppliedAcceleration, AppliedPart, applied};
 pub use budget::{Acts, Budget, Key, ShakerInput};
@@ -67,8 +68,8 @@ pub use fit::{
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};
 pub use observation::{
-    Basis, CommonCauses, CommonMotion, Correction, PhasorRow, Spurious, SpuriousTable,
-    UnmeasuredAt, UnmeasuredMotion,
+    Basis, CommonCauses, CommonMotion, Correction, OutputPhases, PhasorRow, Spurious,
+    SpuriousTable, UnmeasuredAt, UnmeasuredMotion,
 };
 pub use output_unit::OutputUnit;
 pub use reference_gap::reference_gap;

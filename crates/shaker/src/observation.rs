@@ -22,11 +22,28 @@ pub struct PhasorRow {
     pub outputs: [Complex64; 3],
     /// Covariance `[rr, ri, ii]` of the reference (m/s²)² and of the outputs (V²) from the sine approximation.
     pub covariance: [[f64; 3]; 4],
-    /// Whether the outputs were sampled by another clock than the reference, so that their common phase is unknown.
-    pub free_phase: bool,
+    /// What is known of the phases of the outputs.
+    pub phases: OutputPhases,
     /// Sensitivity of the reference in V/(m/s²), where it was recorded in volts: cables can be swapped then.
     pub reference_sensitivity: Option<Complex64>,
 }
+
+/// What is known of the phases of the outputs of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OutputPhases {
+    /// Each was read against that of the reference.
+    #[default]
+    Measured,
+    /// The three have one in common that nobody knows: they were sampled by another clock than the reference.
+    InCommon,
+    /// Nobody read them: the outputs are moduli.
+    Unread,
+}
+
+/// Share of the excitation along the axis of an output from which on the sense of the reading is that of the mounting, whatever the
+/// cross terms.
+pub(crate) const TOLD: f64 = 0.3;
 
 /// Each frequency once, in ascending order.
 pub(crate) fn ascending(frequencies: impl IntoIterator<Item = f64>) -> Vec<f64> {
@@ -52,7 +69,7 @@ impl PhasorRow {
             reference,
             outputs,
             covariance: [[0.0; 3]; 4],
-            free_phase: false,
+            phases: OutputPhases::Measured,
             reference_sensitivity: None,
         }
     }
@@ -79,9 +96,23 @@ impl PhasorRow {
         (row.reference.norm() > 0.0).then_some(row)
     }
 
-    /// Reals that the row tells beside a phase that nobody knows.
+    /// Reals that the row tells beside the phases that nobody knows.
     pub(crate) fn reals(&self) -> f64 {
-        if self.free_phase { 5.0 } else { 6.0 }
+        match self.phases {
+            OutputPhases::Measured => 6.0,
+            OutputPhases::InCommon => 5.0,
+            OutputPhases::Unread => (0..3).filter(|&j| self.tells(j)).count() as f64,
+        }
+    }
+
+    /// Whether a phase of the row is unknown.
+    pub(crate) fn is_free(&self) -> bool {
+        self.phases != OutputPhases::Measured
+    }
+
+    /// Whether the reading of an output says something of S: without its phase it does where the geometry tells its sense.
+    pub(crate) fn tells(&self, output: usize) -> bool {
+        self.phases != OutputPhases::Unread || self.configuration.direction()[output].abs() >= TOLD
     }
 
     pub(crate) fn check(&self, index: usize) -> Result<(), Error> {
@@ -163,6 +194,13 @@ pub struct UnmeasuredAt {
     pub along: Option<f64>,
 }
 
+/// First natural frequency of a wedge, Hz, where nobody measured how it moves: that of the published one of 55°.
+///
+/// **Source** `[Murgia2022]` 4.
+const WEDGE: f64 = 3800.0;
+/// Share of it from which on the motion is taken to grow no more.
+const NEAREST: f64 = 0.9;
+
 /// How large the motion of the bench may be where nobody measured it, as somebody states it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -177,7 +215,7 @@ pub struct UnmeasuredMotion {
 impl UnmeasuredMotion {
     /// What is assumed where nobody states it, until the runs tell better: across the excitation what a bench within the 10 % of
     /// `[ISO16063-21]` does, so that no run is accused of it; along it the 0.6 % of the published case, since no run tells what all
-    /// wedges have in common there.
+    /// wedges have in common there, and on a wedge what it bends in addition.
     ///
     /// **Source** `[Murgia2022]` 3.4.
     pub const ASSUMED: Self = Self {
@@ -223,6 +261,9 @@ pub struct SpuriousTable {
     /// what each has by itself stands in its entry.
     #[serde(skip)]
     pub(crate) shared: [[f64; 2]; Share::ALL.len()],
+    /// Whether what nobody measured along the excitation is taken to grow with the frequency, as that of a wedge does that bends.
+    #[serde(skip)]
+    pub(crate) bends: bool,
     /// What all ratios that were measured have in common.
     #[serde(default, skip_serializing_if = "CommonMotion::is_empty")]
     pub common: CommonMotion,
@@ -258,7 +299,8 @@ impl CommonMotion {
 
     /// At a frequency in Hz.
     pub fn at(&self, frequency: f64) -> Option<&CommonCauses> {
-        self.at.iter().find(|c| c.frequency == frequency)
+        let same = |c: &&CommonCauses| (c.frequency / frequency - 1.0).abs() < 1e-6;
+        self.at.iter().find(same)
     }
 }
 
@@ -329,6 +371,7 @@ impl SpuriousTable {
         Self {
             entries,
             shared: Default::default(),
+            bends: false,
             common: CommonMotion::default(),
         }
     }
@@ -356,6 +399,7 @@ impl SpuriousTable {
             None => (UnmeasuredMotion::ASSUMED, Basis::Assumed),
         };
         let mut table = self.clone();
+        table.bends = stated.is_none();
         for (inclination, frequency) in places {
             if table.get(inclination, frequency).is_none() {
                 table.entries.push(Spurious {
@@ -393,7 +437,7 @@ impl SpuriousTable {
             let of = |(e, axis): (&Spurious, usize)| {
                 let common = self.shared.iter().map(|u| u[way(axis)].powi(2));
                 let square = e.covariance[axis][0] + common.sum::<f64>();
-                (e.basis[axis] != Basis::Measured).then(|| square.sqrt())
+                (e.basis[axis] != Basis::Measured).then(|| square.sqrt() * self.growth(e, axis))
             };
             let here = self.entries.iter().filter(|e| e.is_at(frequency));
             let all = here.flat_map(|e| axes.iter().map(move |&axis| (e, axis)));
@@ -414,11 +458,23 @@ impl SpuriousTable {
     pub(crate) fn step(&self, entry: &Spurious, share: Share, part: usize) -> Complex64 {
         let (axis, second) = (part / 2, part % 2);
         let u = self.shared[share as usize][way(axis)];
-        match (share, second) {
+        let flat = match (share, second) {
             (Share::Own, _) => root(entry.covariance[axis])[second],
             (_, 0) => Complex64::new(u, 0.0),
             _ => Complex64::new(0.0, u),
+        };
+        flat * self.growth(entry, axis)
+    }
+
+    /// How many times larger than at low frequencies the motion of an axis is taken to be: along the excitation the face of a wedge moves more
+    /// than the table by r²/(1 − r²), r the frequency over its first natural frequency ([`WEDGE`]).
+    fn growth(&self, entry: &Spurious, axis: usize) -> f64 {
+        let flat = axis < 2 || entry.basis[axis] == Basis::Measured || entry.inclination < 1e-6;
+        if flat || !self.bends {
+            return 1.0;
         }
+        let square = (entry.frequency / WEDGE).min(NEAREST).powi(2);
+        1f64.hypot(square / (1.0 - square) / UnmeasuredMotion::ASSUMED.along)
     }
 
     /// Multiplies variances of the motion that nobody measured, across the excitation and along it: of what each wedge has by itself those

@@ -39,7 +39,7 @@ pub(super) fn strangeness(
         return sound;
     }
     let turned;
-    let rows = if rows.iter().any(|r| r.free_phase) {
+    let rows = if rows.iter().any(|r| r.is_free()) {
         turned = super::free_phase::aligned(rows, spurious);
         &turned
     } else {

@@ -107,7 +107,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
             reference,
             outputs: run.outputs,
             covariance,
-            free_phase: campaign.free_phase,
+            phases: campaign.phases,
             reference_sensitivity: campaign.reference.is_some().then(|| scale.inv()),
         });
     }
@@ -268,6 +268,16 @@ pub fn with_certificate(
 
 /// Names of what the certificate of the reference gives the budget, of modulus and phase.
 const CERTIFIED: [&str; 2] = ["reference.calibration", "reference.phase"];
+/// What the keys begin with of the calibrations behind a measured motion.
+pub(crate) const MOTION: &str = "motion.";
+
+/// Whether a key is that of what the certificate of the reference gives the budget.
+pub(crate) fn is_certified(key: &str) -> bool {
+    CERTIFIED.iter().any(|name| {
+        key.strip_prefix(name)
+            .is_some_and(|rest| matches!(rest, "" | ".own"))
+    })
+}
 
 /// The budget of a correction: a motion that was read too large makes every sensitivity too small by as much, as an acceleration does that
 /// was read too large. So the calibrations behind its ratios count as that of the reference does.
@@ -290,21 +300,18 @@ pub(crate) fn with_motion(
     let cancels = common.same_reference && rows.iter().all(along);
     let mut budget = budget.clone();
     if cancels {
-        let certified = |key: &str| {
-            CERTIFIED.iter().any(|name| {
-                key.strip_prefix(name)
-                    .is_some_and(|rest| matches!(rest, "" | ".own"))
-            })
-        };
-        budget.inputs.retain(|input| !certified(&input.key));
+        budget.inputs.retain(|input| !is_certified(&input.key));
     }
+    // At the frequencies at which a ratio along the excitation was measured: a gain across it changes what is small already.
+    let frequencies = ascending(rows.iter().filter(|r| along(r)).map(|r| r.frequency));
+    let all = ascending(rows.iter().map(|r| r.frequency));
     let mut of =
         |part: usize, acts: Acts, key: &str, text: &str, u: &dyn Fn(&CommonCauses) -> [f64; 2]| {
-            let stated = common
-                .at
-                .iter()
-                .map(|c| (c.frequency, u(c)[part]))
-                .collect();
+            let at = |f: &f64| match frequencies.contains(f) {
+                true => common.at(*f).map_or(0.0, |c| u(c)[part]),
+                false => 0.0,
+            };
+            let stated = all.iter().map(|f| (*f, at(f))).collect();
             let input = over_frequency(key, acts, stated, &[]);
             budget.inputs.extend(input.map(|i| i.described(text)));
         };

@@ -16,4 +16,5 @@ mod shaker_maps;
 mod shaker_plan;
 mod shaker_published_case;
 mod shaker_small_plans;
+mod shaker_unread_phases;
 mod sine_front_end;

@@ -6,16 +6,16 @@ use proofmass_core::Error;
 use proofmass_rig::bench::{Bench, BenchCampaign, Spread, published_plan};
 use proofmass_shaker::matrix::to_real;
 use proofmass_shaker::{
-    Acts, Budget, Configuration, Fit, Key, PhasorRow, ShakerInput, SpuriousTable, Suspicion,
+    Acts, Budget, Configuration, Fit, Key, OutputPhases, PhasorRow, ShakerInput, SpuriousTable, Suspicion,
     complex, diagnose, joint,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-const FREQUENCIES: [f64; 2] = [80.0, 800.0];
+pub(super) const FREQUENCIES: [f64; 2] = [80.0, 800.0];
 
-fn bench() -> Bench {
+pub(super) fn bench() -> Bench {
     Bench {
         wedge: None,
         spread: Spread::Normal,
@@ -23,7 +23,7 @@ fn bench() -> Bench {
     }
 }
 
-fn budget(bench: &Bench) -> Budget {
+pub(super) fn budget(bench: &Bench) -> Budget {
     let r3 = 3f64.sqrt();
     let input = |key, acts, u, keys: &[Key]| ShakerInput::new(key, acts, u, keys);
     let run = [Key::Run, Key::Channel];
@@ -77,7 +77,7 @@ fn campaign(bench: &Bench, plan: &[(f64, f64)], seed: u64) -> (BenchCampaign, Ve
     let rows = campaign.runs.iter().enumerate().map(|(i, r)| {
         let turn = Complex64::from_polar(1.0, rng.random_range(-3.1..3.1));
         PhasorRow {
-            free_phase: true,
+            phases: OutputPhases::InCommon,
             ..PhasorRow::new(
                 format!("r{i}"),
                 r.frequency,

@@ -258,7 +258,7 @@ impl ShakerTriaxialCampaign {
                     "some of \"joint\", \"complex\", \"published\"; the first is the result",
                 ));
         }
-        if methods[0] == ShakerMethod::PublishedMagnitude {
+        if methods[0] == ShakerMethod::PublishedMagnitude && methods.len() > 1 {
             return Err(self
                 .source
                 .refuse(

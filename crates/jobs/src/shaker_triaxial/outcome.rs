@@ -34,6 +34,8 @@ pub struct ShakerTriaxialOutcome {
     pub(super) recordings: usize,
     pub(super) runs: Vec<RunInput>,
     pub(super) clock: Option<SensorClock>,
+    /// Whether nobody read the phases of the outputs.
+    moduli: bool,
     /// Accelerations that the runs applied.
     pub(super) applied: Vec<AppliedAcceleration>,
     within: MeasuredWithin,
@@ -66,6 +68,7 @@ impl ShakerTriaxialOutcome {
             recordings: data.recordings,
             runs: data.runs.to_vec(),
             clock,
+            moduli: job.moduli,
             applied: Vec::new(),
             within: MeasuredWithin::runs(
                 job.reference.as_ref(),
@@ -126,8 +129,8 @@ impl Outcome for ShakerTriaxialOutcome {
         let Some(principal) = self.calibration.results.first() else {
             return Ok(None);
         };
-        // Phases that count from another one at every frequency are no response over frequency.
-        if self.clock.is_some_and(|c| c.clock == SampleClock::Own) {
+        // Phases that nobody read, or that count from another one at every frequency, are no response over frequency.
+        if self.moduli || self.clock.is_some_and(|c| c.clock == SampleClock::Own) {
             return Ok(None);
         }
         let unit = match self.budget.output {

@@ -246,7 +246,7 @@ impl Adjustment {
             let (linear, w) = (&self.rows[i], &self.weights[i]);
             let residual = times(w, &linear.residual);
             block.square += dot6(&residual, &linear.residual);
-            block.count += if self.free[i] { 5.0 } else { 6.0 };
+            block.count += self.reals[i];
             for (p, x) in &linear.columns {
                 block.right[place[*p]] += dot6(&residual, x);
                 let weighted = times(w, x);

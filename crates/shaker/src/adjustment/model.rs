@@ -2,7 +2,6 @@
 
 use super::{Column, Draw, Linear};
 use crate::budget::{Acts, Budget, Key, ShakerInput};
-use crate::free_phase::{UNKNOWN, nearest};
 use crate::geometry::Seat;
 use crate::matrix::{Matrix, from_real, row_times};
 use crate::observation::{Basis, PhasorRow, Share, SpuriousTable};
@@ -237,10 +236,7 @@ impl Model<'_> {
         let (r, e) = (seat.matrix(), self.excitation(i, links, parameters));
         let d = direction(&e, &r);
         let prediction = row_times(d, &s);
-        let mut y = row.ratios();
-        if row.free_phase {
-            y = nearest(y, &prediction);
-        }
+        let y = row.nearest(&prediction);
         let mut residual = [0.0; 6];
         for j in 0..3 {
             let e = y[j] / self.scale - prediction[j];
@@ -415,8 +411,8 @@ pub(super) fn phasor_noise(row: &PhasorRow, y: &[Complex64; 3], scale: f64) -> [
         add(g, row.covariance[j + 1]);
     }
     add(y.map(|y| -y / row.reference), row.covariance[0]);
-    if row.free_phase {
-        let turn = real(y.map(|y| Complex64::new(0.0, UNKNOWN) * y), 1.0);
+    for unknown in row.unknown(y) {
+        let turn = real(unknown, 1.0);
         for p in 0..6 {
             for q in 0..6 {
                 noise[p][q] += turn[p] * turn[q];

@@ -26,7 +26,7 @@ impl Adjustment {
                     trace += self.covariance(*i, *j) * dot6(&weighted, other);
                 }
             }
-            part.dof += if self.free[row] { 5.0 } else { 6.0 } - trace;
+            part.dof += self.reals[row] - trace;
         }
         let mut shared = Part::default();
         let offset = self.first_draw();

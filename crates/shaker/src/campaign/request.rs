@@ -2,7 +2,7 @@
 
 use crate::budget::Budget;
 use crate::geometry::Configuration;
-use crate::observation::{Correction, UnmeasuredMotion};
+use crate::observation::{Correction, OutputPhases, UnmeasuredMotion};
 use crate::published::MagnitudeBudget;
 use crate::recording::{QualityLimits, RunInput};
 use proofmass_dynamic::reference_table::ReferenceTable;
@@ -63,8 +63,8 @@ pub struct ShakerCampaign {
     pub datasheet: Option<(f64, f64)>,
     /// Runs that somebody decided to leave out, by name.
     pub excluded: Vec<String>,
-    /// Whether the outputs of each run were sampled by another clock than the reference: their common phase is free.
-    pub free_phase: bool,
+    /// What is known of the phases of the outputs.
+    pub phases: OutputPhases,
 }
 
 impl ShakerCampaign {
@@ -83,7 +83,7 @@ impl ShakerCampaign {
             limits: QualityLimits::default(),
             datasheet: None,
             excluded: vec![],
-            free_phase: false,
+            phases: OutputPhases::Measured,
         }
     }
 }

@@ -1,7 +1,6 @@
 //! What may have happened to a run, and how likely that is before anything is known.
 
 use super::super::budget::Acts;
-use super::super::free_phase::nearest;
 use super::super::geometry::Configuration;
 use super::super::observation::PhasorRow;
 use super::Suspicion;
@@ -111,10 +110,7 @@ pub(super) fn causes(trial: &Trial<'_>, row: &PhasorRow, frequencies: &[f64]) ->
     // A gain that no switch has: its size is taken from the run itself, which costs its prior a range of ln 1000
     // in steps of about a per cent.
     let m = trial.prediction(row);
-    let mut y = row.ratios();
-    if row.free_phase {
-        y = nearest(y, &m);
-    }
+    let y = row.nearest(&m);
     for channel in [None, Some(0), Some(1), Some(2)] {
         let of = |j: &usize| channel.is_none_or(|k| k == *j);
         let along: f64 = (0..3).filter(of).map(|j| (y[j] * m[j].conj()).re).sum();

@@ -3,7 +3,6 @@
 use super::Suspicion;
 use super::causes::{Cause, causes};
 use super::trial::Trial;
-use crate::free_phase::nearest;
 use crate::observation::PhasorRow;
 
 /// A cause is named when its odds against the next are 20 to 1 …
@@ -35,8 +34,8 @@ impl Trial<'_> {
             .into_iter()
             .filter_map(|mut cause| {
                 let trial = at(&cause.row)?;
-                if cause.row.free_phase {
-                    let turned = nearest(cause.row.ratios(), &trial.prediction(&cause.row));
+                if cause.row.is_free() {
+                    let turned = cause.row.nearest(&trial.prediction(&cause.row));
                     cause.row.outputs = turned.map(|y| y * cause.row.reference);
                 }
                 let distance = trial.distance(&cause.row);

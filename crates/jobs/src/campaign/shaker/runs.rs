@@ -97,6 +97,8 @@ pub struct RunTable<S> {
     pub(crate) runs: Vec<ShakerRun<S>>,
     /// Quantity of each channel of a phasor table; empty for recordings, whose channels are voltages.
     pub(crate) quantities: Vec<PhasorQuantity>,
+    /// Whether the table has moduli and no phases.
+    pub(crate) moduli: bool,
 }
 
 impl<S> RunTable<S> {
@@ -148,6 +150,7 @@ pub(crate) fn read_runs<S: Seat + Clone>(
     let frequency = sheet.required(frequency, "frequency_Hz")?;
     S::complete(&sheet, &seat)?;
     let ready = columns.iter().any(|c| c.amplitude.is_some());
+    let moduli = S::MODULI && ready && columns.iter().all(|c| c.phase.is_none());
     if file.is_some() && ready {
         return Err(sheet
             .header_error("file", "recordings and phasors exclude each other")
@@ -170,7 +173,9 @@ pub(crate) fn read_runs<S: Seat + Clone>(
         for (column, (name, quantities)) in columns.iter().zip(channels) {
             let ending = quantities[0].endings()[0].0;
             sheet.required(column.amplitude, &format!("{name}_{ending}"))?;
-            sheet.required(column.phase, &format!("{name}_phase_deg"))?;
+            if !moduli {
+                sheet.required(column.phase, &format!("{name}_phase_deg"))?;
+            }
         }
     }
     let mut runs: Vec<ShakerRun<S>> = Vec::new();
@@ -254,6 +259,7 @@ pub(crate) fn read_runs<S: Seat + Clone>(
         source: source.clone(),
         path,
         runs,
+        moduli,
     })
 }
 
@@ -314,8 +320,8 @@ impl ChannelColumns {
     }
 
     fn phasor(&self, row: &SheetRow, run: &str) -> Result<RunPhasor> {
-        let (Some(amplitude), Some(phase)) = (self.amplitude, self.phase) else {
-            return Err(row.refuse_row("a phasor needs amplitude and phase"));
+        let Some(amplitude) = self.amplitude else {
+            return Err(row.refuse_row("a phasor needs an amplitude"));
         };
         let value = row.number(amplitude)?;
         if value < 0.0 {
@@ -325,6 +331,18 @@ impl ChannelColumns {
                     format!("run \"{run}\": an amplitude is not negative"),
                 )
                 .with_hint("an inverted signal has a positive amplitude and a phase near 180°"));
+        }
+        let Some(phase) = self.phase else {
+            return Ok(RunPhasor {
+                amplitude: value,
+                phase: 0.0,
+                standard_uncertainty: row.uncertainty(self.uncertainty)?,
+            });
+        };
+        if row.text(phase).is_empty() {
+            return Err(row
+                .refuse(phase, format!("run \"{run}\" has no phase, and the table has a column of phases"))
+                .with_hint("give the phase of every run; where moduli alone were read, take out all columns of phases"));
         }
         let angle = row.number(phase)?;
         // One turn either way, with grace for sums of phases.

@@ -50,6 +50,8 @@ pub struct SpuriousSeat {
 
 /// What a row says beside run, frequency and data.
 pub(crate) trait Seat: Sized {
+    /// Whether the outputs may be moduli without phases.
+    const MODULI: bool = false;
     type Columns;
     fn find(sheet: &mut Sheet) -> Result<Self::Columns>;
     fn complete(sheet: &Sheet, columns: &Self::Columns) -> Result<()>;
@@ -87,6 +89,7 @@ fn inclination(row: &SheetRow, place: Place) -> Result<f64> {
 }
 
 impl Seat for Mounting {
+    const MODULI: bool = true;
     type Columns = [Option<Place>; 4];
 
     fn find(sheet: &mut Sheet) -> Result<Self::Columns> {
