@@ -251,6 +251,7 @@ impl Apply {
         if let Some(statement) = outcome.statement() {
             console::note(statement);
         }
+        outcome.matrix().into_iter().for_each(console::note);
         if let Some(chain) = outcome.chain() {
             console::note(format!("steps: {}", chain.steps.join("; ")));
             for line in chain.statements() {

@@ -226,10 +226,22 @@ fn law_the_matrix_of_a_band_is_that_of_apply() {
             band,
             "-o",
         ];
-        succeed(&[&words[..], &[text(&applied)]].concat());
+        let told = succeed(&[&words[..], &[text(&applied)]].concat());
+        let told = String::from_utf8(told.stderr).unwrap();
         let json: serde_json::Value =
             serde_json::from_str(&export(&["--json", "--band", band])).unwrap();
         let inverse = |i: usize, j: usize| json["K_inverse"][i][j].as_f64().unwrap();
+        // The matrix is told, and kept beside the file.
+        let matrix = told.split("M⁻¹ = [").nth(1).expect("a matrix");
+        let matrix = matrix.split(']').next().unwrap();
+        for (i, row) in matrix.split("; ").enumerate() {
+            for (j, number) in row.split(' ').enumerate() {
+                let number: f64 = number.parse().unwrap();
+                assert!((number / inverse(i, j) - 1.0).abs() < 1e-9, "{matrix}");
+            }
+        }
+        let kept = std::fs::read_to_string(format!("{}.provenance.json", text(&applied))).unwrap();
+        assert!(kept.contains(matrix), "{kept}");
         let written = std::fs::read_to_string(&applied).unwrap();
         let mut lines = written.lines().filter(|l| !l.starts_with('#'));
         let heading: Vec<&str> = lines.next().unwrap().split(',').collect();

@@ -242,7 +242,10 @@ fn law_a_measured_spurious_motion_corrects_the_calibration() {
     // seed has it. Uncorrected, the bending of the wedges at 1 kHz is many U.
     assert!(total == 18 && inside >= 14, "{inside} of {total}");
     assert!(worst > 3.0, "uncorrected within {worst} U");
-    assert!(within_own >= 14, "uncorrected {within_own} of 18 within its own U");
+    assert!(
+        within_own >= 14,
+        "uncorrected {within_own} of 18 within its own U"
+    );
 }
 
 /// From the certificate of the vibrometer through its campaign to U: one that reads half a per cent high makes the main terms as much too small,

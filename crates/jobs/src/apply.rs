@@ -264,8 +264,11 @@ impl Job for ApplyJob {
             Destination::File { beside, .. } => {
                 writer.settle()?;
                 if let Some(sha256) = &sha256 {
-                    let chain = steps.as_ref().map_or(&[][..], |s| &s.figures.steps);
-                    beside(std::slice::from_ref(&recording), sha256, chain)?;
+                    let matrix = compensation.as_ref().and_then(|c| c.band());
+                    let mut chain: Vec<String> =
+                        matrix.map(outcome::matrix_applied).into_iter().collect();
+                    chain.extend(steps.iter().flat_map(|s| s.figures.steps.iter().cloned()));
+                    beside(std::slice::from_ref(&recording), sha256, &chain)?;
                 }
                 writer.commit()?;
             }

@@ -303,33 +303,32 @@ impl ShakerTriaxialCampaign {
         let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let mut job = PlanJob::new(budget.budget(certificate.is_some()));
         let mut frequencies = vec![frequency];
-        match self.read_plan()? {
-            Some((plan, input)) => {
-                inputs.extend(input);
-                (job.candidates, job.origin) = (plan, "the plan of the campaign".to_owned());
-            }
-            None if self.runs.is_some() => {
-                let table = self.read_runs()?;
-                let mut list: Vec<Configuration> = Vec::new();
-                for run in &table.runs {
-                    let wanted = run
-                        .seat
-                        .target
-                        .or(self.plan.as_ref().and_then(|p| p.amplitude));
-                    let point = (run.frequency_hz, wanted.unwrap_or(job.amplitude));
-                    if !job.points.contains(&point) {
-                        job.points.push(point);
-                    }
-                    frequencies.push(run.frequency_hz);
-                    let c = run.seat.configuration;
-                    if !list.iter().any(|o| o.same_as(&c)) {
-                        list.push(c);
-                    }
+        let plan = self.read_plan()?;
+        // A plan is made before there are runs, too.
+        let runs = self.runs.as_ref();
+        let measured = runs.is_some_and(|r| plan.is_none() || self.source.holds(&r.file));
+        if measured {
+            let table = self.read_runs()?;
+            let mut list: Vec<Configuration> = Vec::new();
+            let amplitude = self.plan.as_ref().and_then(|p| p.amplitude);
+            for run in &table.runs {
+                let wanted = run.seat.target.or(amplitude).unwrap_or(job.amplitude);
+                let point = (run.frequency_hz, wanted);
+                if !job.points.contains(&point) {
+                    job.points.push(point);
                 }
-                inputs.push(table.input);
-                (job.candidates, job.origin) = (list, "those of the runs".to_owned());
+                frequencies.push(run.frequency_hz);
+                let c = run.seat.configuration;
+                if !list.iter().any(|o| o.same_as(&c)) {
+                    list.push(c);
+                }
             }
-            None => {}
+            inputs.push(table.input);
+            (job.candidates, job.origin) = (list, "those of the runs".to_owned());
+        }
+        if let Some((plan, input)) = plan {
+            inputs.extend(input);
+            (job.candidates, job.origin) = (plan, "the plan of the campaign".to_owned());
         }
         if let ShakerBudget::Inputs(_, Some(input)) = &budget {
             inputs.push(input.clone());

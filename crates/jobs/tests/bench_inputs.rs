@@ -373,6 +373,9 @@ fn known_points_that_a_shaker_does_not_reach() {
             "5 Hz at 12.6 m/s²: its stroke allows 12.5 m/s²; 160 Hz at 101 m/s²: its force allows 100 m/s²"
         ]
     );
+    // A plan of its own says where, and the runs how strong.
+    let planned = format!("{all}\n[plan]\nname = \"published\"");
+    assert_eq!(plan(&planned, [12.6, 10.0, 101.0]).expect("planned"), found);
     // 0.04 m/s · 2π 40 Hz = 10.05 m/s².
     let slow = plan("velocity_m_per_s = 0.04", [1.0, 10.1, 10.0]).expect("slow");
     assert_eq!(slow, ["40 Hz at 10.1 m/s²: its velocity allows 10.1 m/s²"]);
@@ -425,7 +428,10 @@ fn law_moduli_tell_main_terms_and_the_signs_of_cross_terms() {
             let name = format!("S.{term}.modulus[frequency={f}]");
             let (a, u_a) = quantity(&with, &name);
             let (b, u_b) = quantity(&without, &name);
-            assert!((a - b).abs() < 2.0 * u_a.hypot(u_b), "{name}: {a} {b} {u_b}");
+            assert!(
+                (a - b).abs() < 2.0 * u_a.hypot(u_b),
+                "{name}: {a} {b} {u_b}"
+            );
             // Without phases nothing is known better.
             assert!(u_b > 0.9 * u_a, "{name}: {u_a} {u_b}");
             let name = format!("S.{term}.phase[frequency={f}]");
@@ -451,7 +457,10 @@ fn known_published_method_alone() {
     let campaign = Campaign::read(Arc::new(store), "campaign.toml").expect("campaign");
     let alone = campaign.evaluate(None, &Unwatched).expect("published");
     let joint = calibrate("", &runs, &[]).expect("joint");
-    let told = alone.findings().iter().any(|f| f.code() == "published-alone");
+    let told = alone
+        .findings()
+        .iter()
+        .any(|f| f.code() == "published-alone");
     assert!(told, "{:?}", alone.findings());
     let name = "S.xx.modulus[frequency=80]";
     assert_eq!(quantity(&alone, name), quantity(&joint, name));

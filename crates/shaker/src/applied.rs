@@ -134,7 +134,7 @@ fn of_row(row: &PhasorRow, motion: &SpuriousTable, budget: &Budget) -> AppliedAc
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Basis, Key, ShakerInput, Spurious};
+    use crate::{Basis, Key, OutputPhases, ShakerInput, Spurious};
 
     /// The worked line of the published case: 5 Hz, inclination 90°, rotation 315°, 2.99573 m/s², motion of 1.4 %, 0.9 % and 0.6 %.
     fn published() -> (PhasorRow, SpuriousTable, Budget) {

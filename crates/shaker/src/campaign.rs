@@ -10,8 +10,8 @@ pub use undecided::Contested;
 
 use super::budget::Budget;
 use super::derived::{
-    DatasheetDeviation, Expanded, PROBABILITY, SensitivityTerm, against_datasheet, expanded, intrinsic,
-    misalignment, normalised, terms, transverse,
+    DatasheetDeviation, Expanded, PROBABILITY, SensitivityTerm, against_datasheet, expanded,
+    intrinsic, misalignment, normalised, terms, transverse,
 };
 use super::diagnosis::{SuspectRun, diagnose};
 use super::fit::{
@@ -505,9 +505,7 @@ fn not_in_common(a: &SensitivityTerm, b: &SensitivityTerm) -> Vec<(f64, DegreesO
     let of = |term: &SensitivityTerm, other: &SensitivityTerm| {
         let lines = term.budget.iter();
         let lines = lines.filter(|l| own(&l.key) || is_certified(&l.key) && !has(other, &l.key));
-        lines
-            .map(|l| (l.contribution, l.dof))
-            .collect::<Vec<_>>()
+        lines.map(|l| (l.contribution, l.dof)).collect::<Vec<_>>()
     };
     [of(a, b), of(b, a)].concat()
 }

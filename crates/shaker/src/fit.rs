@@ -484,9 +484,8 @@ fn unread(
     sensitivity: &Matrix,
 ) -> Result<Option<Influence>, Error> {
     let here = (0..rows.len()).filter(|&i| adjustment.of_row[i] == f);
-    let (of, predictions): (Vec<&PhasorRow>, Vec<[Complex64; 3]>) = here
-        .map(|i| (&rows[i], adjustment.predicted(i)))
-        .unzip();
+    let (of, predictions): (Vec<&PhasorRow>, Vec<[Complex64; 3]>) =
+        here.map(|i| (&rows[i], adjustment.predicted(i))).unzip();
     if !of.iter().any(|r| r.phases == OutputPhases::Unread) {
         return Ok(None);
     }
@@ -509,7 +508,13 @@ fn unread(
         }
     }
     let elements: Vec<f64> = (0..18 * 18)
-        .map(|k| if k / 18 == k % 18 { variance[k / 18] } else { 0.0 })
+        .map(|k| {
+            if k / 18 == k % 18 {
+                variance[k / 18]
+            } else {
+                0.0
+            }
+        })
         .collect();
     Ok(Some(Influence {
         key: UNREAD_PHASES.to_owned(),

@@ -33,7 +33,11 @@ impl PhasorRow {
             OutputPhases::InCommon => nearest(y, prediction),
             OutputPhases::Unread => std::array::from_fn(|j| {
                 let size = prediction[j].norm();
-                let along = if size > 0.0 { prediction[j] / size } else { Complex64::ONE };
+                let along = if size > 0.0 {
+                    prediction[j] / size
+                } else {
+                    Complex64::ONE
+                };
                 along * y[j].norm()
             }),
         }
@@ -73,7 +77,11 @@ fn nearest(y: [Complex64; 3], prediction: &[Complex64; 3]) -> [Complex64; 3] {
 /// The terms of S whose imaginary part is zero since phases count from them, by their place among its 18 reals: of outputs with one
 /// unknown phase the origin, without phases all that is stated.
 pub(super) fn real_terms(rows: &[&PhasorRow], s: &Matrix) -> Vec<usize> {
-    match rows.iter().map(|r| r.phases).find(|p| *p != OutputPhases::Measured) {
+    match rows
+        .iter()
+        .map(|r| r.phases)
+        .find(|p| *p != OutputPhases::Measured)
+    {
         None | Some(OutputPhases::Measured) => vec![],
         Some(OutputPhases::InCommon) => vec![8 * origin(s) + 1],
         Some(OutputPhases::Unread) => (0..9).map(|k| 2 * k + 1).collect(),

@@ -6,8 +6,8 @@ use proofmass_core::Error;
 use proofmass_rig::bench::{Bench, BenchCampaign, Spread, published_plan};
 use proofmass_shaker::matrix::to_real;
 use proofmass_shaker::{
-    Acts, Budget, Configuration, Fit, Key, OutputPhases, PhasorRow, ShakerInput, SpuriousTable, Suspicion,
-    complex, diagnose, joint,
+    Acts, Budget, Configuration, Fit, Key, OutputPhases, PhasorRow, ShakerInput, SpuriousTable,
+    Suspicion, complex, diagnose, joint,
 };
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;

@@ -23,6 +23,17 @@ pub struct BandMatrix {
 }
 
 impl BandMatrix {
+    /// M⁻¹ in one line, each number with all its digits, rows apart by semicolons.
+    pub fn inverse_line(&self) -> String {
+        let outputs = (self.inverse.len() as f64).sqrt().round().max(1.0) as usize;
+        let row = |row: &[f64]| -> String {
+            let numbers: Vec<String> = row.iter().map(|v| format!("{v:e}")).collect();
+            numbers.join(" ")
+        };
+        let rows: Vec<String> = self.inverse.chunks(outputs).map(row).collect();
+        format!("[{}]", rows.join("; "))
+    }
+
     /// Accelerations of samples, M⁻¹ õ.
     ///
     /// **Shapes** one slice per output, of one length; one column per axis.

@@ -430,10 +430,24 @@ impl ApplyOutcome {
         ))
     }
 
+    /// The constant matrix that was applied, in one line, where it was one.
+    pub fn matrix(&self) -> Option<String> {
+        self.band.as_ref().map(matrix_applied)
+    }
+
     /// The filter, where it was one.
     pub fn filter(&self) -> Option<&FilterFigures> {
         self.filter.as_ref()
     }
+}
+
+/// The matrix of a band with what it is.
+pub(super) fn matrix_applied(matrix: &BandMatrix) -> String {
+    let [low, high] = matrix.error.band;
+    format!(
+        "acceleration = M⁻¹ output, constant from {low} Hz to {high} Hz, M⁻¹ = {}",
+        matrix.inverse_line()
+    )
 }
 
 impl Outcome for ApplyOutcome {

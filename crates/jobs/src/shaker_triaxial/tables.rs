@@ -164,28 +164,94 @@ fn matrix(
     Table::of("", fields, rows)
 }
 
-/// Normalised matrices, transverse sensitivity, leaning of the axes, intrinsic properties.
+/// A quantity that follows from the matrices: its name, unit and value, and how well it is known where that is stated.
+struct Derived<'a> {
+    name: String,
+    unit: &'a str,
+    value: f64,
+    stated: Option<&'a Expanded>,
+}
+
+impl<'a> From<&'a Expanded> for Derived<'a> {
+    fn from(stated: &'a Expanded) -> Self {
+        Self {
+            name: stated.name.clone(),
+            unit: &stated.unit,
+            value: stated.value,
+            stated: Some(stated),
+        }
+    }
+}
+
+impl Derived<'_> {
+    /// S* and S** (or A*, A**) of a term: over the main term of its row, and its expanded uncertainty over its modulus.
+    fn of_term(symbol: &str, k: usize, [starred, relative]: [Option<f64>; 2]) -> Vec<Self> {
+        let of = |stars: &str, value: f64| Self {
+            name: format!("{symbol}{stars}.{}{}", AXES[k / 3], AXES[k % 3]),
+            unit: "1",
+            value,
+            stated: None,
+        };
+        let values = [starred.map(|v| of("*", v)), relative.map(|v| of("**", v))];
+        values.into_iter().flatten().collect()
+    }
+}
+
+/// Normalised matrices and relative uncertainties, transverse sensitivity, leaning of the axes, intrinsic properties.
 fn derived(results: &[MethodResult]) -> Table {
-    type Row<'a> = (Head<'a>, &'a Expanded);
-    let rows = at_frequencies(results, |f| {
-        f.normalised
+    type Row<'a> = (Head<'a>, Derived<'a>);
+    let stated = at_frequencies(results, |f| {
+        let quantities = f
+            .normalised
             .iter()
             .chain(&f.normalised_exploitation)
             .chain(&f.transverse)
             .chain(&f.misalignment)
-            .chain(&f.intrinsic)
+            .chain(&f.intrinsic);
+        let matrices = [("S", &f.sensitivity), ("A", &f.exploitation)];
+        let relative = matrices.into_iter().flat_map(|(symbol, terms)| {
+            terms.iter().enumerate().flat_map(move |(k, term)| {
+                let relative = finite(term.modulus.expanded / term.modulus.value);
+                Derived::of_term(symbol, k, [None, relative])
+            })
+        });
+        quantities
+            .map(Derived::from)
+            .chain(relative)
+            .collect::<Vec<_>>()
+    });
+    let published = results.iter().flat_map(|result| {
+        result.published.iter().flat_map(move |p| -> Vec<Row<'_>> {
+            let matrices = [
+                ("S", &p.fit.sensitivity, &p.fit.sensitivity_expanded),
+                ("A", &p.fit.exploitation, &p.fit.exploitation_expanded),
+            ];
+            let terms = matrices.into_iter().flat_map(|(symbol, values, expanded)| {
+                (0..9).flat_map(move |k| {
+                    let (i, j) = (k / 3, k % 3);
+                    let starred = finite(values[i][j] / values[i][i]);
+                    let relative = expanded[i][j].and_then(|u| finite(u / values[i][j].abs()));
+                    Derived::of_term(symbol, k, [starred, relative])
+                })
+            });
+            terms
+                .map(|derived| ((result, p.frequency), derived))
+                .collect()
+        })
     });
     let mut fields = begin(|r: &Row<'_>| r.0);
     fields.extend([
         Field::new("quantity", |r: &Row<'_>| r.1.name.as_str().into()),
-        Field::new("unit", |r: &Row<'_>| r.1.unit.as_str().into()),
+        Field::new("unit", |r: &Row<'_>| r.1.unit.into()),
         filed("value", |r: &Row<'_>| r.1.value),
-        filed("u", |r: &Row<'_>| r.1.standard_uncertainty),
-        filed("U", |r: &Row<'_>| r.1.expanded),
-        filed("k", |r: &Row<'_>| r.1.coverage_factor),
-        filed("nu_eff", |r: &Row<'_>| r.1.dof),
+        filed("u", |r: &Row<'_>| {
+            r.1.stated.map(|q| q.standard_uncertainty)
+        }),
+        filed("U", |r: &Row<'_>| r.1.stated.map(|q| q.expanded)),
+        filed("k", |r: &Row<'_>| r.1.stated.map(|q| q.coverage_factor)),
+        filed("nu_eff", |r: &Row<'_>| r.1.stated.and_then(|q| q.dof)),
     ]);
-    Table::of("", fields, rows)
+    Table::of("", fields, stated.chain(published))
 }
 
 /// One row per term of S and input.
