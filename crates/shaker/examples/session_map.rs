@@ -4,13 +4,11 @@
 //! campaigns per line (300).
 
 use num_complex::Complex64;
+use proofmass_rig::bench::session_gains;
 use proofmass_shaker::{
     Acts, Budget, Correction, Fit, Key, Observations, PhasorRow, ShakerCampaign, ShakerInput,
     joint, observations,
 };
-use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 #[path = "shaker_faults.rs"]
@@ -91,21 +89,18 @@ impl Sessions {
     pub fn campaign(&self, seed: u64) -> Simulated {
         let mut simulated = self.bench().campaign(&[10.0, 160.0, 1000.0], seed);
         let n = simulated.rows.len() / 3;
-        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5E55);
-        let mut gain = |u: f64| {
-            let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-            Complex64::from_polar(1.0 + u * normal(), u * normal())
-        };
+        let drawn = |u: f64| session_gains(self.count, u, seed);
         let one = Complex64::new(1.0, 0.0);
-        let gains: Vec<[Complex64; 3]> = (0..self.count)
-            .map(|session| match self.change {
-                Change::None => [one; 3],
-                Change::Outputs(u) => [(); 3].map(|()| gain(u)),
-                Change::Reference(u) => [gain(u); 3],
-                Change::Step(size) if session + 1 == self.count => [one, one * (1.0 + size), one],
-                Change::Step(_) => [one; 3],
-            })
-            .collect();
+        let gains: Vec<[Complex64; 3]> = match self.change {
+            Change::None => vec![[one; 3]; self.count],
+            Change::Outputs(u) => drawn(u),
+            Change::Reference(u) => drawn(u).into_iter().map(|g| [g[0]; 3]).collect(),
+            Change::Step(size) => {
+                let mut gains = vec![[one; 3]; self.count];
+                gains[self.count - 1][1] += size;
+                gains
+            }
+        };
         for (i, row) in simulated.rows.iter_mut().enumerate() {
             let session = match self.split {
                 Split::Mixed => i % n % self.count,
@@ -206,7 +201,7 @@ fn main() {
                 change: what,
                 declared,
             };
-            let name = format!("{change} {gluings:?} {count} {split:?}");
+            let name = format!("{change} {gluings:?} {count} {split:?} {declared:?}");
             if !name.contains(&only) {
                 continue;
             }

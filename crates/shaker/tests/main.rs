@@ -15,5 +15,6 @@ mod shaker_free_phase;
 mod shaker_maps;
 mod shaker_plan;
 mod shaker_published_case;
+mod shaker_sessions;
 mod shaker_small_plans;
 mod sine_front_end;
