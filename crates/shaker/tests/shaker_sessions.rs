@@ -277,11 +277,12 @@ fn law_what_is_declared_is_not_told() {
     };
     let told = |declared| differ(&stepped(declared).fit(630_001).0);
     assert!(told(None) && !told(Some(0.007)));
-    // Declared far too small it is told, and U has what the runs tell.
-    let (fit, _) = stepped(Some(0.0005)).fit(630_001);
-    assert!(differ(&fit));
+    // Declared far too small it is told.
+    assert!(told(Some(0.0005)));
+    // Half of what it is: U has what the runs tell.
+    let (fit, _) = stepped(Some(0.002)).fit(630_001);
     let enlarged = fit.components.iter().find(|c| c.key == "session.gain");
-    assert!(enlarged.expect("told by the runs").used > 4.0);
+    assert!(enlarged.expect("told by the runs").used > 1.5);
 }
 
 /// Sessions that nothing compares have a word, and no test.
