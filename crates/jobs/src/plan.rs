@@ -42,6 +42,9 @@ pub const MOST_CANDIDATES: usize = 1000;
 pub struct PlanJob {
     /// Configurations to choose from.
     pub candidates: Vec<Configuration>,
+    /// Session of each candidate; all are of one session where it is empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sessions: Vec<String>,
     /// Where they come from, for the report.
     pub origin: String,
     /// What will be uncertain.
@@ -81,6 +84,7 @@ impl PlanJob {
     pub fn new(budget: Budget) -> Self {
         Self {
             candidates: published_plan(),
+            sessions: Vec::new(),
             origin: "the published ones".to_owned(),
             budget,
             reference: None,
@@ -162,6 +166,7 @@ pub struct PlanOutcome {
     candidates: Vec<Configuration>,
     origin: String,
     configurations: Vec<Configuration>,
+    sessions: Vec<String>,
     chosen: Option<Vec<usize>>,
     conditioning: Conditioning,
     predicted: Vec<Predicted>,
@@ -245,9 +250,23 @@ impl Job for PlanJob {
             Some(n) => Some(best(&self.candidates, n).map_err(hopeless)?),
             None => None,
         };
+        let named = self.sessions.len();
+        if named != 0 && named != count {
+            return Err(Trouble::request(format!(
+                "{named} sessions are named for {count} candidates"
+            ))
+            .with_hint("name a session for each candidate, or none at all"));
+        }
         let plan: Vec<Configuration> = match &chosen {
             Some(list) => list.iter().map(|&k| self.candidates[k]).collect(),
             None => self.candidates.clone(),
+        };
+        let sessions: Vec<String> = match &chosen {
+            Some(list) => {
+                let of = |&k: &usize| self.sessions.get(k).cloned();
+                list.iter().filter_map(of).collect()
+            }
+            None => self.sessions.clone(),
         };
         let s = sound_matrix(self.sensitivity.unwrap_or(0.01));
         let quality = conditioning(&plan).map_err(hopeless)?;
@@ -258,8 +277,13 @@ impl Job for PlanJob {
             sensitivity: &s,
             amplitude: self.amplitude,
             frequency: self.frequency,
+            sessions: &self.sessions,
         };
-        let predicted = predict(&plan, &expected).map_err(hopeless)?;
+        let of_plan = Expected {
+            sessions: &sessions,
+            ..expected
+        };
+        let predicted = predict(&plan, &of_plan).map_err(hopeless)?;
         let sizes = self.sizes()?;
         let mut list = Vec::with_capacity(sizes.len());
         for (k, size) in sizes.iter().enumerate() {
@@ -270,6 +294,11 @@ impl Job for PlanJob {
         let mut findings = self.findings.clone();
         findings.extend(self.beyond_shaker());
         findings.extend(told);
+        let one_session = self.sessions.iter().all(|s| *s == self.sessions[0]);
+        let between = budget.inputs.iter().find(|i| i.varies_between_sessions());
+        if let Some(input) = between.filter(|_| one_session) {
+            findings.push(findings::plan_of_one_session(&input.key));
+        }
         if self.sensitivity.is_none() {
             findings.push(findings::sensitivity_assumed());
         }
@@ -279,6 +308,7 @@ impl Job for PlanJob {
             candidates: self.candidates.clone(),
             origin: self.origin.clone(),
             configurations: plan,
+            sessions,
             chosen,
             conditioning: quality,
             predicted,
@@ -310,6 +340,7 @@ impl ShakerTriaxialCampaign {
         if measured {
             let table = self.read_runs()?;
             let mut list: Vec<Configuration> = Vec::new();
+            let mut sessions: Vec<String> = Vec::new();
             let amplitude = self.plan.as_ref().and_then(|p| p.amplitude);
             for run in &table.runs {
                 let wanted = run.seat.target.or(amplitude).unwrap_or(job.amplitude);
@@ -319,16 +350,21 @@ impl ShakerTriaxialCampaign {
                 }
                 frequencies.push(run.frequency_hz);
                 let c = run.seat.configuration;
-                if !list.iter().any(|o| o.same_as(&c)) {
+                let session = run.session.as_ref();
+                let same = |k: usize| list[k].same_as(&c) && sessions.get(k) == session;
+                if !(0..list.len()).any(same) {
                     list.push(c);
+                    sessions.extend(session.cloned());
                 }
             }
             inputs.push(table.input);
-            (job.candidates, job.origin) = (list, "those of the runs".to_owned());
+            (job.candidates, job.sessions) = (list, sessions);
+            "those of the runs".clone_into(&mut job.origin);
         }
-        if let Some((plan, input)) = plan {
-            inputs.extend(input);
-            (job.candidates, job.origin) = (plan, "the plan of the campaign".to_owned());
+        if let Some(plan) = plan {
+            inputs.extend(plan.input);
+            (job.candidates, job.sessions) = (plan.configurations, plan.sessions);
+            "the plan of the campaign".clone_into(&mut job.origin);
         }
         if let ShakerBudget::Inputs(_, Some(input)) = &budget {
             inputs.push(input.clone());

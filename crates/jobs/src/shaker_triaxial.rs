@@ -43,6 +43,7 @@ use serde::{Deserialize, Serialize};
 /// // Runs of a device of 10 mV/(m/s²) along every axis at 10 m/s², the reference already in m/s².
 /// let runs: Vec<RunInput> = published_plan().into_iter().enumerate().map(|(i, configuration)| RunInput {
 ///     run: format!("run {i}"),
+///     session: None,
 ///     frequency: 160.0,
 ///     configuration,
 ///     reference: Complex64::new(10.0, 0.0),
@@ -263,6 +264,8 @@ impl ShakerTriaxialCampaign {
         let plan = self.read_plan()?;
         let frequencies = frequencies(&table);
         budget.reaches(&self.source, frequencies.iter().copied())?;
+        let named = table.runs.iter().all(|r| r.session.is_some());
+        budget.finds_sessions(&self.source, &table.path, named)?;
         let conditioner = Conditioner::read(&self.source, &self.conditioner, &Self::CHANNELS)?;
         let gains = conditioner
             .budget(&Self::CHANNELS[1..], &frequencies)
@@ -273,7 +276,7 @@ impl ShakerTriaxialCampaign {
         if let ShakerBudget::Inputs(_, Some(input)) = &budget {
             inputs.push(input.clone());
         }
-        inputs.extend(plan.iter().filter_map(|(_, input)| input.clone()));
+        inputs.extend(plan.iter().filter_map(|plan| plan.input.clone()));
         inputs.extend(conditioner.inputs.iter().cloned());
         let sensor = SensorFiles::of(
             &self.source,
@@ -301,6 +304,7 @@ impl ShakerTriaxialCampaign {
             .zip(&observed.runs)
             .map(|(run, seen)| RunInput {
                 run: run.run.clone(),
+                session: run.session.clone(),
                 frequency: run.frequency_hz,
                 configuration: run.seat.configuration,
                 reference: seen.phasors[0],
@@ -352,7 +356,7 @@ impl ShakerTriaxialCampaign {
             rotation: published.rotation_deg.to_radians() / 3f64.sqrt(),
             ..MagnitudeBudget::published(published.output)
         };
-        job.plan = plan.map(|(plan, _)| plan);
+        job.plan = plan.map(|plan| plan.configurations);
         for run in &table.runs {
             if let Some(target) = run.seat.target
                 && !job.targets.iter().any(|t| t.0 == run.frequency_hz)

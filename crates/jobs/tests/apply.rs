@@ -90,6 +90,7 @@ fn calibrated(seed: u64) -> Vec<u8> {
         .enumerate()
         .map(|(i, r)| RunInput {
             run: format!("{i}"),
+            session: None,
             frequency: r.frequency,
             configuration: Configuration::degrees(r.inclination_deg, r.rotation_deg),
             reference: r.reference,

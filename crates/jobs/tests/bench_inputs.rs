@@ -2,7 +2,8 @@
 
 use num_complex::Complex64;
 use proofmass_jobs::campaign::Campaign;
-use proofmass_jobs::{Memory, Outcome as _, StoredResult, Trouble, Unwatched};
+use proofmass_jobs::plan::PlanOutcome;
+use proofmass_jobs::{Job as _, Memory, Outcome as _, StoredResult, Trouble, Unwatched};
 use proofmass_shaker::geometry::published_plan;
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -488,4 +489,129 @@ fn phases_of_some_runs_are_refused() {
     let one = runs.replacen("x_phase_deg", "note", 1);
     let error = calibrate("", &one, &[]).expect_err("phases of some channels");
     assert!(error.to_string().contains("x_phase"), "{error}");
+}
+
+/// The same runs with a column `session` in front, by the place of the run.
+fn in_sessions(runs: &str, of: impl Fn(usize) -> &'static str) -> String {
+    let line = |(k, l): (usize, &str)| match k {
+        0 => format!("session,{l}\n"),
+        k => format!("{},{l}\n", of(k - 1)),
+    };
+    runs.lines().enumerate().map(line).collect()
+}
+
+const BETWEEN: &str = "[[budget]]\nname = \"session.gain\"\nacts = \"output-modulus\"\nunit = \"%\"\nvaries_with = [\"session\", \"channel\"]\n\
+    distribution = { kind = \"normal\", mean = 0.0, u = 0.3 }\n";
+
+#[test]
+fn law_sessions_of_a_table_reach_budget_and_report() {
+    let bare = runs(&[80.0, 160.0], |_, _| Complex64::new(1.0, 0.0));
+    let table = in_sessions(&bare, |k| ["2026-03-01", "2026-03-02"][k / 2 % 2]);
+    let whole = calibrate(BETWEEN, &table, &[]).expect("two sessions");
+    let name = "S.xx.modulus[frequency=80]";
+    let (value, u) = quantity(&whole, name);
+    let (_, without) = quantity(&calibrate("", &bare, &[]).expect("none"), name);
+    // Half of the runs each: u/√2, the sessions being told worse than their readings nowhere.
+    let between = (u * u - without * without).sqrt() / value;
+    assert!(
+        (between / (0.003 / 2f64.sqrt()) - 1.0).abs() < 0.05,
+        "{between}"
+    );
+    let files = whole.files().expect("files");
+    let file = |name: &str| -> String {
+        let found = files.iter().find(|f| f.0 == name).expect(name);
+        String::from_utf8(found.1.clone()).expect("text")
+    };
+    assert!(file("sessions.csv").contains("2026-03-02"));
+    for name in ["phasors.csv", "residuals.csv", "applied.csv"] {
+        assert!(
+            file(name)
+                .lines()
+                .next()
+                .expect("a heading")
+                .contains(",session,"),
+            "{name}"
+        );
+    }
+    assert!(file("report.html").contains("Reproducibility between sessions"));
+    assert!(file("budget.csv").contains("session.gain"));
+    // What nobody declares is in no budget without sessions.
+    assert!(
+        whole
+            .findings()
+            .iter()
+            .all(|f| f.code() != "sessions-differ")
+    );
+}
+
+#[test]
+fn refuses_sessions_that_are_not_said() {
+    let bare = runs(&[80.0, 160.0], |_, _| Complex64::new(1.0, 0.0));
+    // The key without the column, by the line of the entry.
+    let trouble = calibrate(BETWEEN, &bare, &[]).expect_err("no session");
+    let said = format!("{trouble:?} {}", trouble.hint().unwrap_or_default());
+    assert!(trouble.to_string().contains("session.gain"), "{said}");
+    assert!(
+        said.contains("add a column `session`") && said.contains("runs.csv"),
+        "{said}"
+    );
+    // Empty in some rows.
+    let gaps = in_sessions(&bare, |k| if k == 4 { "" } else { "one" });
+    let trouble = calibrate("", &gaps, &[]).expect_err("a run without a session");
+    let said = format!("{trouble:?} {}", trouble.hint().unwrap_or_default());
+    assert!(
+        said.contains("names no session") && said.contains("runs.csv"),
+        "{said}"
+    );
+    // A slip of the word.
+    let slip = BETWEEN.replace("\"session\"", "\"sesion\"");
+    let trouble = calibrate(&slip, &gaps, &[]).expect_err("no such key");
+    let said = format!("{trouble:?} {}", trouble.hint().unwrap_or_default());
+    assert!(said.contains("did you mean \"session\""), "{said}");
+    // Another kind has no such key.
+    let single = format!("kind = \"shaker-single\"\n[runs]\nfile = \"runs.csv\"\n{BETWEEN}");
+    let store = Memory::new()
+        .file("campaign.toml", single)
+        .file("runs.csv", bare);
+    let refused = Campaign::read(Arc::new(store), "campaign.toml");
+    let trouble = refused.map(|_| ()).expect_err("a comparison");
+    assert!(trouble.to_string().contains("unknown"), "{trouble}");
+}
+
+#[test]
+fn known_plan_of_two_sessions() {
+    let plan = |sessions: &[&str]| {
+        let mut text = "inclination_deg,rotation_deg,session\n".to_owned();
+        for session in sessions {
+            for c in published_plan().iter().step_by(3) {
+                let [a, w] = [c.inclination, c.rotation].map(f64::to_degrees);
+                let _ = writeln!(text, "{a},{w},{session}");
+            }
+        }
+        let store = Memory::new()
+            .file(
+                "campaign.toml",
+                format!("{HEAD}{BETWEEN}[plan]\nfile = \"plan.csv\"\n"),
+            )
+            .file("plan.csv", text);
+        let campaign = Campaign::read(Arc::new(store), "campaign.toml").expect("a campaign");
+        let Campaign::ShakerTriaxial(campaign) = campaign else {
+            panic!("triaxial");
+        };
+        let (job, _) = campaign.plan_job(160.0).expect("a plan");
+        job.evaluate(&(), &Unwatched).expect("a prediction")
+    };
+    let (one, two) = (plan(&["a", "a"]), plan(&["a", "b"]));
+    let main = |outcome: &PlanOutcome| outcome.predicted()[0].relative_real;
+    let less = main(&one).powi(2) - main(&two).powi(2);
+    assert!(
+        (less / (0.5 * 0.003f64.powi(2)) - 1.0).abs() < 0.02,
+        "{less}"
+    );
+    let told = |o: &PlanOutcome| {
+        o.findings()
+            .iter()
+            .any(|f| f.code() == "plan-of-one-session")
+    };
+    assert!(told(&one) && !told(&two));
 }

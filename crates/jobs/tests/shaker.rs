@@ -68,6 +68,7 @@ fn law_a_triaxial_outcome_is_read_again() {
         for frequency in [80.0, 160.0] {
             runs.push(RunInput {
                 run: format!("{i} at {frequency} Hz"),
+                session: None,
                 frequency,
                 configuration,
                 reference: Complex64::new(10.0, 0.0),
@@ -277,6 +278,7 @@ fn law_a_verdict_begins_with_an_open_decision() {
             }
             runs.push(RunInput {
                 run: format!("{i}"),
+                session: None,
                 frequency: 160.0,
                 configuration,
                 reference: Complex64::new(10.0, 0.0),

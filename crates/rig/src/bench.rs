@@ -18,8 +18,9 @@ pub use device::{BenchDevice, BenchWedge, Bending};
 pub use vibrometer::{BenchVibrometer, VibrometerReading};
 
 use num_complex::Complex64;
-use rand::Rng;
+use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal, Uniform};
+use rand_xoshiro::Xoshiro256PlusPlus;
 use std::collections::BTreeMap;
 
 /// Distribution the bench draws its type B errors from.
@@ -224,6 +225,15 @@ impl Bench {
         }
         campaign
     }
+}
+
+/// Gains of the outputs in each of some sessions: normal about one in modulus and phase, with this standard deviation (relative, rad).
+///
+/// They are drawn apart from a campaign of the same seed, whose numbers they leave as they are.
+pub fn session_gains(count: usize, u: f64, seed: u64) -> Vec<[Complex64; 3]> {
+    let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x5E55);
+    let mut gain = |()| Complex64::from_polar(1.0 + u * normal(&mut rng), u * normal(&mut rng));
+    (0..count).map(|_| [(); 3].map(&mut gain)).collect()
 }
 
 /// The published 44 configurations, (inclination, rotation) in degrees.

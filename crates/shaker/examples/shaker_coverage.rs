@@ -729,6 +729,7 @@ impl Case {
 fn through_a_calibration(simulated: &Simulated, budget: &Budget) -> Judged {
     let run = |r: &PhasorRow| RunInput {
         run: r.run.clone(),
+        session: r.session.clone(),
         frequency: r.frequency,
         configuration: r.configuration,
         reference: r.reference,

@@ -307,6 +307,7 @@ pub fn runs(rows: &[PhasorRow]) -> Vec<RunInput> {
     rows.iter()
         .map(|r| RunInput {
             run: r.run.clone(),
+            session: r.session.clone(),
             frequency: r.frequency,
             configuration: r.configuration,
             reference: r.reference,

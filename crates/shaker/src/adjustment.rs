@@ -13,7 +13,7 @@ mod parts;
 
 pub(crate) use parts::Part;
 
-use super::budget::{Acts, Budget};
+use super::budget::{Acts, Budget, Key, ShakerInput};
 use super::free_phase;
 use super::matrix::{Matrix, from_real, to_real};
 use super::observation::{OutputPhases, PhasorRow, Share, SpuriousTable, ascending};
@@ -97,6 +97,14 @@ pub(crate) struct Score {
     pub(crate) variance: f64,
 }
 
+/// Columns beside those of the model: GᵀN⁻¹r̂ and its information GᵀN⁻¹G − GᵀN⁻¹X C XᵀN⁻¹G.
+pub(crate) struct Projected {
+    pub(crate) seen: Vec<f64>,
+    pub(crate) p: Mat<f64>,
+    /// Largest of the diagonal of GᵀN⁻¹G: what is small beside it is rounding.
+    pub(crate) largest: f64,
+}
+
 /// What leaving one run out would say about it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Deletion {
@@ -131,6 +139,15 @@ impl Adjustment {
     ) -> Result<Self, Error> {
         for (index, row) in rows.iter().enumerate() {
             row.check(index)?;
+        }
+        let named = rows.iter().filter(|r| r.session.is_some()).count();
+        let by_session = |i: &ShakerInput| i.varies_with.contains(&Key::Session);
+        if named < rows.len() && budget.inputs.iter().any(by_session) {
+            return Err(Error::TooFew {
+                name: "runs that name their session, which an input of the budget varies with",
+                needed: rows.len(),
+                got: named,
+            });
         }
         let turned;
         let rows = if rows.iter().any(PhasorRow::is_free) {
@@ -490,32 +507,15 @@ impl Adjustment {
                 })
             })
             .collect();
-        let (parts, count) = (acts.parts(), self.parameters.len());
+        let parts = acts.parts();
         let m = parts * places.len();
-        let (mut seen, mut own, mut shared) = (
-            vec![0.0; m],
-            Mat::<f64>::zeros(m, m),
-            Mat::<f64>::zeros(m, count),
-        );
-        for (i, linear) in self.rows.iter().enumerate() {
-            let w = &self.weights[i];
-            let columns: Vec<[f64; 6]> = (0..parts)
-                .map(|part| model.error_column(i, &self.links[i], &self.parameters, acts, part, u))
-                .collect();
-            for (a, column) in columns.iter().enumerate() {
-                let g = parts * group[i] + a;
-                let weighted = times(w, column);
-                seen[g] += dot6(&weighted, &linear.residual);
-                for (b, other) in columns.iter().enumerate() {
-                    own[(g, parts * group[i] + b)] += dot6(&weighted, other);
-                }
-                for (j, x) in &linear.columns {
-                    shared[(g, *j)] += dot6(&weighted, x);
-                }
-            }
-        }
-        let covariance = Mat::from_fn(count, count, |i, j| self.covariance(i, j));
-        let p = own - product([shared.as_ref(), covariance.as_ref(), shared.transpose()]);
+        let column = |i: usize, part: usize| {
+            model.error_column(i, &self.links[i], &self.parameters, acts, part, u)
+        };
+        let Projected { seen, p, .. } = self.projected(m, |i| {
+            let own = (0..parts).map(|part| (parts * group[i] + part, column(i, part)));
+            own.collect()
+        });
         let q: f64 = seen.iter().map(|v| v * v).sum();
         let trace: f64 = (0..m).map(|i| p[(i, i)]).sum();
         let square: f64 = (0..m)
@@ -529,6 +529,49 @@ impl Adjustment {
                 dof: nu,
                 variance: u * u * (q - trace) / square,
             }
+        })
+    }
+
+    /// Further columns G of the model with everything else projected out; `columns` are those of a row, by their place among `count`.
+    pub(crate) fn projected(
+        &self,
+        count: usize,
+        columns: impl Fn(usize) -> Vec<Column>,
+    ) -> Projected {
+        let parameters = self.parameters.len();
+        let (mut seen, mut own, mut shared) = (
+            vec![0.0; count],
+            Mat::<f64>::zeros(count, count),
+            Mat::<f64>::zeros(count, parameters),
+        );
+        for (i, linear) in self.rows.iter().enumerate() {
+            let w = &self.weights[i];
+            let columns = columns(i);
+            for (a, column) in &columns {
+                let weighted = times(w, column);
+                seen[*a] += dot6(&weighted, &linear.residual);
+                for (b, other) in &columns {
+                    own[(*a, *b)] += dot6(&weighted, other);
+                }
+                for (j, x) in &linear.columns {
+                    shared[(*a, *j)] += dot6(&weighted, x);
+                }
+            }
+        }
+        let covariance = Mat::from_fn(parameters, parameters, |i, j| self.covariance(i, j));
+        let largest = (0..count).map(|i| own[(i, i)]).fold(0.0, f64::max);
+        let p = own - product([shared.as_ref(), covariance.as_ref(), shared.transpose()]);
+        Projected { seen, p, largest }
+    }
+
+    /// Relative changes of the modulus and of the phase of each output of a row, as columns: twice the output, and one more.
+    pub(crate) fn gain_columns(&self, row: usize) -> [[f64; 6]; 6] {
+        std::array::from_fn(|k| {
+            let m = self.weighed[row][k / 2];
+            let along = if k % 2 == 0 { m } else { Complex64::i() * m };
+            let mut column = [0.0; 6];
+            (column[k - k % 2], column[k - k % 2 + 1]) = (along.re, along.im);
+            column
         })
     }
 

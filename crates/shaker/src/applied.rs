@@ -36,6 +36,8 @@ impl AppliedPart {
 pub struct AppliedAcceleration {
     /// Name of the run.
     pub run: String,
+    /// Session in which it was measured.
+    pub session: Option<String>,
     /// Frequency, Hz.
     pub frequency: f64,
     /// How the device was mounted.
@@ -124,6 +126,7 @@ fn of_row(row: &PhasorRow, motion: &SpuriousTable, budget: &Budget) -> AppliedAc
     });
     AppliedAcceleration {
         run: row.run.clone(),
+        session: row.session.clone(),
         frequency: row.frequency,
         configuration: row.configuration,
         reference: size,
@@ -140,6 +143,7 @@ mod tests {
     fn published() -> (PhasorRow, SpuriousTable, Budget) {
         let row = PhasorRow {
             run: "41".into(),
+            session: None,
             frequency: 5.0,
             configuration: Configuration::degrees(90.0, 315.0),
             reference: Complex64::from_polar(2.99573, 0.7),

@@ -112,6 +112,8 @@ pub enum Key {
     Channel,
     /// One configuration at one frequency.
     Run,
+    /// Session in which a run was measured: a day, or a bench that was set up anew.
+    Session,
 }
 
 /// Key of the real and the imaginary part of an additive error, beside those of [`Key`].
@@ -119,12 +121,13 @@ pub(crate) const PART: &str = "part";
 
 impl Key {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Frequency,
         Self::Inclination,
         Self::Rotation,
         Self::Channel,
         Self::Run,
+        Self::Session,
     ];
 
     /// Its name in a budget file.
@@ -135,6 +138,7 @@ impl Key {
             Self::Rotation => "rotation",
             Self::Channel => "channel",
             Self::Run => "run",
+            Self::Session => "session",
         }
     }
 }
@@ -164,6 +168,9 @@ pub struct ShakerInput {
     /// The one output that has the error, 0 to 2; all three where `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<usize>,
+    /// Whether nobody declares it: its uncertainty is a size to begin with, and in the result that which the runs have.
+    #[serde(skip)]
+    pub(crate) assumed: bool,
 }
 
 impl ShakerInput {
@@ -182,6 +189,7 @@ impl ShakerInput {
             varies_with: varies_with.to_vec(),
             at_frequencies: vec![],
             output: None,
+            assumed: false,
         }
     }
 
@@ -279,6 +287,13 @@ impl ShakerInput {
     /// Whether the draws of two frequencies are the same.
     pub(crate) fn shared_by_frequencies(&self) -> bool {
         !self.varies_with.contains(&Key::Frequency) && !self.varies_with.contains(&Key::Run)
+    }
+
+    /// Whether the runs of a session share a draw, and those of another have another.
+    pub fn varies_between_sessions(&self) -> bool {
+        self.varies_with.contains(&Key::Session)
+            && !self.varies_with.contains(&Key::Run)
+            && self.standard_uncertainty() > 0.0
     }
 
     /// Whether no two runs share a draw, so that it is part of the noise of a run. Angles never are: they act

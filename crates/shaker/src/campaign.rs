@@ -15,8 +15,8 @@ use super::derived::{
 };
 use super::diagnosis::{SuspectRun, diagnose};
 use super::fit::{
-    AngleEstimate, Fit, FrequencyFit, Identifiability, SPURIOUS_MOTION, UNMEASURED_MOTION,
-    VarianceComponent, complex, joint,
+    AngleEstimate, Fit, FrequencyFit, Identifiability, Reproducibility, SPURIOUS_MOTION,
+    UNMEASURED_MOTION, VarianceComponent, complex, joint,
 };
 use super::geometry::Configuration;
 use super::observation::{Correction, PhasorRow, SpuriousTable, UnmeasuredAt, ascending};
@@ -66,6 +66,9 @@ pub struct FrequencyResult {
 pub struct RunResult {
     /// Name of the run.
     pub run: String,
+    /// Session in which it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
     /// Frequency in Hz.
     pub frequency: f64,
     /// Direction of the excitation in the device.
@@ -138,6 +141,9 @@ pub struct MethodResult {
     /// Motion of the bench that nobody measured, as the runs have it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<UnmeasuredAt>,
+    /// Gains of the sessions against each other, of the joint method where the runs name two sessions or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reproducibility: Option<Reproducibility>,
 }
 
 impl MethodResult {
@@ -341,6 +347,7 @@ fn rigorous(
             .iter()
             .map(|r| RunResult {
                 run: r.run.clone(),
+                session: r.session.clone(),
                 frequency: r.frequency,
                 direction: r.configuration.direction(),
                 prediction_error: r.prediction_error.map(pair),
@@ -355,6 +362,7 @@ fn rigorous(
         identifiability: fit.identifiability,
         components: fit.components,
         motion: fit.motion,
+        reproducibility: fit.reproducibility,
     })
 }
 
@@ -454,6 +462,7 @@ fn by_magnitudes(
         identifiability: None,
         components: vec![],
         motion: vec![],
+        reproducibility: None,
     })
 }
 

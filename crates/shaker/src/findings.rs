@@ -281,6 +281,22 @@ findings! {
         advice "let conditioner and reference warm up and repeat the first runs at the end; mountings in mixed order tell a drift from the angles; the order is that of the table of runs",
         false_alarms "0.6 % of 1 200 healthy campaigns of 12 and 44 mountings";
 
+    /// The gains of the outputs differ from session to session by more than readings, mountings and declared inputs of a session allow.
+    sessions_differ(session: &str, gains: &str, spread: &str, f: f64, nu: f64, left: f64, p: f64) =
+        "sessions-differ", [Decision],
+        what "the sessions differ by more than their readings and the budget allow; farthest from the mean is session {session}",
+        evidence "{gains}; F = {f:.1} with {nu:.0} and {left:.0} degrees of freedom, p = {p:.1e}; from session to session about u = {spread}",
+        advice "look at what was set up otherwise (cables, gains, mounting, temperature) and repeat a session, or declare entries of [[budget]] with that u, acts = \"output-modulus\" and \"output-phase\", and varies_with = [\"session\", \"channel\"]; where all outputs differ alike it is the reference (\"reference-modulus\", [\"session\"]). Where nobody declared it, U has it as session.reproducibility, as far as the runs tell",
+        false_alarms "0.0 % of 2 000 healthy campaigns";
+
+    /// Sessions of which nothing tells whether they reproduce each other. A warning where that is so of all.
+    sessions_not_compared(what: &str, evidence: &str) =
+        "sessions-not-compared", [Note, Warning],
+        what "{what}",
+        evidence "{evidence}",
+        advice "repeat two runs or more of another session in each session, at the same frequencies; else state how well sessions reproduce each other in [[budget]], with varies_with = [\"session\", \"channel\"]",
+        false_alarms "none: the runs are counted";
+
     /// The phases of the outputs are apart in proportion to frequency, by more than resonances that the moduli allow.
     channel_delays(late: &str, early: &str, delay: f64, expanded: f64, phase: f64, frequency: f64, allowed: f64) =
         "channel-delays", [Warning],

@@ -6,13 +6,15 @@ mod drift;
 mod excess;
 mod identifiability;
 pub(crate) mod missing;
+mod reproducibility;
 mod supported;
 
 pub use delays::OutputDelay;
 pub use drift::GainDrift;
 pub use identifiability::{AngleInformation, FrameTurn, Identifiability};
+pub use reproducibility::{Reproducibility, SessionGain};
 pub(crate) use supported::Supported;
-pub use supported::VarianceComponent;
+pub use supported::{BetweenSessions, VarianceComponent};
 
 use super::adjustment::{Adjustment, Deletion};
 use super::budget::Budget;
@@ -61,6 +63,8 @@ pub struct FrequencyFit {
 pub struct RunResidual {
     /// Name of the run.
     pub run: String,
+    /// Session in which it was measured.
+    pub session: Option<String>,
     /// Index of its row.
     pub row: usize,
     /// Frequency in Hz.
@@ -126,6 +130,8 @@ pub struct Fit {
     pub delays: Vec<OutputDelay>,
     /// Motion of the bench that nobody measured, as the runs have it.
     pub motion: Vec<UnmeasuredAt>,
+    /// Gains of the sessions against each other, of [`joint`] where the runs name two sessions or more.
+    pub reproducibility: Option<Reproducibility>,
     pub(crate) scale: f64,
 }
 
@@ -186,6 +192,7 @@ pub fn complex(
     })?;
     for fit in fits {
         total.shared = None;
+        total.reproducibility = None;
         total.identifiability = None;
         total.frequencies.extend(fit.frequencies);
         total.chi_squared += fit.chi_squared;
@@ -211,7 +218,12 @@ pub fn complex(
 /// As [`complex`].
 pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
     let (declared, spurious) = declared(rows, spurious, budget)?;
-    let mut fit = reported(&declared, rows, &spurious, budget)?;
+    let (mut fit, supported) = reported(&declared, rows, &spurious, budget)?;
+    fit.reproducibility = reproducibility::of(&supported, budget)?;
+    fit.findings.extend(reproducibility::findings(
+        rows,
+        fit.reproducibility.as_ref(),
+    ));
     fit.drifts = drift::drifts(&declared);
     fit.findings.extend(drift::finding(&fit.drifts));
     if !rows.iter().any(|r| r.is_free()) {
@@ -223,7 +235,7 @@ pub fn joint(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> R
 
 fn adjust(rows: &[PhasorRow], spurious: &SpuriousTable, budget: &Budget) -> Result<Fit, Error> {
     let (declared, spurious) = declared(rows, spurious, budget)?;
-    reported(&declared, rows, &spurious, budget)
+    reported(&declared, rows, &spurious, budget).map(|(fit, _)| fit)
 }
 
 /// Rounds in which the size of the motion is estimated anew: a quiet bench needs three, since one step reaches a seventh.
@@ -264,10 +276,15 @@ fn reported(
     rows: &[PhasorRow],
     spurious: &SpuriousTable,
     budget: &Budget,
-) -> Result<Fit, Error> {
+) -> Result<(Fit, Supported), Error> {
     let supported = Supported::new(declared, rows, spurious, budget)?;
     let again = supported.adjusted()?;
     let adjustment = again.as_ref().unwrap_or(declared);
+    let judged = match supported.as_declared(budget) {
+        Some(budget) => Some((Adjustment::new(rows, spurious, &budget)?, budget)),
+        None => None,
+    };
+    let (declared, budget) = judged.as_ref().map_or((declared, budget), |(a, b)| (a, b));
     let frequencies = frequency_fits(adjustment, &supported)?;
     let deletions = match declared.deletions() {
         // Runs of which none can be spared have nothing to be compared with.
@@ -297,6 +314,7 @@ fn reported(
                 .fold(0.0, f64::max);
             RunResidual {
                 run: rows[row].run.clone(),
+                session: rows[row].session.clone(),
                 row,
                 frequency: rows[row].frequency,
                 configuration: rows[row].configuration,
@@ -319,7 +337,7 @@ fn reported(
     ));
     findings.extend(excess::finding(declared));
     let identifiability = Identifiability::new(declared, &frequencies, budget);
-    Ok(Fit {
+    let fit = Fit {
         frequencies,
         chi_squared: declared.chi_squared,
         dof: declared.dof(),
@@ -328,12 +346,14 @@ fn reported(
         findings,
         shared: Some(shared_effects(adjustment)?),
         identifiability,
-        components: supported.components,
+        components: supported.components.clone(),
         drifts: vec![],
         delays: vec![],
         motion: supported.spurious.unmeasured(&declared.frequencies),
+        reproducibility: None,
         scale: declared.scale,
-    })
+    };
+    Ok((fit, supported))
 }
 
 /// The result of every frequency.

@@ -172,6 +172,7 @@ mod tests {
     fn run(frequency: f64, resolution: Option<f64>) -> RunInput {
         RunInput {
             run: "r1".to_owned(),
+            session: None,
             frequency,
             configuration: Configuration::degrees(0.0, 0.0),
             reference: Complex64::new(0.1, 0.0),

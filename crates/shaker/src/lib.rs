@@ -62,8 +62,8 @@ pub use campaign::{
 pub use check::{adopt, check};
 pub use diagnosis::{SuspectRun, Suspicion, diagnose};
 pub use fit::{
-    AngleInformation, Fit, FrameTurn, FrequencyFit, GainDrift, Identifiability, OutputDelay,
-    VarianceComponent, complex, joint,
+    AngleInformation, BetweenSessions, Fit, FrameTurn, FrequencyFit, GainDrift, Identifiability,
+    OutputDelay, Reproducibility, SessionGain, VarianceComponent, complex, joint,
 };
 pub use geometry::Configuration;
 pub use monte_carlo::{ComponentCheck, FrequencyCheck};

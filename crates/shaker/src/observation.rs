@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct PhasorRow {
     /// Name of the run, for messages.
     pub run: String,
+    /// Session in which it was measured: a day, or a bench that was set up anew. All rows of a campaign name one, or none does.
+    pub session: Option<String>,
     /// Nominal drive frequency in Hz; rows of one frequency carry the same number.
     pub frequency: f64,
     /// Mounting.
@@ -53,6 +55,17 @@ pub(crate) fn ascending(frequencies: impl IntoIterator<Item = f64>) -> Vec<f64> 
     all
 }
 
+/// The sessions of some rows, in the order in which they come.
+pub(crate) fn sessions(rows: &[PhasorRow]) -> Vec<&str> {
+    let mut list: Vec<&str> = vec![];
+    for session in rows.iter().filter_map(|r| r.session.as_deref()) {
+        if !list.contains(&session) {
+            list.push(session);
+        }
+    }
+    list
+}
+
 impl PhasorRow {
     /// A row without noise of its own: the budget carries everything.
     pub fn new(
@@ -64,6 +77,7 @@ impl PhasorRow {
     ) -> Self {
         Self {
             run: run.into(),
+            session: None,
             frequency,
             configuration,
             reference,

@@ -183,6 +183,8 @@ pub struct Expected<'a> {
     pub amplitude: f64,
     /// Frequency in Hz.
     pub frequency: f64,
+    /// Session of each configuration; all are of one session where it is empty.
+    pub sessions: &'a [String],
 }
 
 /// Uncertainties a plan will give, at one frequency.
@@ -190,14 +192,27 @@ pub struct Expected<'a> {
 /// A noise-free campaign is adjusted by [`complex`]: its covariance does not depend on the noise.
 ///
 /// # Errors
-/// As [`complex`].
+/// As [`complex`]; [`Error::Length`] for sessions of some configurations alone.
 pub fn predict(plan: &[Configuration], expected: &Expected<'_>) -> Result<Vec<Predicted>, Error> {
+    let named = expected.sessions.len();
+    if named != 0 && named != plan.len() {
+        return Err(Error::Length {
+            name: "sessions of a plan",
+            expected: plan.len(),
+            got: named,
+        });
+    }
     let amplitude = Complex64::new(expected.amplitude, 0.0);
     let mut rows: Vec<PhasorRow> = plan
         .iter()
-        .map(|&configuration| {
+        .enumerate()
+        .map(|(k, &configuration)| {
             let nothing = [Complex64::new(0.0, 0.0); 3];
-            PhasorRow::new("", expected.frequency, configuration, amplitude, nothing)
+            let row = PhasorRow::new("", expected.frequency, configuration, amplitude, nothing);
+            PhasorRow {
+                session: Some(expected.sessions.get(k).cloned().unwrap_or_default()),
+                ..row
+            }
         })
         .collect();
     let seen = directions(&rows, expected.spurious);
@@ -384,7 +399,7 @@ pub struct PlanCost {
     pub cross: f64,
 }
 
-/// The best plans of some sizes and the uncertainties they give.
+/// The best plans of some sizes and the uncertainties they give; `sessions` are those of the candidates.
 ///
 /// # Errors
 /// As [`best`] and [`predict`].
@@ -398,6 +413,15 @@ pub fn costs(
         .map(|&size| {
             let chosen = best(candidates, size)?;
             let plan: Vec<Configuration> = chosen.iter().map(|&k| candidates[k]).collect();
+            let sessions = expected.sessions;
+            let sessions: Vec<String> = chosen
+                .iter()
+                .filter_map(|&k| sessions.get(k).cloned())
+                .collect();
+            let expected = &Expected {
+                sessions: &sessions,
+                ..*expected
+            };
             let predicted = predict(&plan, expected)?;
             let largest = |main: bool| {
                 predicted
@@ -504,6 +528,7 @@ mod tests {
             sensitivity: &s,
             amplitude: 10.0,
             frequency: 160.0,
+            sessions: &[],
         };
         let costs = costs(&published_plan(), &[6, 12, 20, 44], &expected).unwrap();
         for pair in costs.windows(2) {

@@ -65,6 +65,8 @@ pub struct RecordedTone {
 pub struct RunInput {
     /// Name of the run.
     pub run: String,
+    /// Session in which it was measured.
+    pub session: Option<String>,
     /// Nominal frequency in Hz.
     pub frequency: f64,
     /// Mounting.
@@ -339,6 +341,7 @@ impl PhasorReading {
         let a = &p.amplitudes;
         Ok(RunInput {
             run: run.to_owned(),
+            session: None,
             frequency,
             configuration,
             reference: a[0],

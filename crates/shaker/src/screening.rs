@@ -4,7 +4,7 @@ use super::budget::{Acts, Budget, Key, ShakerInput};
 use super::campaign::ShakerCampaign;
 use super::geometry::Configuration;
 use super::hum::hidden;
-use super::observation::{Basis, CommonCauses, PhasorRow, SpuriousTable, ascending};
+use super::observation::{Basis, CommonCauses, PhasorRow, SpuriousTable, ascending, sessions};
 use super::plan::conditioning;
 use super::recording::{Assessed, CHANNELS, RunInput, assess};
 use super::reference_gap::reference_gap;
@@ -42,6 +42,7 @@ pub fn observations(campaign: &ShakerCampaign) -> Result<Observations, Error> {
         campaign.reference.as_ref(),
         rows.iter().map(|r| r.frequency),
     )?;
+    let budget = with_sessions(budget, &rows);
     Ok(Observations {
         rows,
         budget,
@@ -102,6 +103,7 @@ fn rows(campaign: &ShakerCampaign, findings: &mut Vec<Finding>) -> Vec<PhasorRow
         doubts.extend(about.into_iter().map(|f| (run.run.as_str(), f)));
         rows.push(PhasorRow {
             run: run.run.clone(),
+            session: run.session.clone(),
             frequency: run.frequency,
             configuration: run.configuration,
             reference,
@@ -264,6 +266,47 @@ pub fn with_certificate(
         );
     }
     Ok(budget)
+}
+
+/// What a gain may change by from one session to the next, to begin with where nobody declares it: relative, and rad.
+const BETWEEN_SESSIONS: f64 = 0.01;
+
+/// The budget with what the gains of the outputs differ by from session to session, where the runs name sessions and nobody declares
+/// it: how large that is the runs tell, or it goes out of the result.
+fn with_sessions(mut budget: Budget, rows: &[PhasorRow]) -> Budget {
+    use Acts::{OutputModulus, OutputPhase, ReferenceModulus, ReferencePhase};
+    let named = rows.iter().all(|r| r.session.is_some());
+    if !named || sessions(rows).len() < 2 {
+        return budget;
+    }
+    let phases = rows.iter().all(|r| r.reals() == 6.0);
+    for (acts, reference, key, text) in [
+        (
+            OutputModulus,
+            ReferenceModulus,
+            "session.reproducibility",
+            "gain of each output from session to session, which nobody declared",
+        ),
+        (
+            OutputPhase,
+            ReferencePhase,
+            "session.reproducibility.phase",
+            "phase of each output from session to session, which nobody declared",
+        ),
+    ] {
+        let declared = |i: &ShakerInput| {
+            i.varies_between_sessions() && (i.acts == acts || i.acts == reference) || i.key == key
+        };
+        if (acts == OutputPhase && !phases) || budget.inputs.iter().any(declared) {
+            continue;
+        }
+        let keys = [Key::Session, Key::Channel];
+        let mut input = ShakerInput::new(key, acts, BETWEEN_SESSIONS, &keys).described(text);
+        input.evaluation = proofmass_uncertainty::Evaluation::A;
+        input.assumed = true;
+        budget.inputs.push(input);
+    }
+    budget
 }
 
 /// Names of what the certificate of the reference gives the budget, of modulus and phase.

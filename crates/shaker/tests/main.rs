@@ -15,6 +15,7 @@ mod shaker_free_phase;
 mod shaker_maps;
 mod shaker_plan;
 mod shaker_published_case;
+mod shaker_sessions;
 mod shaker_small_plans;
 mod shaker_unread_phases;
 mod sine_front_end;

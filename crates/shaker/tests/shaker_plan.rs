@@ -140,6 +140,7 @@ fn law_a_plan_predicts_what_its_campaigns_achieve() {
                 sensitivity: &truth,
                 amplitude: 10.0,
                 frequency: FREQUENCY,
+                sessions: &[],
             };
             predict(&configurations, &expected).unwrap()
         };

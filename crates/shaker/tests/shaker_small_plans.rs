@@ -52,6 +52,7 @@ fn campaign(plan: &[(f64, f64)], seed: u64) -> ShakerCampaign {
         .enumerate()
         .map(|(k, r)| RunInput {
             run: format!("r{:02}", k + 1),
+            session: None,
             frequency: r.frequency,
             configuration: Configuration::degrees(r.inclination_deg, r.rotation_deg),
             reference: r.reference,

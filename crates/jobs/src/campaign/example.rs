@@ -25,6 +25,7 @@ pub fn example(kind: &str, sink: &dyn Sink, watch: &dyn Watch) -> Result<()> {
             let mut shaker = SimulatedShaker::default();
             (shaker.phasors, shaker.configurations) = (true, 12);
             shaker.frequencies = vec![80.0, 160.0, 315.0];
+            shaker.sessions = 2;
             simulated(SimulateJob::Shaker(shaker))
         }
         "spurious-motion" => simulated(SimulateJob::SpuriousMotion(

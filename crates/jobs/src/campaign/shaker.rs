@@ -17,6 +17,6 @@ pub use output_recording::OutputRecording;
 pub use recording::ShakerRecording;
 pub(crate) use runs::read_runs;
 pub use runs::{PhasorQuantity, RunData, RunPhasor, RunTable, RunsTable, ShakerRun};
-pub(crate) use seat::read_plan;
+pub(crate) use seat::{CampaignPlan, read_plan};
 pub use seat::{Mounting, SingleAxisSeat, SpuriousSeat, TransverseSeat};
 pub use spurious::SpuriousFile;

@@ -2,16 +2,16 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, CertificateTable, ConditionerTable, Mounting, OutputRecording, PhasorQuantity,
-    RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+    BudgetSource, CampaignPlan, CertificateTable, ConditionerTable, Mounting, OutputRecording,
+    PhasorQuantity, RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
 };
 use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
 use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
-use proofmass_io::{Error, ErrorKind, Input, Result, WaveformOptions};
+use proofmass_io::{Error, ErrorKind, Result, WaveformOptions};
 use proofmass_shaker::geometry::published_plan;
-use proofmass_shaker::{Configuration, Correction, ShakerMethod, SpuriousTable, UnmeasuredMotion};
+use proofmass_shaker::{Correction, ShakerMethod, SpuriousTable, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -561,13 +561,13 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// As the table says, with line and column.
-    pub(crate) fn read_plan(&self) -> Result<Option<(Vec<Configuration>, Option<Input>)>> {
+    pub(crate) fn read_plan(&self) -> Result<Option<CampaignPlan>> {
         match self.plan.as_ref().map(|p| (&p.file, &p.name)) {
-            Some((Some(file), _)) => {
-                let (input, plan) = super::shaker::read_plan(self.source.source(file)?)?;
-                Ok(Some((plan, Some(input))))
-            }
-            Some((None, Some(_))) => Ok(Some((published_plan(), None))),
+            Some((Some(file), _)) => super::shaker::read_plan(self.source.source(file)?).map(Some),
+            Some((None, Some(_))) => Ok(Some(CampaignPlan {
+                configurations: published_plan(),
+                ..CampaignPlan::default()
+            })),
             _ => Ok(None),
         }
     }

@@ -238,6 +238,13 @@ findings! {
         evidence "the campaign has no [datasheet]",
         advice "it matters where additive noise does; add [datasheet] with sensitivity, tolerance and unit";
 
+    /// The budget has an error of a session, and the plan names one session or none.
+    plan_of_one_session(input: &str) =
+        "plan-of-one-session", [Note],
+        what "all configurations are reckoned as of one session",
+        evidence "{input} varies with the session: one error for the whole plan, which no run averages",
+        advice "add a column `session` to the plan where the configurations are to be measured in several";
+
     /// The sensor has a clock of its own.
     own_clock(consequence: &str, phases: &str) =
         "own-clock", [Note],

@@ -78,6 +78,11 @@ fn configurations(plan: &PlanOutcome) -> Section {
         direction("a_y", 1),
         direction("a_z", 2),
     ];
+    let mut fields = Vec::from(fields);
+    if !plan.sessions.is_empty() {
+        let session = |r: &Row<'_>| plan.sessions.get(r.0 - 1).map(String::as_str).into();
+        fields.push(Field::new("session", session).page("session", ""));
+    }
     let table = Table::of("Configurations", fields, &rows).file("plan.csv");
     let sphere = plan.configurations.iter();
     let sphere = sphere.fold(SpherePlot::new("", ""), |s, c| {

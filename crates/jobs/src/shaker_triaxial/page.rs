@@ -19,7 +19,7 @@ use digits::{Unit, plus_minus, representative};
 use proofmass_report::number::{plain, two_digits};
 use proofmass_report::plot::SeatPlot;
 use proofmass_report::{Block, Figure, KeyFigure, Report, Section, Table};
-use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod};
+use proofmass_shaker::{MethodResult, Reproducibility, ShakerCalibration, ShakerMethod};
 use proofmass_uncertainty::{Finding, Severity};
 
 pub(super) fn add(mut page: Report, outcome: &ShakerTriaxialOutcome) -> Report {
@@ -78,12 +78,22 @@ fn sections(
             Some(transverse::axes(result, unit).off_paper()),
             contested::section(calibration, unit),
             Some(agreement::residuals(calibration, result).off_paper()),
+            sessions_of(calibration, result).map(agreement::sessions),
             joint
                 .then(|| mounting::angles(result).map(Section::off_paper))
                 .flatten(),
         ]);
     }
     list
+}
+
+/// The sessions against each other, by the result that is reported or else by the first that compares them.
+fn sessions_of<'a>(
+    calibration: &'a ShakerCalibration,
+    result: &'a MethodResult,
+) -> Option<&'a Reproducibility> {
+    let mut results = std::iter::once(result).chain(&calibration.results);
+    results.find_map(|r| r.reproducibility.as_ref())
 }
 
 fn subtitle(result: &MethodResult) -> String {

@@ -2,16 +2,16 @@
 
 use super::ShakerTriaxialOutcome;
 use crate::page::AXES;
-use crate::page::columns::{filed, frequency};
+use crate::page::columns::{filed, frequency, number};
 use crate::page::polar::{Polar, polar};
 use proofmass_documents::StatedQuantity;
-use proofmass_report::{Field, Table};
+use proofmass_report::{Field, Rounding, Table};
 use proofmass_shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_shaker::published::PublishedFit;
 use proofmass_shaker::recording::{CHANNELS, RunInput};
 use proofmass_shaker::{
     AppliedAcceleration, ComponentCheck, Configuration, FrequencyCheck, FrequencyResult,
-    MethodResult, OutputUnit, RunResult, ShakerMethod,
+    MethodResult, OutputUnit, RunResult, SessionGain, ShakerMethod,
 };
 use proofmass_uncertainty::{BudgetLine, DegreesOfFreedom, Verdict};
 
@@ -86,6 +86,10 @@ pub(super) fn tables(outcome: &ShakerTriaxialOutcome) -> Vec<Table> {
         phasors(&outcome.runs, outcome.acceleration, output).file("phasors.csv"),
         applied(&outcome.applied).file("applied.csv"),
     ];
+    let compared = results.iter().any(|r| r.reproducibility.is_some());
+    if compared {
+        list.push(sessions(results).file("sessions.csv"));
+    }
     if !outcome.monte_carlo.is_empty() {
         list.push(monte_carlo(&outcome.monte_carlo, unit).file("monte-carlo.csv"));
     }
@@ -293,6 +297,14 @@ fn residuals(results: &[MethodResult], unit: &str) -> Table {
     });
     let mut fields = begin(|r: &Row<'_>| r.0);
     fields.push(Field::new("run", |r: &Row<'_>| r.1.run.as_str().into()));
+    if results
+        .iter()
+        .flat_map(|r| &r.runs)
+        .any(|r| r.session.is_some())
+    {
+        let session = |r: &Row<'_>| r.1.session.as_deref().into();
+        fields.push(Field::new("session", session));
+    }
     for (k, axis) in AXES.into_iter().enumerate() {
         fields.push(filed(format!("direction_{axis}"), move |r: &Row<'_>| {
             r.1.direction[k]
@@ -339,6 +351,9 @@ fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
     type R = RunInput;
     let of_outputs = ascii(output.symbol());
     let mut fields = mounted(|r: &R| (r.run.as_str(), r.frequency, r.configuration));
+    if runs.iter().any(|r| r.session.is_some()) {
+        fields.push(Field::new("session", |r: &R| r.session.as_deref().into()));
+    }
     for (k, name) in CHANNELS.into_iter().enumerate() {
         let unit = match (k, acceleration) {
             (0, true) => "m/s2",
@@ -368,6 +383,9 @@ fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
 fn applied(runs: &[AppliedAcceleration]) -> Table {
     type R = AppliedAcceleration;
     let mut fields = mounted(|r: &R| (r.run.as_str(), r.frequency, r.configuration));
+    if runs.iter().any(|r| r.session.is_some()) {
+        fields.push(Field::new("session", |r: &R| r.session.as_deref().into()));
+    }
     fields.push(filed("reference_m/s2", |r: &R| r.reference));
     for (i, axis) in AXES.into_iter().enumerate() {
         for (k, part) in ["real", "imaginary"].into_iter().enumerate() {
@@ -384,6 +402,55 @@ fn applied(runs: &[AppliedAcceleration]) -> Table {
         }
     }
     Table::of("", fields, runs)
+}
+
+/// Gains of the outputs in each session over their mean of the sessions.
+fn sessions(results: &[MethodResult]) -> Table {
+    type Row<'a> = (&'a MethodResult, &'a SessionGain);
+    let rows = results.iter().flat_map(|result| {
+        let told = result.reproducibility.iter();
+        told.flat_map(move |told| told.gains.iter().map(move |g| -> Row<'_> { (result, g) }))
+    });
+    let mut fields = vec![
+        Field::new("method", |r: &Row<'_>| word(r.0.method).into()),
+        Field::new("correction", |r: &Row<'_>| r.0.correction.as_str().into()),
+    ];
+    fields.extend(session_gain(|r: &Row<'_>| r.1));
+    Table::of("", fields, rows)
+}
+
+/// The gain of an output in a session, of file and page.
+pub(super) fn session_gain<'a, R: 'a>(
+    of: impl for<'r> Fn(&'r R) -> &'r SessionGain + Copy + 'a,
+) -> [Field<'a, R>; 7] {
+    [
+        Field::new("session", move |r| of(r).session.as_str().into()).page("session", ""),
+        number("readings", ("readings", ""), Rounding::Plain, move |r| {
+            of(r).readings
+        }),
+        Field::new("output", move |r| AXES[of(r).output].into()).page("output", ""),
+        number(
+            "gain_ratio",
+            ("gain over the mean", ""),
+            Rounding::Decimals(5),
+            move |r| 1.0 + of(r).modulus,
+        ),
+        number("u_gain_ratio", ("u", ""), Rounding::Decimals(5), move |r| {
+            of(r).u_modulus
+        }),
+        number(
+            "phase_deg",
+            ("phase against the mean", "°"),
+            Rounding::Decimals(3),
+            move |r| of(r).phase.map(f64::to_degrees),
+        ),
+        number(
+            "u_phase_deg",
+            ("u", "°"),
+            Rounding::Decimals(3),
+            move |r| of(r).u_phase.map(f64::to_degrees),
+        ),
+    ]
 }
 
 /// What the samples of each recording said beside the phasors.

@@ -7,10 +7,11 @@ use super::wedge_motion::bent;
 use crate::campaign::SpuriousFile;
 use crate::stored_result::as_filed;
 use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
 use proofmass_io::{Cell, Table, f32_bytes};
 use proofmass_rig::bench::laboratory::{Laboratory, PreparedRun, Setup, Truth, Unreached};
 use proofmass_rig::bench::waveform::Acquisition;
-use proofmass_rig::bench::{Bench, Bending};
+use proofmass_rig::bench::{Bench, Bending, session_gains};
 use proofmass_shaker::geometry::{self, Configuration};
 use proofmass_shaker::plan::best;
 use proofmass_shaker::recording::Drive;
@@ -19,6 +20,9 @@ use proofmass_shaker::spurious::{RatioRepeats, ratio_from_velocity, table};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
+
+/// Standard deviation of a gain from session to session, relative and in rad.
+const SESSION: f64 = 1e-3;
 
 /// A triaxial accelerometer on wedges on a shaker: campaign.toml, runs.csv, one recording per run, reference.csv,
 /// spurious.csv, truth.json.
@@ -67,6 +71,9 @@ pub struct SimulatedShaker {
     /// How a recording is driven: sine (one frequency each), multi-sine or stepped (all frequencies in one)
     #[cfg_attr(feature = "clap", arg(long, value_name = "DRIVE", default_value = "sine", value_parser = drive_word))]
     pub drive: Drive,
+    /// Sessions that the mountings are measured in, in turn; each has gains of its own, by 0.1 % and 1 mrad
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NUMBER", default_value_t = SimulatedShaker::default().sessions))]
+    pub sessions: u32,
     /// Repeats of every vibrometer reading
     #[cfg_attr(feature = "clap", arg(long, default_value_t = SimulatedShaker::default().repeats))]
     pub repeats: u32,
@@ -89,6 +96,7 @@ impl Default for SimulatedShaker {
             wedge_motion: Vec::new(),
             sensor: None,
             drive: Drive::Sine,
+            sessions: 1,
             repeats: 10,
             fault: Vec::new(),
         }
@@ -107,6 +115,9 @@ struct TruthFile {
     faults: Vec<FaultTruth>,
     #[serde(skip_serializing_if = "Option::is_none")]
     sensor: Option<SensorTruth>,
+    /// Gains of the outputs x, y, z in each session, real and imaginary part.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    session_gains: Vec<[Complex64; 3]>,
     #[serde(flatten)]
     truth: Truth,
 }
@@ -118,6 +129,7 @@ impl SimulatedShaker {
         let plan = self.plan()?;
         let setup = laboratory.set_up(&plan, &self.frequencies, self.seed);
         let sensor = self.sensor.map(|clock| Sensor::new(clock, self.duration));
+        let gains = self.session_gains();
         let digits = setup.len().to_string().len();
         let name = |run: usize| format!("run-{:0digits$}", run + 1);
         let done = Mutex::new(0);
@@ -126,9 +138,14 @@ impl SimulatedShaker {
             .into_par_iter()
             .map(|run| {
                 let fault = faults.iter().find(|f| f.1 == run);
-                let prepared = setup
+                let mut prepared = setup
                     .prepare(run, fault.and_then(|f| f.0.on_the_bench()))
                     .map_err(unreached)?;
+                if let Some(gains) = gains.get(self.session_of(run)) {
+                    for (volts, gain) in prepared.volts[1..].iter_mut().zip(gains) {
+                        *volts = volts.map(|v| v * gain);
+                    }
+                }
                 if !self.phasors && self.drive == Drive::Sine {
                     let samples = setup.record(run, &prepared);
                     let views: [&[f64]; 4] = std::array::from_fn(|k| samples[k].as_slice());
@@ -168,6 +185,7 @@ impl SimulatedShaker {
                 })
                 .collect(),
             sensor: sensor.map(|s| s.truth()),
+            session_gains: gains,
             truth: setup.truth(),
         };
         desk.write("campaign.toml", self.campaign(&laboratory).into_bytes())?;
@@ -206,6 +224,19 @@ impl SimulatedShaker {
         Ok(())
     }
 
+    /// Session of a run, from zero: that of its mounting.
+    fn session_of(&self, run: usize) -> usize {
+        run % self.configurations as usize % self.sessions as usize
+    }
+
+    /// Gains of the outputs in each session; none where there is one.
+    fn session_gains(&self) -> Vec<[Complex64; 3]> {
+        match self.sessions {
+            0 | 1 => Vec::new(),
+            count => session_gains(count as usize, SESSION, self.seed),
+        }
+    }
+
     /// Numbers that can be simulated; the faults with the index of their run.
     fn check(&self) -> Result<Vec<(Practice, usize)>> {
         for (name, value, low, high) in [
@@ -213,6 +244,7 @@ impl SimulatedShaker {
             ("sampling rate", self.sampling_rate, 100.0, 1e6),
             ("configurations", f64::from(self.configurations), 3.0, 44.0),
             ("repeats", f64::from(self.repeats), 2.0, 1000.0),
+            ("sessions", f64::from(self.sessions), 1.0, 44.0),
         ] {
             if !(low..=high).contains(&value) {
                 return Err(Trouble::request(format!("{name} {value} is out of range"))
@@ -316,6 +348,9 @@ impl SimulatedShaker {
         ]
         .map(String::from)
         .to_vec();
+        if self.sessions > 1 {
+            columns.insert(1, "session".into());
+        }
         if self.phasors {
             for channel in ["reference", "x", "y", "z"] {
                 columns.extend([format!("{channel}_V"), format!("{channel}_phase_deg")]);
@@ -350,6 +385,10 @@ impl SimulatedShaker {
                 },
                 Cell::from((p.transverse * 1e4).round() * 1e-2),
             ];
+            if self.sessions > 1 {
+                let session = format!("day-{}", self.session_of(run) + 1);
+                row.insert(1, Cell::from(session.as_str()));
+            }
             if self.phasors {
                 for volts in &p.volts {
                     row.push(Cell::from(volts[0].norm()));
@@ -454,13 +493,13 @@ unit = "{unit}"
             10.2 * factor,
             1.02 * factor,
             seed = self.seed,
-            budget = budget(bench, sensor),
+            budget = budget(bench, sensor, self.sessions > 1),
         )
     }
 }
 
 /// The budget that describes the bench, as entries of campaign.toml.
-fn budget(bench: &Bench, sensor: Option<Sensor>) -> String {
+fn budget(bench: &Bench, sensor: Option<Sensor>, sessions: bool) -> String {
     let (floor, unit) = match sensor {
         Some(sensor) => (bench.floor * sensor.counts_per_volt(), "count"),
         None => (bench.floor, "V"),
@@ -470,6 +509,25 @@ fn budget(bench: &Bench, sensor: Option<Sensor>) -> String {
     let normal = |u: f64| format!("{{ kind = \"normal\", mean = 0.0, u = {u} }}");
     let degrees = |a: f64| rectangular((a.to_degrees() * 1e9).round() * 1e-9);
     let run = "\"run\", \"channel\"";
+    let session = "\"session\", \"channel\"";
+    let between = [
+        (
+            "session.gain",
+            "gain of each output from session to session",
+            "output-modulus",
+            "1",
+            normal(SESSION),
+            session,
+        ),
+        (
+            "session.phase",
+            "phase of each output from session to session",
+            "output-phase",
+            "rad",
+            normal(SESSION),
+            session,
+        ),
+    ];
     [
         (
             "wedge.angle",
@@ -521,6 +579,7 @@ fn budget(bench: &Bench, sensor: Option<Sensor>) -> String {
         ),
     ]
     .iter()
+    .chain(if sessions { &between[..] } else { &[] })
     .map(|(name, description, acts, unit, distribution, keys)| {
         format!(
             "\n[[budget]]\nname = \"{name}\"\ndescription = \"{description}\"\nacts = \"{acts}\"\nunit = \"{unit}\"\n\

@@ -16,6 +16,7 @@ use proofmass_jobs::campaign::Campaign;
 use proofmass_jobs::comparison::{ComparisonData, ComparisonJob};
 use proofmass_jobs::free_living::{FreeLivingJob, FreeLivingWindows};
 use proofmass_jobs::shaker_single::{ShakerSingleData, ShakerSingleJob, ShakerSingleRun};
+use proofmass_jobs::shaker_triaxial::ShakerTriaxialData;
 use proofmass_jobs::simulate::{
     SimulateJob, SimulatedMultiPosition, SimulatedPrimary, SimulatedShaker, SimulatedSpuriousMotion,
 };
@@ -120,6 +121,19 @@ pub fn shaker_triaxial(kind: &str) -> StoredResult {
     recorded.frequencies = vec![160.0];
     let recorded = simulated(&SimulateJob::Shaker(recorded));
     check(kind, &|watch| recorded.evaluate(None, watch));
+    // Every other run on another day.
+    let Campaign::ShakerTriaxial(campaign) = &shaker else {
+        panic!("a triaxial campaign");
+    };
+    let files = campaign.load(&Unwatched).expect("runs");
+    let mut runs = files.data().runs().to_vec();
+    for (k, run) in runs.iter_mut().enumerate() {
+        run.session = Some(["one day", "another day"][k % 2].to_owned());
+    }
+    check(kind, &|watch| {
+        let data = ShakerTriaxialData::new(&runs);
+        ask(files.job.clone(), &AnyData::ShakerTriaxial(data), watch)
+    });
     result
 }
 

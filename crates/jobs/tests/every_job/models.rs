@@ -45,6 +45,12 @@ pub fn plan(kind: &str) {
         ask(job, &AnyData::None, watch)
     });
     figure(&result, "predicted.csv", 0, "u_real_%");
+    check(kind, &|watch| {
+        let mut job = PlanJob::new(budget());
+        let day = |k: usize| ["one day", "another day"][k % 2].to_owned();
+        job.sessions = (0..job.candidates.len()).map(day).collect();
+        ask(job, &AnyData::None, watch)
+    });
 }
 
 pub fn noise(kind: &str) {

@@ -45,6 +45,8 @@ const TOLD: f64 = 2.0;
 const KEPT: f64 = 2.0 / 3.0;
 /// Ratios below are as good as zero: t(1) times the root of this is less than the normal factor.
 const LEAST: f64 = 0.02;
+/// Likewise of an error that nobody declares, beside the size that it begins with.
+const NOTHING: f64 = 1e-5;
 /// Scoring gains a digit per step; a component that few runs tell moves slowly at first.
 const STEPS: usize = 40;
 /// A thousand times the declared uncertainty is a blunder and no scatter.
@@ -77,15 +79,20 @@ enum Source {
 }
 
 impl Kind {
-    /// Largest ratio.
-    fn most(&self, budget: &Budget) -> f64 {
-        match self {
+    /// Smallest and largest ratio.
+    fn bounds(&self, budget: &Budget) -> (f64, f64) {
+        let least = match self {
+            Self::Drawn(Source::Input(index), ..) if budget.inputs[*index].assumed => NOTHING,
+            _ => LEAST,
+        };
+        let most = match self {
             Self::Drawn(Source::Input(index), ..) if budget.inputs[*index].acts.is_angle() => {
                 let u = budget.inputs[*index].standard_uncertainty();
                 (ANGLE / u).powi(2).clamp(1.0, MOST)
             }
             _ => MOST,
-        }
+        };
+        (least, most)
     }
 }
 
@@ -125,7 +132,7 @@ impl Adjustment {
     pub(crate) fn components(&self, budget: &Budget) -> Result<Components, Error> {
         let blocks: Vec<Block> = (0..self.frequencies.len()).map(|f| self.block(f)).collect();
         let mut kinds = self.kinds(budget);
-        let mut most: Vec<f64> = kinds.iter().map(|k| k.most(budget)).collect();
+        let mut bounds: Vec<(f64, f64)> = kinds.iter().map(|k| k.bounds(budget)).collect();
         let mut ratios = vec![1.0; kinds.len()];
         let mut score = self.score_of(&blocks, &kinds, &ratios)?;
         // The least known first: what it leaves may tell the others.
@@ -135,7 +142,7 @@ impl Adjustment {
             match least {
                 Some(k) if !(known[k] >= TOLD) => {
                     kinds.remove(k);
-                    most.remove(k);
+                    bounds.remove(k);
                     ratios.pop();
                     score = score.without(k);
                 }
@@ -144,7 +151,7 @@ impl Adjustment {
         }
         let declared = freedoms(&score.information, &ratios);
         for _ in 0..STEPS {
-            let next = score.step(&ratios, &most);
+            let next = score.step(&ratios, &bounds);
             let change = |(a, b): (&f64, &f64)| (a / b - 1.0).abs();
             let settled = next.iter().zip(&ratios).map(change).fold(0.0, f64::max) < SETTLED;
             ratios = next;
@@ -414,11 +421,12 @@ impl Score {
     }
 
     /// φ + T⁻¹ g within reach and above zero; a ratio at its bound that wants to be less stays there.
-    fn step(&self, ratios: &[f64], most: &[f64]) -> Vec<f64> {
+    fn step(&self, ratios: &[f64], bounds: &[(f64, f64)]) -> Vec<f64> {
         let free: Vec<usize> = (0..ratios.len())
             .filter(|&k| {
-                let inside = ratios[k] > LEAST && ratios[k] < most[k];
-                inside || (self.gradient[k] > 0.0) == (ratios[k] <= LEAST)
+                let (least, most) = bounds[k];
+                let inside = ratios[k] > least && ratios[k] < most;
+                inside || (self.gradient[k] > 0.0) == (ratios[k] <= least)
             })
             .collect();
         let n = free.len();
@@ -436,7 +444,7 @@ impl Score {
         let step = llt.solve(&right);
         for (i, &k) in free.iter().enumerate() {
             let factor = (1.0 + step[(i, 0)]).clamp(1.0 / REACH, REACH);
-            next[k] = (ratios[k] * factor).clamp(LEAST, most[k]);
+            next[k] = (ratios[k] * factor).clamp(bounds[k].0, bounds[k].1);
         }
         next
     }

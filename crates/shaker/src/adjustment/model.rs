@@ -4,7 +4,7 @@ use super::{Column, Draw, Linear};
 use crate::budget::{Acts, Budget, Key, ShakerInput};
 use crate::geometry::Seat;
 use crate::matrix::{Matrix, from_real, row_times};
-use crate::observation::{Basis, PhasorRow, Share, SpuriousTable};
+use crate::observation::{Basis, PhasorRow, Share, SpuriousTable, sessions};
 use faer::Mat;
 use num_complex::Complex64;
 use proofmass_core::Error;
@@ -60,6 +60,7 @@ impl Model<'_> {
                 share,
             });
         };
+        let sessions = sessions(self.rows);
         // Angles to a microradian, rotations modulo a turn: what a plan calls the same.
         let angle = |a: f64| (a.rem_euclid(std::f64::consts::TAU) * 1e6).round() as i64 % 6_283_185;
         for (i, row) in self.rows.iter().enumerate() {
@@ -78,6 +79,11 @@ impl Model<'_> {
                             Key::Rotation => angle(row.configuration.rotation),
                             Key::Channel => part as i64,
                             Key::Run => i as i64,
+                            Key::Session => {
+                                let name = row.session.as_deref();
+                                let place = sessions.iter().position(|s| Some(*s) == name);
+                                place.map_or(-1, |k| k as i64)
+                            }
                         });
                     }
                     if tilt {

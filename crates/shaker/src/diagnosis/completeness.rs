@@ -32,8 +32,18 @@ pub(super) fn completeness(rows: &[PhasorRow], plan: Option<&[Configuration]>) -
                 .filter(|r| r.configuration.same_as(c))
                 .copied()
                 .collect();
+            let measured = twice.len();
+            // In another session it is a repeat.
+            let in_session = |r: &&&PhasorRow| {
+                let other = |o: &&&PhasorRow| o.session == r.session;
+                twice.iter().filter(other).count() > 1
+            };
+            let twice: Vec<&PhasorRow> = match twice.len() {
+                0 | 1 => twice,
+                _ => twice.iter().filter(in_session).copied().collect(),
+            };
             let same: Vec<&str> = twice.iter().map(|r| r.run.as_str()).collect();
-            if same.is_empty() {
+            if measured == 0 {
                 found.push(findings::missing_configuration(
                     &degrees(c),
                     f,

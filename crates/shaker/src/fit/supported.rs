@@ -1,7 +1,7 @@
 //! The budget as the runs have it: every declared uncertainty they can tell, where it is too small, and how well they tell.
 
 use crate::adjustment::Adjustment;
-use crate::budget::Budget;
+use crate::budget::{Acts, Budget};
 use crate::derived::PROBABILITY;
 use crate::observation::{Basis, PhasorRow, Share, Spurious, SpuriousTable};
 use proofmass_core::Error;
@@ -28,11 +28,25 @@ pub struct VarianceComponent {
     pub dof: DegreesOfFreedom,
 }
 
+/// What a gain or a phase of an output differs by from session to session, which nobody declared, as the runs have it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct BetweenSessions {
+    /// Whether it is that of the phase, in rad, or of the modulus, relative.
+    pub phase: bool,
+    /// Standard deviation from session to session.
+    pub standard_uncertainty: f64,
+    /// Its degrees of freedom.
+    pub dof: DegreesOfFreedom,
+}
+
 /// Runs and budget with the uncertainties that were used.
 pub(crate) struct Supported {
     pub(crate) rows: Vec<PhasorRow>,
     pub(crate) budget: Budget,
     pub(crate) components: Vec<VarianceComponent>,
+    /// What sessions differ by that nobody declared.
+    pub(crate) between: Vec<BetweenSessions>,
     /// Degrees of freedom of the readings, by frequency.
     readings: Vec<f64>,
     /// Degrees of freedom of each input of the budget.
@@ -51,7 +65,7 @@ const READINGS: &str = "readings";
 impl Supported {
     /// U = max(t(ν) û, 1.96 u) for each kind of error by itself, u the declared uncertainty: what the readings say with
     /// the freedom they have, or what was declared, and nothing is decided in between. What nobody declares, as the motion of
-    /// the bench that nobody measured, is what the runs say, t(ν) û, as far as they tell it.
+    /// the bench that nobody measured or what sessions differ by, is what the runs say, t(ν) û, as far as they tell it.
     ///
     /// **Source** restricted maximum likelihood `[Harville1977]` for û; the rule is that of
     /// [`BetweenScatter`](proofmass_uncertainty::BetweenScatter).
@@ -66,6 +80,7 @@ impl Supported {
             rows: rows.to_vec(),
             budget: budget.clone(),
             components: vec![],
+            between: vec![],
             readings: vec![f64::INFINITY; adjustment.frequencies.len()],
             inputs: budget.inputs.iter().map(|i| i.dof.get()).collect(),
             spurious: spurious.clone(),
@@ -110,8 +125,20 @@ impl Supported {
         }
         let mut factors = vec![1.0; budget.inputs.len()];
         for (index, component) in found.inputs.iter().enumerate() {
-            if let Some(c) = component {
-                let input = &budget.inputs[index];
+            let input = &budget.inputs[index];
+            if input.assumed {
+                let (ratio, freedom) = component.map_or((0.0, 1.0), |c| (c.ratio, c.freedom));
+                factors[index] = ratio.sqrt();
+                if component.is_some() {
+                    let (told, dof) = told("", None, f64::INFINITY, 0.0, ratio, freedom);
+                    supported.inputs[index] = dof;
+                    supported.between.push(BetweenSessions {
+                        phase: input.acts == Acts::OutputPhase,
+                        standard_uncertainty: ratio.sqrt() * input.standard_uncertainty(),
+                        dof: told.dof,
+                    });
+                }
+            } else if let Some(c) = component {
                 let (component, dof) =
                     told(&input.key, only, input.dof.get(), 1.0, c.ratio, c.freedom);
                 supported.components.push(component);
@@ -134,7 +161,7 @@ impl Supported {
             let frequency = adjustment.frequency_of(motion);
             supported.spurious.scale(motion.share, frequency, factors);
         }
-        let enlarges = enlarged.iter().chain(&factors).any(|&f| f > 1.0);
+        let enlarges = enlarged.iter().chain(&factors).any(|&f| f != 1.0);
         supported.changed = enlarges || moved;
         if enlarges {
             let largest = enlarged.iter().copied().fold(1.0, f64::max).sqrt();
@@ -154,7 +181,37 @@ impl Supported {
                 }
             }
         }
+        // What nobody declared and the runs do not tell is in no result.
+        let mut kept = factors.iter().map(|f| *f > 0.0);
+        supported.inputs.retain(|_| kept.next().unwrap_or(true));
+        let mut kept = factors.iter().map(|f| *f > 0.0);
+        let inputs = &mut supported.budget.inputs;
+        inputs.retain(|_| kept.next().unwrap_or(true));
         Ok(supported)
+    }
+
+    /// The budget as declared, with what nobody declared as the runs have it; `None` where all of it is declared.
+    pub(crate) fn as_declared(&self, budget: &Budget) -> Option<Budget> {
+        budget.inputs.iter().any(|i| i.assumed).then(|| {
+            let mut declared = budget.clone();
+            declared.inputs.retain(|i| !i.assumed);
+            let assumed = self.budget.inputs.iter().filter(|i| i.assumed);
+            declared.inputs.extend(assumed.cloned());
+            declared
+        })
+    }
+
+    /// What runs of one session are judged by: readings and mountings as the runs have them, between sessions what is declared.
+    pub(super) fn within_sessions(&self, budget: &Budget) -> Budget {
+        let mut within = self.budget.clone();
+        within.inputs.retain(|i| !i.assumed);
+        for input in &mut within.inputs {
+            let declared = budget.inputs.iter().find(|i| i.key == input.key);
+            if let Some(declared) = declared.filter(|i| i.varies_between_sessions()) {
+                input.clone_from(declared);
+            }
+        }
+        within
     }
 
     /// The adjustment with what the runs say; `None` where the declared one is it.

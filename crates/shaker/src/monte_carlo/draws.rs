@@ -96,8 +96,10 @@ impl Errors {
         for (i, row) in rows.iter().enumerate() {
             for channel in ["x", "y", "z", "reference"] {
                 for part in ["re", "im"] {
+                    let session = row.session.as_deref().unwrap_or_default();
                     observations.push(
                         Labels::new()
+                            .with(Key::Session.name(), session)
                             .with(Key::Frequency.name(), row.frequency)
                             .with(
                                 Key::Inclination.name(),

@@ -123,6 +123,54 @@ impl ShakerBudget {
         Ok(())
     }
 
+    fn between_sessions(&self) -> Option<&proofmass_shaker::ShakerInput> {
+        match self {
+            Self::Inputs(budget, _) => {
+                let mut inputs = budget.inputs.iter();
+                inputs.find(|i| i.varies_with.contains(&Key::Session))
+            }
+            Self::Published => None,
+        }
+    }
+
+    /// The runs name their sessions where an input varies with them.
+    ///
+    /// # Errors
+    /// They do not.
+    pub(crate) fn finds_sessions(
+        &self,
+        source: &CampaignFile,
+        table: &Path,
+        named: bool,
+    ) -> Result<()> {
+        let Some(input) = self.between_sessions().filter(|_| !named) else {
+            return Ok(());
+        };
+        let what = format!(
+            "input \"{}\" varies with the session, and the runs name none",
+            input.key
+        );
+        let hint = format!(
+            "add a column `session` to {} with a word for each run, such as its date, or take \"session\" out of varies_with",
+            table.display()
+        );
+        Err(match self {
+            Self::Inputs(_, Some(file)) => Error::new(ErrorKind::Configuration, what)
+                .at(Path::new(&file.path))
+                .column("varies_with"),
+            _ => {
+                let error = Error::new(ErrorKind::Configuration, what)
+                    .at(&source.path)
+                    .column("varies_with");
+                match line_of(&source.text, &input.key) {
+                    Some(line) => error.line(line),
+                    None => error,
+                }
+            }
+        }
+        .with_hint(hint))
+    }
+
     /// The inputs. Where a certificate is at hand it counts, and not the one that was printed.
     pub fn budget(&self, certificate: bool) -> proofmass_shaker::Budget {
         match self {
@@ -260,23 +308,17 @@ fn input(
             ));
         }
     };
-    Ok(proofmass_shaker::ShakerInput {
-        key: entry.name.clone(),
-        description: entry
-            .description
-            .clone()
-            .unwrap_or_else(|| entry.name.clone()),
-        acts,
-        evaluation: entry.evaluation.unwrap_or(match distribution {
-            Distribution::StudentT { .. } => Evaluation::A,
-            _ => Evaluation::B,
-        }),
-        dof: entry.dof.unwrap_or(distribution.dof()),
-        distribution: distribution.scaled(factor, -factor * distribution.estimate()),
-        varies_with,
-        at_frequencies: list.iter().map(|(f, u)| (*f, u * factor)).collect(),
-        output: None,
-    })
+    let description = entry.description.as_ref().unwrap_or(&entry.name);
+    let mut input = proofmass_shaker::ShakerInput::new(&entry.name, acts, 0.0, &varies_with)
+        .described(description);
+    input.evaluation = entry.evaluation.unwrap_or(match distribution {
+        Distribution::StudentT { .. } => Evaluation::A,
+        _ => Evaluation::B,
+    });
+    input.dof = entry.dof.unwrap_or(distribution.dof());
+    input.distribution = distribution.scaled(factor, -factor * distribution.estimate());
+    input.at_frequencies = list.iter().map(|(f, u)| (*f, u * factor)).collect();
+    Ok(input)
 }
 
 /// Standard uncertainties over frequency, (Hz, u in the unit of the entry).
@@ -377,6 +419,13 @@ impl ShakerBudget {
     }
 }
 
+/// Line of an entry, by its name.
+fn line_of(text: &str, name: &str) -> Option<u64> {
+    let quoted = format!("\"{name}\"");
+    let of = |l: &str| l.trim_start().starts_with("name") && l.contains(&quoted);
+    text.lines().position(of).map(|line| line as u64 + 1)
+}
+
 fn convert(
     entries: &[InputEntry],
     path: &Path,
@@ -386,16 +435,13 @@ fn convert(
     let mut inputs: Vec<proofmass_shaker::ShakerInput> = Vec::new();
     for entry in entries {
         let refuse = |what: String, hint: String| {
-            let quoted = format!("\"{}\"", entry.name);
-            let line = text
-                .lines()
-                .position(|l| l.trim_start().starts_with("name") && l.contains(&quoted));
+            let line = line_of(text, &entry.name);
             let error = Error::new(ErrorKind::Configuration, what)
                 .at(path)
                 .column("budget")
                 .with_hint(hint);
             match line {
-                Some(line) => error.line(line as u64 + 1),
+                Some(line) => error.line(line),
                 None => error,
             }
         };

@@ -74,6 +74,8 @@ pub struct ShakerRun<S> {
     pub(crate) run: String,
     /// Line of the table.
     pub(crate) line: u64,
+    /// Session in which it was measured, where the table has them.
+    pub(crate) session: Option<String>,
     /// Nominal frequency in Hz; a recording of several has a run of each.
     pub(crate) frequency_hz: f64,
     /// How the device was mounted, or which motion was measured.
@@ -137,6 +139,7 @@ pub(crate) fn read_runs<S: Seat + Clone>(
     let path = source.resolve(&table.file);
     let mut sheet = Sheet::from_source(source.source(&table.file)?, "table of runs")?;
     let run = sheet.text("run");
+    let session = sheet.text("session");
     let frequency = sheet.quantity("frequency", FREQUENCY)?;
     let seat = S::find(&mut sheet)?;
     let file = sheet.text("file");
@@ -193,6 +196,8 @@ pub(crate) fn read_runs<S: Seat + Clone>(
                 .refuse(run, format!("run \"{name}\" stands in line {line} already"))
                 .with_hint("take one of the two out; a true repeat needs a name of its own"));
         }
+        let session = session.map(|column| session_name(&row, column, name));
+        let session = session.transpose()?;
         let frequencies = row.positives(frequency)?;
         let several = frequencies.len() > 1;
         if several && file.is_none() {
@@ -233,6 +238,7 @@ pub(crate) fn read_runs<S: Seat + Clone>(
                     false => name.to_owned(),
                 },
                 line: row.line,
+                session: session.clone(),
                 frequency_hz,
                 seat: place.clone(),
                 data: data.clone(),
@@ -261,6 +267,17 @@ pub(crate) fn read_runs<S: Seat + Clone>(
         runs,
         moduli,
     })
+}
+
+fn session_name(row: &SheetRow, column: Place, run: &str) -> Result<String> {
+    match row.text(column) {
+        "" => Err(row
+            .refuse(column, format!("run \"{run}\" names no session"))
+            .with_hint(
+                "a word for the day or the set-up of every run, such as 2026-03-01 or morning; without sessions leave the column out",
+            )),
+        word => Ok(word.to_owned()),
+    }
 }
 
 fn recording_name(

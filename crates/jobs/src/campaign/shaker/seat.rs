@@ -244,23 +244,45 @@ impl Seat for SpuriousSeat {
     }
 }
 
+/// The plan of a campaign.
+#[derive(Default)]
+pub(crate) struct CampaignPlan {
+    pub(crate) configurations: Vec<Configuration>,
+    /// Session of each configuration; empty where the plan has none.
+    pub(crate) sessions: Vec<String>,
+    /// The file it was read from.
+    pub(crate) input: Option<Input>,
+}
+
 /// A plan of configurations.
-pub(crate) fn read_plan(source: Source) -> Result<(Input, Vec<Configuration>)> {
+pub(crate) fn read_plan(source: Source) -> Result<CampaignPlan> {
     let mut sheet = Sheet::from_source(source, "plan")?;
     let tilt = sheet.quantity("inclination", ANGLE)?;
     let turn = sheet.quantity("rotation", ANGLE)?;
+    let session = sheet.text("session");
     sheet.text("configuration");
     sheet.finish()?;
     let tilt = sheet.required(tilt, "inclination_deg")?;
     let turn = sheet.required(turn, "rotation_deg")?;
-    let plan = sheet
-        .rows()
-        .map(|row| {
-            Ok(Configuration {
-                inclination: inclination(&row, tilt)?,
-                rotation: row.number(turn)?,
-            })
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok((sheet.input.clone(), plan))
+    let (mut configurations, mut sessions) = (vec![], vec![]);
+    for row in sheet.rows() {
+        configurations.push(Configuration {
+            inclination: inclination(&row, tilt)?,
+            rotation: row.number(turn)?,
+        });
+        if let Some(column) = session {
+            let word = row.text(column);
+            if word.is_empty() {
+                return Err(row
+                    .refuse(column, "the configuration names no session")
+                    .with_hint("a word for the session of every configuration; without sessions leave the column out"));
+            }
+            sessions.push(word.to_owned());
+        }
+    }
+    Ok(CampaignPlan {
+        configurations,
+        sessions,
+        input: Some(sheet.input.clone()),
+    })
 }

@@ -1,11 +1,13 @@
 //! Whether the runs agree: residuals and Monte Carlo.
 
+use super::super::tables::session_gain;
 use super::sign;
 use crate::page::columns::{frequency, printed, words};
 use proofmass_report::number::two_digits;
 use proofmass_report::{Axis, Section, Series, SpherePlot, Table, XyPlot};
 use proofmass_shaker::{
-    ComponentCheck, FrequencyCheck, MethodResult, RunResult, ShakerCalibration, Suspicion,
+    ComponentCheck, FrequencyCheck, MethodResult, Reproducibility, RunResult, SessionGain,
+    ShakerCalibration, Suspicion,
 };
 use proofmass_uncertainty::Verdict;
 
@@ -91,14 +93,18 @@ pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) 
             _ => "none found",
         })
     };
-    let fields = [
-        words("run", |r: &R| r.run.clone()),
+    let mut fields = vec![words("run", |r: &R| r.run.clone())];
+    if result.runs.iter().any(|r| r.session.is_some()) {
+        let session = |r: &R| r.session.clone().unwrap_or_default();
+        fields.push(words("session", session));
+    }
+    fields.extend([
         frequency(|r: &R| r.frequency),
         printed("χ²", "", |r: &R| format!("{:.1}", r.statistic)),
         words("studentised residuals x, y, z (real, imaginary)", residuals),
         printed("influence", "u", |r: &R| format!("{:.2}", r.influence)),
         words("explanation", explanation),
-    ];
+    ]);
     let caption = "The runs that differ most from what the others predict";
     let table = Table::of(caption, fields, worst.into_iter().take(8)).note(
         "Influence: largest change of a component of S without the run, in its standard uncertainties.",
@@ -118,6 +124,56 @@ pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) 
             plot,
         )
         .table(table)
+}
+
+/// Gains of the sessions against each other.
+pub(super) fn sessions(told: &Reproducibility) -> Section {
+    let percent = |u: f64| two_digits(100.0 * u);
+    let degrees = |u: f64| two_digits(u.to_degrees());
+    let mut words = "The gain of each output in each session over its mean of the sessions that are compared, with everything else \
+         fitted. u is what readings, mountings and the inputs of the budget that vary with the session make of it."
+        .to_owned();
+    if !told.gains.is_empty() {
+        words += &format!(
+            " All differences together: F = {:.2} with {:.0} and {:.0} degrees of freedom, p = {:.2}. Beyond u the sessions scatter by {} % \
+             and {}° (standard deviations).",
+            told.statistic,
+            told.dof[0],
+            told.dof[1],
+            told.p_value,
+            percent(told.spread[0]),
+            degrees(told.spread[1]),
+        );
+    }
+    for between in &told.between {
+        let (what, size) = match between.phase {
+            true => (
+                "phase",
+                format!("{}°", degrees(between.standard_uncertainty)),
+            ),
+            false => (
+                "gain",
+                format!("{} %", percent(between.standard_uncertainty)),
+            ),
+        };
+        words += &format!(
+            " How far the {what} of an output changes from session to session was not declared: it is {size} by restricted maximum likelihood \
+             (ν = {:.1}), and U has it.",
+            between.dof.get()
+        );
+    }
+    for (session, why) in &told.uncompared {
+        words += &format!(" Session {session} is not compared: {why}.");
+    }
+    let section = Section::new("Reproducibility between sessions").paragraph(words);
+    match told.gains.is_empty() {
+        true => section,
+        false => section.table(Table::of(
+            "Gains of the sessions",
+            session_gain(|g: &SessionGain| g),
+            &told.gains,
+        )),
+    }
 }
 
 /// Verdicts of the law of propagation against Monte Carlo.
