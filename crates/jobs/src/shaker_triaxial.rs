@@ -20,6 +20,7 @@ use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_shaker::datasheet::{Datasheet, kept};
 use proofmass_shaker::monte_carlo::{self, CheckOptions};
 use proofmass_shaker::published::MagnitudeBudget;
 use proofmass_shaker::recording::{QualityLimits, RunInput};
@@ -92,9 +93,9 @@ pub struct ShakerTriaxialJob {
     pub targets: Vec<(f64, f64)>,
     /// Rules of a sound run.
     pub limits: QualityLimits,
-    /// Datasheet sensitivity and its tolerance, V/(m/s²).
+    /// What the maker states, per m/s².
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub datasheet: Option<(f64, f64)>,
+    pub datasheet: Option<Datasheet>,
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
@@ -138,7 +139,7 @@ impl ShakerTriaxialJob {
         campaign.plan = self.plan.clone();
         campaign.targets = self.targets.clone();
         campaign.limits = self.limits;
-        campaign.datasheet = self.datasheet;
+        campaign.datasheet = self.datasheet.clone();
         campaign.excluded = self.excluded.clone();
         campaign.free_phase = self.sample_clock == Some(SampleClock::Own);
         campaign
@@ -180,6 +181,9 @@ impl Job for ShakerTriaxialJob {
         let applied = applied(&campaign).map_err(explain)?;
         watch.step("Monte Carlo", 1, 1)?;
         adopt(&mut calibration, &checks);
+        if let Some(sheet) = &self.datasheet {
+            calibration.hold_against(sheet).map_err(explain)?;
+        }
         // Those of files and runs, then of the first result, the gravest first.
         let mut findings = data.findings.to_vec();
         findings.extend(calibration.findings.iter().cloned());
@@ -190,6 +194,9 @@ impl Job for ShakerTriaxialJob {
             if !findings.contains(finding) {
                 findings.push(finding.clone());
             }
+        }
+        if let (Some(sheet), Some(shown)) = (&self.datasheet, page::principal(&calibration)) {
+            findings.extend(kept(sheet, &shown.datasheet));
         }
         findings.extend(monte_carlo::findings(&checks, self.monte_carlo.digits));
         let clock = self.clock(data, &calibration, &mut findings);

@@ -36,5 +36,6 @@ mod single_axis;
 mod step_map;
 mod support;
 mod temperature_job;
+mod triaxial_datasheet;
 mod uncertainty;
 mod velocity;

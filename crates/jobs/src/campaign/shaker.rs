@@ -3,6 +3,7 @@
 mod budget;
 mod certificate;
 mod conditioner;
+mod datasheet;
 mod output_recording;
 mod recording;
 mod runs;
@@ -13,6 +14,7 @@ pub(crate) use budget::BudgetSource;
 pub use budget::ShakerBudget;
 pub use certificate::{Certificate, CertificateOptions, CertificateTable};
 pub(crate) use conditioner::{Conditioner, ConditionerTable};
+pub(crate) use datasheet::{Datasheet, TriaxialDatasheet};
 pub use output_recording::OutputRecording;
 pub use recording::ShakerRecording;
 pub(crate) use runs::read_runs;
