@@ -31,8 +31,8 @@ pub use transverse::TransverseCampaign;
 pub(crate) use free_living::StreamFormat;
 pub(crate) use multi_position::{FileIs, GravityInput, Prefixes};
 pub(crate) use shaker::{
-    Conditioner, Mounting, OutputRecording, PhasorQuantity, RunData, RunPhasor, RunTable,
-    ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
+    Conditioner, Mounting, MountingRatio, OutputRecording, PhasorQuantity, RunData, RunPhasor,
+    RunTable, ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
 };
 
 use crate::outcome::{Job as _, Outcome as _};

@@ -10,14 +10,15 @@ pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{
-    Certificate, Conditioner, Mounting, RunTable, ShakerBudget, ShakerRecording,
+    Certificate, Conditioner, Mounting, MountingRatio, RunTable, ShakerBudget, ShakerRecording,
     ShakerTriaxialCampaign,
 };
 use crate::observed::{SensorFiles, observe};
 use crate::outcome::Job;
 use crate::record::Record;
 use crate::sensor_clock::SensorClock;
-use crate::trouble::Result;
+use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_shaker::datasheet::{Datasheet, kept};
@@ -274,6 +275,15 @@ impl ShakerTriaxialCampaign {
         }
         inputs.extend(plan.iter().filter_map(|(_, input)| input.clone()));
         inputs.extend(conditioner.inputs.iter().cloned());
+        let mounting = self.mounting.as_ref();
+        let mounting = mounting
+            .map(|table| MountingRatio::read(&self.source, table))
+            .transpose()?;
+        let corrected = mounting
+            .as_ref()
+            .map(|m| Ok::<_, Trouble>((m.budget(&frequencies)?, m.finding(&frequencies)?)))
+            .transpose()?;
+        inputs.extend(mounting.iter().map(|m| m.input.clone()));
         let sensor = SensorFiles::of(
             &self.source,
             self.output_recording.as_ref(),
@@ -291,6 +301,10 @@ impl ShakerTriaxialCampaign {
             for (k, channel) in Self::CHANNELS.into_iter().enumerate() {
                 if let Some(gain) = conditioner.gain(channel, run.frequency_hz)? {
                     seen.divide(k, gain);
+                }
+                if let Some(mounting) = mounting.as_ref().filter(|_| k > 0) {
+                    let (ratio, _) = mounting.at(run.frequency_hz)?;
+                    seen.divide(k, Complex64::new(1.0 / ratio, 0.0));
                 }
             }
         }
@@ -314,7 +328,13 @@ impl ShakerTriaxialCampaign {
         if let Some(recording) = &self.recording {
             budget.inputs.extend(front_end(recording, &frequencies));
         }
-        for input in &gains {
+        let (of_mounting, stated_mounting) = corrected.unzip();
+        let of_mounting = of_mounting.flatten();
+        for (input, table) in gains
+            .iter()
+            .map(|input| (input, "conditioner"))
+            .chain(of_mounting.iter().map(|input| (input, "mounting")))
+        {
             if let Some(other) = budget.inputs.iter().find(|i| i.key == input.key) {
                 return Err(self
                     .source
@@ -322,7 +342,7 @@ impl ShakerTriaxialCampaign {
                         "budget",
                         "name",
                         format!(
-                            "\"{}\" stands in the budget, and [conditioner] states it too",
+                            "\"{}\" stands in the budget, and [{table}] states it too",
                             other.key
                         ),
                     )
@@ -331,6 +351,7 @@ impl ShakerTriaxialCampaign {
             }
         }
         budget.inputs.extend(gains);
+        budget.inputs.extend(of_mounting);
         let mut job = ShakerTriaxialJob::new(budget);
         job.sample_clock = self.output_recording.as_ref().map(|s| s.clock);
         job.methods = self.method.methods.clone();
@@ -366,6 +387,7 @@ impl ShakerTriaxialCampaign {
             job.reference = Some(certificate.table);
             job.reference_description = certificate.description;
         }
+        findings.extend(stated_mounting);
         let points = table.runs.iter();
         let points = points.map(|r| (r.seat.configuration.inclination, r.frequency_hz));
         findings.extend(self.fixture_findings(&points.collect::<Vec<_>>())?);

@@ -23,6 +23,7 @@ mod device_check;
 mod device_plan;
 mod dynamic_inputs;
 mod modes;
+mod mountings_of_one_bench;
 mod multi_position;
 mod noise;
 mod odd_recordings;

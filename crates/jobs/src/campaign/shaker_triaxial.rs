@@ -2,8 +2,9 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, CertificateTable, ConditionerTable, Mounting, OutputRecording, PhasorQuantity,
-    RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, TriaxialDatasheet, read_runs,
+    BudgetSource, CertificateTable, ConditionerTable, Mounting, MountingTable, OutputRecording,
+    PhasorQuantity, RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile,
+    TriaxialDatasheet, read_runs,
 };
 use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
@@ -205,6 +206,8 @@ super::head::campaign! {
         /// Gains of the conditioner, by channel: the readings are divided by them, so that S is that of the device itself.
         #[serde(default)]
         pub(crate) conditioner: BTreeMap<String, ConditionerTable>,
+        /// Ratio of another mounting to that of the runs, over frequency: the result is that of the other mounting.
+        pub(crate) mounting: Option<MountingTable>,
         /// Corrections to set side by side.
         #[serde(default, rename = "correction")]
         pub(crate) corrections: Vec<CorrectionTable>,

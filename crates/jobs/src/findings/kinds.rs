@@ -364,6 +364,14 @@ findings! {
         evidence "{compared} frequencies were compared; beyond them {lost}",
         advice "compare over a wider range, or leave out the calibration that has the fewest";
 
+    /// The result is stated for another mounting than that of the runs.
+    mounting_corrected(name: &str, low: f64, high: f64, u: f64, file: &str) =
+        "mounting-corrected", [Note],
+        what "the sensitivities are those of {name}: what was measured is multiplied by {low:.4} to {high:.4}",
+        evidence "{file}, u at most {u:.2} %, one error of all axes and frequencies (mounting.correction in the budget)",
+        advice "leave [mounting] out for the sensitivities as they were measured; the ratio is taken as that of every axis",
+        false_alarms "none: it is stated";
+
     /// Two calibrations name a reference standard, which may be the same.
     common_cause_possible(keys: &str, largest: f64, shared: f64) =
         "common-cause-possible", [Note],

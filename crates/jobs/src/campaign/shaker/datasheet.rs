@@ -135,7 +135,9 @@ fn positive(source: &CampaignFile, place: Place<'_>, value: f64) -> Result<f64> 
     if value.is_finite() && value > 0.0 {
         return Ok(value);
     }
-    Err(source.refuse_in(place, format!("{value} is not a positive number")))
+    Err(source
+        .refuse_in(place, format!("{value} is not a positive number"))
+        .with_hint("as the sheet prints it, without a sign"))
 }
 
 /// A tolerance in one of its two forms, and the key it has in the file; of the sensitivity when relative.
