@@ -31,6 +31,9 @@ pub(crate) struct Compare {
         value_parser = crate::number_arguments::coverage_factor
     )]
     coverage: Option<f64>,
+    /// Of two: entries of their budgets that are one error of both, such as reference where one standard with one calibration is behind both
+    #[arg(long, value_name = "ENTRY", value_delimiter = ',')]
+    common: Vec<String>,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -65,6 +68,9 @@ impl Compare {
         let names = distinct_endings(&named);
         let mut findings: Vec<_> = documents.iter().flat_map(|d| d.findings.clone()).collect();
         findings.extend(frequency_response::devices_apart(&documents, &names));
+        if self.common.is_empty() {
+            findings.extend(frequency_response::files_of_both(&documents));
+        }
         let data = ComparisonData {
             responses: &documents.iter().map(|d| &d.response).collect::<Vec<_>>(),
             names: &names.iter().map(String::as_str).collect::<Vec<_>>(),
@@ -72,6 +78,7 @@ impl Compare {
         };
         let mut job = ComparisonJob::default();
         job.probability = self.probability;
+        job.common = self.common;
         let outcome = job.evaluate(&data, &Progress::new())?;
         console::note(format!("{} points compared", outcome.points()));
         let record = Record {

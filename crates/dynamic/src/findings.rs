@@ -20,6 +20,13 @@ findings! {
         evidence "{counted}: {points}, with E_n of modulus and phase",
         advice "each asks for a cause (ISO/IEC 17043); whether the calibrations differ as a whole is told by all of them together";
 
+    /// Errors that two calibrations share were taken out of their differences.
+    common_causes_taken_out(causes: &str, shared: usize, points: usize, largest: f64, independent: f64) =
+        "common-causes-taken-out", [Note],
+        what "what both calibrations share is out of U of their differences: {causes}",
+        evidence "at {shared} of {points} points; largest |E_n| {largest:.2}, and {independent:.2} if nothing were shared",
+        advice "it holds where both go back to one standard with one calibration; where a point is interpolated nothing goes out, and the points are judged one by one";
+
     /// A calibration has no covariance between its frequencies.
     correlation_not_stated(calibration: &str, evidence: &str, consequence: &str) =
         "correlation-not-stated", [Note],

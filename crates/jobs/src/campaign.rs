@@ -31,8 +31,8 @@ pub use transverse::TransverseCampaign;
 pub(crate) use free_living::StreamFormat;
 pub(crate) use multi_position::{FileIs, GravityInput, Prefixes};
 pub(crate) use shaker::{
-    Conditioner, Mounting, OutputRecording, PhasorQuantity, RunData, RunPhasor, RunTable,
-    ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
+    Conditioner, Mounting, MountingRatio, OutputRecording, PhasorQuantity, RunData, RunPhasor,
+    RunTable, ShakerBudget, ShakerRecording, ShakerRun, SingleAxisSeat,
 };
 
 use crate::outcome::{Job as _, Outcome as _};
@@ -540,11 +540,27 @@ impl CampaignFile {
 
     /// An error about the value of a key of a table.
     pub(crate) fn refuse(&self, table: &str, key: &str, what: impl Into<String>) -> Error {
+        self.refuse_at(table, None, key, what.into())
+    }
+
+    /// The same of one of several tables of a name, counted from zero.
+    pub(crate) fn refuse_in(
+        &self,
+        (table, nth, key): (&str, usize, &str),
+        what: impl Into<String>,
+    ) -> Error {
+        self.refuse_at(table, Some(nth), key, what.into())
+    }
+
+    fn refuse_at(&self, table: &str, nth: Option<usize>, key: &str, what: String) -> Error {
         let mut inside = table.is_empty();
+        let mut before = 0;
         let line = self.text.lines().position(|line| {
             let line = line.trim();
             if line.starts_with('[') {
-                inside = line.trim_matches(['[', ']']).trim() == table;
+                let here = line.trim_matches(['[', ']']).trim() == table;
+                inside = here && nth.is_none_or(|n| n == before);
+                before += usize::from(here);
             }
             inside
                 && line
@@ -556,7 +572,7 @@ impl CampaignFile {
             "" => key.to_owned(),
             table => format!("{table}.{key}"),
         };
-        self.refusal(line.map(|line| line as u64 + 1), Some(&key), what.into())
+        self.refusal(line.map(|line| line as u64 + 1), Some(&key), what)
     }
 
     /// An error at a line and a key or value of the text; of a drafted one about the recording and the option.

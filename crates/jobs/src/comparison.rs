@@ -40,18 +40,25 @@ use std::borrow::Cow;
 /// assert!((outcome.pair().unwrap().points[0].modulus_en - 0.144).abs() < 1e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 #[non_exhaustive]
 pub struct ComparisonJob {
     /// Probability of the expanded uncertainties in E_n.
     pub probability: f64,
+    /// Of two calibrations, entries of their budgets that are one error of both, such as `reference`: they go out of U of the differences.
+    /// What stands before a dot is enough.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub common: Vec<String>,
 }
 
 impl Default for ComparisonJob {
     fn default() -> Self {
-        Self { probability: 0.95 }
+        Self {
+            probability: 0.95,
+            common: Vec::new(),
+        }
     }
 }
 
@@ -116,14 +123,31 @@ impl Job for ComparisonJob {
         let mut findings: Vec<Finding> = data.findings.iter().map(alone).collect();
         let (mut comparison, mut reference) = (None, None);
         if let [one, other] = &converted[..] {
-            let compare = match phases {
-                true => ResponseComparison::of,
-                false => ResponseComparison::of_moduli,
+            self.common_is_of_both(one, other, data.names)?;
+            let compare = |causes: &[String]| {
+                ResponseComparison::without_common(one, other, self.probability, phases, causes)
             };
-            let pair = compare(one, other, self.probability).map_err(about)?;
+            let pair = compare(&self.common).map_err(|e| match e {
+                proofmass_core::Error::OutOfRange { .. }
+                | proofmass_core::Error::NotPositiveDefinite { .. }
+                    if !self.common.is_empty() =>
+                {
+                    nothing_left(data.names, &self.common)
+                }
+                e => about(e),
+            })?;
             findings.extend(pair.findings.iter().cloned());
+            if self.common.is_empty() {
+                findings.extend(perhaps_common(one, other, &pair, compare));
+            }
             comparison = Some(pair);
         } else {
+            if !self.common.is_empty() {
+                return Err(Trouble::request(
+                    "common causes are taken out of two calibrations, not of several",
+                )
+                .with_hint("compare two at a time, or leave --common out"));
+            }
             let all: Vec<&FrequencyResponse> = converted.iter().map(Cow::as_ref).collect();
             let several = ReferenceComparison::of(&all, self.probability).map_err(about)?;
             let several = several.judged(data.names);
@@ -146,6 +170,69 @@ impl Job for ComparisonJob {
             findings,
         })
     }
+}
+
+/// The entry of the budgets of shakers that certificates give: one standard may be behind both calibrations.
+const REFERENCE: &str = "reference";
+/// Share by which the largest |E_n| has to change for a common cause to be asked for.
+const APPRECIABLE: f64 = 0.05;
+
+impl ComparisonJob {
+    /// Every common cause is an entry of both budgets.
+    fn common_is_of_both(
+        &self,
+        one: &FrequencyResponse,
+        other: &FrequencyResponse,
+        names: &[&str],
+    ) -> Result<()> {
+        let both = ResponseComparison::causes_of_both(one, other);
+        let missing = self.common.iter().find(|cause| {
+            let of_it = |key: &&String| *key == *cause || key.starts_with(&format!("{cause}."));
+            both.iter().find(of_it).is_none()
+        });
+        match missing {
+            None => Ok(()),
+            Some(cause) => Err(Trouble::request(format!(
+                "\"{cause}\" is no entry of the budgets of both {}",
+                names.join(" and ")
+            ))
+            .with_hint(match both.is_empty() {
+                true => "they name no entry in common".to_owned(),
+                false => format!("entries of both: {}", both.join(", ")),
+            })),
+        }
+    }
+}
+
+fn nothing_left(names: &[&str], common: &[String]) -> Trouble {
+    Trouble::data(format!(
+        "without {} nothing is left of the uncertainty of a difference of {}",
+        common.join(", "),
+        names.join(" and ")
+    ))
+    .with_hint("two calibrations share their standard, and not their readings and mountings: name the standard alone")
+}
+
+/// Whether the calibrations name a reference that may be one error of both, and what that would change.
+fn perhaps_common(
+    one: &FrequencyResponse,
+    other: &FrequencyResponse,
+    pair: &ResponseComparison,
+    compare: impl Fn(&[String]) -> std::result::Result<ResponseComparison, proofmass_core::Error>,
+) -> Option<Finding> {
+    let mut keys = ResponseComparison::causes_of_both(one, other);
+    keys.retain(|key| key == REFERENCE || key.starts_with(&format!("{REFERENCE}.")));
+    if keys.is_empty() {
+        return None;
+    }
+    let without = compare(&keys).ok()?;
+    let largest = |pair: &ResponseComparison| {
+        let points = pair.points.iter().map(|p| p.largest_en());
+        points.fold(0.0, f64::max)
+    };
+    let (as_it_is, shared) = (largest(pair), largest(&without));
+    (shared > (1.0 + APPRECIABLE) * as_it_is)
+        .then(|| findings::common_cause_possible(&keys.join(", "), as_it_is, shared))
 }
 
 /// Calibrations of one axis and of three have nothing in common that could be compared.

@@ -20,6 +20,8 @@ pub struct ResponseDocument {
     pub response: FrequencyResponse,
     /// The device it belongs to.
     pub(crate) device: Device,
+    /// Files it was computed from.
+    inputs: Vec<Input>,
     /// The file with its digest.
     pub input: Input,
     /// What reading it found.
@@ -42,9 +44,26 @@ pub fn read_document(source: Source, coverage: Option<f64>) -> Result<ResponseDo
     Ok(ResponseDocument {
         response: of_file(&file)?,
         device: file.device,
+        inputs: file.inputs,
         input,
         findings,
     })
+}
+
+/// Files that two calibrations were both computed from, by their digests.
+pub fn files_of_both(documents: &[ResponseDocument]) -> Option<Finding> {
+    let [one, other] = documents else {
+        return None;
+    };
+    let both = |i: &&Input| other.inputs.iter().any(|o| o.sha256 == i.sha256);
+    let mut names: Vec<&str> = one
+        .inputs
+        .iter()
+        .filter(both)
+        .map(|i| i.path.as_str())
+        .collect();
+    names.dedup();
+    (!names.is_empty()).then(|| findings::files_of_both(&names.join(", ")))
 }
 
 /// Whether the documents, by these names, say that they are of several devices: serial numbers differ, or types where a serial number is not

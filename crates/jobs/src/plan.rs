@@ -382,7 +382,9 @@ impl ShakerTriaxialCampaign {
                 job.correction = Some(Correction { label, table });
             }
         }
-        job.sensitivity = self.datasheet()?.map(|d| d.0);
+        job.sensitivity = self
+            .datasheet()?
+            .and_then(|d| d.axes.iter().flatten().map(|a| a.value).next());
         if let Some(amplitude) = self.plan.as_ref().and_then(|p| p.amplitude) {
             job.amplitude = amplitude;
         }

@@ -10,16 +10,18 @@ pub(crate) use tables::stated;
 
 use crate::bench_runs::{BenchFiles, BenchRuns};
 use crate::campaign::{
-    Certificate, Conditioner, Mounting, RunTable, ShakerBudget, ShakerRecording,
+    Certificate, Conditioner, Mounting, MountingRatio, RunTable, ShakerBudget, ShakerRecording,
     ShakerTriaxialCampaign,
 };
 use crate::observed::{SensorFiles, observe};
 use crate::outcome::Job;
 use crate::record::Record;
 use crate::sensor_clock::SensorClock;
-use crate::trouble::Result;
+use crate::trouble::{Result, Trouble};
+use num_complex::Complex64;
 use proofmass_core::{Error, Watch};
 use proofmass_dynamic::reference_table::ReferenceTable;
+use proofmass_shaker::datasheet::{Datasheet, kept};
 use proofmass_shaker::monte_carlo::{self, CheckOptions};
 use proofmass_shaker::published::MagnitudeBudget;
 use proofmass_shaker::recording::{QualityLimits, RunInput};
@@ -93,9 +95,9 @@ pub struct ShakerTriaxialJob {
     pub targets: Vec<(f64, f64)>,
     /// Rules of a sound run.
     pub limits: QualityLimits,
-    /// Datasheet sensitivity and its tolerance, V/(m/s²).
+    /// What the maker states, per m/s².
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub datasheet: Option<(f64, f64)>,
+    pub datasheet: Option<Datasheet>,
     /// Runs to be left out, by name.
     #[serde(default)]
     pub excluded: Vec<String>,
@@ -143,7 +145,7 @@ impl ShakerTriaxialJob {
         campaign.plan = self.plan.clone();
         campaign.targets = self.targets.clone();
         campaign.limits = self.limits;
-        campaign.datasheet = self.datasheet;
+        campaign.datasheet = self.datasheet.clone();
         campaign.excluded = self.excluded.clone();
         campaign.phases = match (self.moduli, self.sample_clock) {
             (true, _) => OutputPhases::Unread,
@@ -189,6 +191,9 @@ impl Job for ShakerTriaxialJob {
         let applied = applied(&campaign).map_err(explain)?;
         watch.step("Monte Carlo", 1, 1)?;
         adopt(&mut calibration, &checks);
+        if let Some(sheet) = &self.datasheet {
+            calibration.hold_against(sheet).map_err(explain)?;
+        }
         // Those of files and runs, then of the first result, the gravest first.
         let mut findings = data.findings.to_vec();
         findings.extend(calibration.findings.iter().cloned());
@@ -199,6 +204,9 @@ impl Job for ShakerTriaxialJob {
             if !findings.contains(finding) {
                 findings.push(finding.clone());
             }
+        }
+        if let (Some(sheet), Some(shown)) = (&self.datasheet, page::principal(&calibration)) {
+            findings.extend(kept(sheet, &shown.datasheet));
         }
         findings.extend(monte_carlo::findings(&checks, self.monte_carlo.digits));
         let clock = self.clock(data, &calibration, &mut findings);
@@ -278,6 +286,15 @@ impl ShakerTriaxialCampaign {
         }
         inputs.extend(plan.iter().filter_map(|plan| plan.input.clone()));
         inputs.extend(conditioner.inputs.iter().cloned());
+        let mounting = self.mounting.as_ref();
+        let mounting = mounting
+            .map(|table| MountingRatio::read(&self.source, table))
+            .transpose()?;
+        let corrected = mounting
+            .as_ref()
+            .map(|m| Ok::<_, Trouble>((m.budget(&frequencies)?, m.finding(&frequencies)?)))
+            .transpose()?;
+        inputs.extend(mounting.iter().map(|m| m.input.clone()));
         let sensor = SensorFiles::of(
             &self.source,
             self.output_recording.as_ref(),
@@ -295,6 +312,10 @@ impl ShakerTriaxialCampaign {
             for (k, channel) in Self::CHANNELS.into_iter().enumerate() {
                 if let Some(gain) = conditioner.gain(channel, run.frequency_hz)? {
                     seen.divide(k, gain);
+                }
+                if let Some(mounting) = mounting.as_ref().filter(|_| k > 0) {
+                    let (ratio, _) = mounting.at(run.frequency_hz)?;
+                    seen.divide(k, Complex64::new(1.0 / ratio, 0.0));
                 }
             }
         }
@@ -319,7 +340,13 @@ impl ShakerTriaxialCampaign {
         if let Some(recording) = &self.recording {
             budget.inputs.extend(front_end(recording, &frequencies));
         }
-        for input in &gains {
+        let (of_mounting, stated_mounting) = corrected.unzip();
+        let of_mounting = of_mounting.flatten();
+        for (input, table) in gains
+            .iter()
+            .map(|input| (input, "conditioner"))
+            .chain(of_mounting.iter().map(|input| (input, "mounting")))
+        {
             if let Some(other) = budget.inputs.iter().find(|i| i.key == input.key) {
                 return Err(self
                     .source
@@ -327,7 +354,7 @@ impl ShakerTriaxialCampaign {
                         "budget",
                         "name",
                         format!(
-                            "\"{}\" stands in the budget, and [conditioner] states it too",
+                            "\"{}\" stands in the budget, and [{table}] states it too",
                             other.key
                         ),
                     )
@@ -336,6 +363,7 @@ impl ShakerTriaxialCampaign {
             }
         }
         budget.inputs.extend(gains);
+        budget.inputs.extend(of_mounting);
         let mut job = ShakerTriaxialJob::new(budget);
         job.sample_clock = self.output_recording.as_ref().map(|s| s.clock);
         job.moduli = table.moduli;
@@ -377,6 +405,7 @@ impl ShakerTriaxialCampaign {
             job.reference_description = certificate.description;
         }
         findings.extend(alone.then(proofmass_shaker::findings::published_alone));
+        findings.extend(stated_mounting);
         let points = table.runs.iter();
         let points = points.map(|r| (r.seat.configuration.inclination, r.frequency_hz));
         findings.extend(self.fixture_findings(&points.collect::<Vec<_>>())?);

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 /// 10 mV/(m/s²) along x and y, 12 along z, cross terms of 1 %, at 10 m/s²; the readings are those behind gains of the reference and of x.
-fn runs(frequencies: &[f64], gain: impl Fn(usize, f64) -> Complex64) -> String {
+pub(crate) fn runs(frequencies: &[f64], gain: impl Fn(usize, f64) -> Complex64) -> String {
     let mut text =
         "run,frequency_Hz,inclination_deg,rotation_deg,reference_m/s2,reference_phase_deg"
             .to_owned();
@@ -54,7 +54,11 @@ const HEAD: &str = "kind = \"shaker-triaxial\"\n[runs]\nfile = \"runs.csv\"\n[me
     [[budget]]\nname = \"phase\"\nacts = \"output-phase\"\nunit = \"mrad\"\nvaries_with = [\"run\", \"channel\"]\ndistribution = { kind = \"normal\", mean = 0.0, u = 1.0 }\n\
     [[budget]]\nname = \"noise\"\nacts = \"output-additive\"\nunit = \"µV\"\nvaries_with = [\"run\", \"channel\"]\ndistribution = { kind = \"normal\", mean = 0.0, u = 50.0 }\n";
 
-fn calibrate(more: &str, runs: &str, files: &[(&str, &str)]) -> Result<StoredResult, Trouble> {
+pub(crate) fn calibrate(
+    more: &str,
+    runs: &str,
+    files: &[(&str, &str)],
+) -> Result<StoredResult, Trouble> {
     let mut store = Memory::new()
         .file("campaign.toml", format!("{HEAD}{more}"))
         .file("runs.csv", runs.to_owned());
@@ -66,7 +70,7 @@ fn calibrate(more: &str, runs: &str, files: &[(&str, &str)]) -> Result<StoredRes
 }
 
 /// Value and u of a quantity.
-fn quantity(result: &StoredResult, name: &str) -> (f64, f64) {
+pub(crate) fn quantity(result: &StoredResult, name: &str) -> (f64, f64) {
     let q = result.quantities().iter().find(|q| q.name == name);
     let q = q.unwrap_or_else(|| panic!("{name}"));
     (q.value, q.u.expect("u"))

@@ -795,7 +795,7 @@ fn hits(estimates: &[&Estimate], simulated: &Simulated) -> Vec<bool> {
 
 /// Moduli of the six cross terms and the three transverse sensitivities, all truly zero.
 fn sizes(fit: &Fit) -> Vec<bool> {
-    let result = frequency_result(&fit.frequencies[0], None).expect("a matrix");
+    let result = frequency_result(&fit.frequencies[0]).expect("a matrix");
     let cross = (0..9).filter(|k| k % 4 != 0);
     let mut hits: Vec<bool> = cross
         .map(|k| &result.sensitivity[k].modulus)

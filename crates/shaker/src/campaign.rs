@@ -9,9 +9,10 @@ pub use request::{ShakerCampaign, ShakerMethod};
 pub use undecided::Contested;
 
 use super::budget::Budget;
+use super::datasheet::{Datasheet, SheetDeviation};
 use super::derived::{
-    DatasheetDeviation, Expanded, PROBABILITY, SensitivityTerm, against_datasheet, expanded,
-    intrinsic, misalignment, normalised, terms, transverse,
+    Expanded, PROBABILITY, SensitivityTerm, expanded, intrinsic, misalignment, normalised, terms,
+    transverse,
 };
 use super::diagnosis::{SuspectRun, diagnose};
 use super::fit::{
@@ -52,8 +53,6 @@ pub struct FrequencyResult {
     pub misalignment: Vec<Expanded>,
     /// What no rotation of the device can change.
     pub intrinsic: Vec<Expanded>,
-    /// Main terms against the datasheet.
-    pub datasheet: Vec<DatasheetDeviation>,
     /// S as an estimate with its joint covariance and influences.
     pub estimate: Estimate,
     /// A likewise.
@@ -129,6 +128,9 @@ pub struct MethodResult {
     pub angles: Vec<AngleResult>,
     /// Doubts that belong to this result.
     pub findings: Vec<Finding>,
+    /// What the datasheet promises, and what was measured of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub datasheet: Vec<SheetDeviation>,
     /// What the frequencies have in common, where the method knows it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) shared: Option<Vec<SharedEffect>>,
@@ -267,7 +269,6 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
                 &set_aside,
                 &mut results,
                 &budget,
-                campaign,
             )?);
         }
         findings.push(undecided::finding(&set_aside, &contested));
@@ -275,15 +276,33 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
     findings.extend(doubts::exact_motion(&campaign.corrections));
     findings.extend(doubts::unmeasured_motion(&results, stated));
     findings.extend(doubts::high_frequencies(&results));
-    findings.extend(doubts::against_datasheet(&results));
-    Ok(ShakerCalibration {
+    let mut calibration = ShakerCalibration {
         differences: differences(&results),
         results,
         suspects,
         set_aside,
         contested,
         findings,
-    })
+    };
+    if let Some(sheet) = &campaign.datasheet {
+        calibration.hold_against(sheet)?;
+        let found = doubts::against_datasheet(sheet, &calibration.results);
+        calibration.findings.extend(found);
+    }
+    Ok(calibration)
+}
+
+impl ShakerCalibration {
+    /// Holds every result against a datasheet, with the uncertainties that it has now.
+    ///
+    /// # Errors
+    /// As [`Datasheet::against`].
+    pub fn hold_against(&mut self, sheet: &Datasheet) -> Result<(), Error> {
+        for result in &mut self.results {
+            result.datasheet = sheet.against(result)?;
+        }
+        Ok(())
+    }
 }
 
 /// A correction as it was measured, and with what is assumed where it was not.
@@ -310,12 +329,8 @@ fn methods(
             let budget = &with_motion(budget, table, rows)?;
             match method {
                 ShakerMethod::PublishedMagnitude => by_magnitudes(campaign, rows, measured),
-                ShakerMethod::Complex => {
-                    rigorous(method, whole, complex(rows, table, budget)?, campaign)
-                }
-                ShakerMethod::Joint => {
-                    rigorous(method, whole, joint(rows, table, budget)?, campaign)
-                }
+                ShakerMethod::Complex => rigorous(method, whole, complex(rows, table, budget)?),
+                ShakerMethod::Joint => rigorous(method, whole, joint(rows, table, budget)?),
             }
         })
         .collect();
@@ -327,13 +342,12 @@ fn rigorous(
     method: ShakerMethod,
     correction: &Correction,
     fit: Fit,
-    campaign: &ShakerCampaign,
 ) -> Result<MethodResult, Error> {
     let chi_squared = Some((fit.chi_squared, fit.dof));
     let frequencies = fit
         .frequencies
         .iter()
-        .map(|f| frequency_result(f, campaign.datasheet))
+        .map(frequency_result)
         .collect::<Result<Vec<_>, _>>()?;
     let pair = |z: num_complex::Complex64| [z.re, z.im];
     Ok(MethodResult {
@@ -358,6 +372,7 @@ fn rigorous(
             .collect(),
         angles: fit.angles.iter().map(angle_result).collect(),
         findings: fit.findings,
+        datasheet: vec![],
         shared: fit.shared,
         identifiability: fit.identifiability,
         components: fit.components,
@@ -380,10 +395,7 @@ fn angle_result(a: &AngleEstimate) -> AngleResult {
 ///
 /// # Errors
 /// As [`terms`].
-pub fn frequency_result(
-    f: &FrequencyFit,
-    datasheet: Option<(f64, f64)>,
-) -> Result<FrequencyResult, Error> {
+pub fn frequency_result(f: &FrequencyFit) -> Result<FrequencyResult, Error> {
     Ok(FrequencyResult {
         frequency: f.frequency,
         sensitivity: without_origin(terms("S", &f.sensitivity, &f.estimate)?),
@@ -393,7 +405,6 @@ pub fn frequency_result(
         transverse: transverse(&f.estimate)?,
         misalignment: expanded(&misalignment(&f.estimate)?),
         intrinsic: expanded(&intrinsic(&f.estimate)?),
-        datasheet: datasheet.map_or(Ok(vec![]), |(value, u)| against_datasheet(f, value, u))?,
         estimate: f.estimate.clone(),
         inverse_estimate: f.inverse_estimate.clone(),
     })
@@ -458,6 +469,7 @@ fn by_magnitudes(
         runs: vec![],
         angles: vec![],
         findings: vec![findings::published_method()],
+        datasheet: vec![],
         shared: None,
         identifiability: None,
         components: vec![],

@@ -1,5 +1,9 @@
 //! A sensitivity against the value on its datasheet.
 
+mod triaxial;
+
+pub use triaxial::{Datasheet, Promise, SheetBand, SheetDeviation, SheetSensitivity, kept};
+
 use crate::findings;
 use proofmass_core::STANDARD_GRAVITY;
 use proofmass_uncertainty::{Finding, Severity};

@@ -5,7 +5,6 @@ mod expanded;
 
 pub use expanded::{Expanded, PROBABILITY};
 
-use super::fit::FrequencyFit;
 use super::matrix::{AXES, Matrix, inverse, to_real};
 use super::near_zero::{Kind, size};
 use faer::Mat;
@@ -349,46 +348,6 @@ pub fn intrinsic(estimate: &Estimate) -> Result<Estimate, Error> {
         }
     }
     propagate(estimate, &Intrinsic(unit_of(estimate)))
-}
-
-/// Departure of a main sensitivity from the one on the datasheet.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct DatasheetDeviation {
-    /// Axis.
-    pub axis: String,
-    /// |S_jj| over the datasheet value, less one.
-    pub relative: f64,
-    /// E_n = (|S_jj| − S_p)/√(U² + U_p²).
-    pub e_n: f64,
-}
-
-impl DatasheetDeviation {
-    /// √(U² + U_p²) as a share of the datasheet value: E_n is the departure over it.
-    pub fn allowed(&self) -> f64 {
-        match self.e_n {
-            0.0 => f64::INFINITY,
-            e_n => (self.relative / e_n).abs(),
-        }
-    }
-}
-
-/// |S_jj| against a datasheet value with its expanded uncertainty, both in V/(m/s²).
-pub fn against_datasheet(
-    fit: &FrequencyFit,
-    value: f64,
-    expanded_uncertainty: f64,
-) -> Result<Vec<DatasheetDeviation>, Error> {
-    Ok(terms("S", &fit.sensitivity, &fit.estimate)?
-        .into_iter()
-        .filter(|t| t.name.as_bytes()[0] == t.name.as_bytes()[1])
-        .zip(AXES)
-        .map(|(t, axis)| DatasheetDeviation {
-            axis: axis.to_owned(),
-            relative: t.modulus.value / value - 1.0,
-            e_n: (t.modulus.value - value) / t.modulus.expanded.hypot(expanded_uncertainty),
-        })
-        .collect())
 }
 
 /// Largest element of S A − 1: how far the two published regressions are from being inverse to each other.

@@ -49,6 +49,14 @@ findings! {
         advice "{remedy}",
         false_alarms "none where the datasheet is right: a device beyond its tolerance is told";
 
+    /// The datasheet promises nothing at some frequencies.
+    datasheet_silent(evidence: &str) =
+        "datasheet-silent", [Note],
+        what "the datasheet promises nothing at some of the frequencies: the sensitivities there are held against no tolerance",
+        evidence "{evidence}",
+        advice "state the bands as the sheet prints them, in [[datasheet.band]] with frequency_Hz and tolerance_%",
+        false_alarms "none: the bands are stated";
+
     /// No frequency was measured twice.
     repeatability_unseen(frequencies: usize) =
         "repeatability-unseen", [Note],

@@ -3,6 +3,7 @@
 use crate::budgets;
 use proofmass_dynamic::reference_table::{ReferencePoint, ReferenceTable};
 use proofmass_rig::bench::{Bench, BenchWedge, published_plan, waveform::Acquisition};
+use proofmass_shaker::datasheet::Datasheet;
 use proofmass_shaker::recording::{PhasorReading, RunInput};
 use proofmass_shaker::{
     Budget, Configuration, Correction, ShakerCampaign, ShakerMethod, Spurious, SpuriousTable,
@@ -82,7 +83,7 @@ fn recorded(frequencies: &[f64]) -> (ShakerCampaign, proofmass_rig::bench::Bench
         ShakerMethod::Joint,
     ];
     shaker.targets = frequencies.iter().map(|&f| (f, 10.0)).collect();
-    shaker.datasheet = Some((10.2e-3, 0.2e-3));
+    shaker.datasheet = Some(Datasheet::of(10.2e-3, Some(0.2e-3)));
     let entries = campaign
         .spurious
         .iter()

@@ -5,7 +5,7 @@ use super::interpolation::Interpolation;
 use crate::findings;
 use num_complex::Complex64;
 use proofmass_core::{Error, check};
-use proofmass_signal::transfer::polar;
+use proofmass_signal::transfer::{polar, turned};
 use proofmass_uncertainty::adjustment::{cholesky, solve};
 use proofmass_uncertainty::{
     DegreesOfFreedom, En, Finding, Quantity, chi_squared_chance, chi_squared_quantile,
@@ -31,6 +31,8 @@ pub struct ComparedPoint {
     pub modulus_coverage_factor: f64,
     /// E_n of the moduli.
     pub modulus_en: f64,
+    /// The same as if nothing were common, where common causes are taken out here.
+    pub modulus_en_independent: Option<f64>,
     /// Of the phases; `None` where moduli alone are compared.
     pub phase: Option<ComparedPhase>,
     /// dᵀ(C₁ + C₂)⁻¹d of real and imaginary part, χ² with two degrees of freedom; of the moduli alone, with one.
@@ -49,6 +51,8 @@ pub struct ComparedPhase {
     pub coverage_factor: f64,
     /// E_n of the phases.
     pub en: f64,
+    /// The same as if nothing were common, where common causes are taken out here.
+    pub en_independent: Option<f64>,
 }
 
 /// All differences together.
@@ -70,7 +74,8 @@ pub struct ComparedWhole {
 /// the number of moduli, and of phases, with |E_n| above 1, as if the frequencies were independent, and by the smallest of all chances.
 /// Each |E_n| above 1 is named as well, and one factor that all differences have in common.
 ///
-/// **Assumes** nothing in common between the two: a reference standard that both go back to makes E_n too small.
+/// **Assumes** nothing in common between the two but what [`ResponseComparison::without_common`] is told: a reference standard that both go
+/// back to makes E_n too small.
 ///
 /// **Accuracy** at most 1 % of agreeing pairs raise `calibrations-differ` (`coverage_of_agreeing_calibrations`).
 ///
@@ -88,6 +93,8 @@ pub struct ResponseComparison {
     pub probability: f64,
     /// Unit of both.
     pub unit: String,
+    /// Causes of uncertainty that are one error of both and out of U of the differences.
+    pub common: Vec<String>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
@@ -105,6 +112,8 @@ pub(super) struct Seen {
     /// One per shared effect.
     shared: Vec<Vec<f64>>,
     pub(super) dof: f64,
+    /// Its point, where nothing is interpolated.
+    place: Option<usize>,
 }
 
 impl ResponseComparison {
@@ -118,7 +127,7 @@ impl ResponseComparison {
         second: &FrequencyResponse,
         probability: f64,
     ) -> Result<Self, Error> {
-        Self::compare(first, second, probability, true)
+        Self::compare(first, second, probability, true, &[])
     }
 
     /// Compares the moduli alone, where one of the two states no phase. The whole is judged by the count of moduli and the smallest chance.
@@ -130,7 +139,34 @@ impl ResponseComparison {
         second: &FrequencyResponse,
         probability: f64,
     ) -> Result<Self, Error> {
-        Self::compare(first, second, probability, false)
+        Self::compare(first, second, probability, false, &[])
+    }
+
+    /// Compares two calibrations that share causes of uncertainty, such as the calibration of one reference standard: each is one error of
+    /// both, and goes out of U of their differences.
+    ///
+    /// `causes` are keys of influences that both have, or what stands before a dot of them: `reference` is also `reference.calibration`. An
+    /// error that changes both by the same factor goes out as a whole; of another, what the symmetric roots of its two covariances, relative
+    /// to the values, have in common. Where one of the two is interpolated nothing goes out. The whole is then judged point by point.
+    ///
+    /// # Errors
+    /// As [`ResponseComparison::of`]; [`Error::OutOfRange`] where nothing is left of U of a difference.
+    ///
+    /// **Source** covariance of two results `[GUM] 5.2.2`.
+    pub fn without_common(
+        first: &FrequencyResponse,
+        second: &FrequencyResponse,
+        probability: f64,
+        phases: bool,
+        causes: &[String],
+    ) -> Result<Self, Error> {
+        Self::compare(first, second, probability, phases, causes)
+    }
+
+    /// Keys of the influences that both calibrations name at some frequency, each once.
+    pub fn causes_of_both(first: &FrequencyResponse, second: &FrequencyResponse) -> Vec<String> {
+        let [a, b] = [first, second].map(keys);
+        a.into_iter().filter(|key| b.contains(key)).collect()
     }
 
     fn compare(
@@ -138,6 +174,7 @@ impl ResponseComparison {
         second: &FrequencyResponse,
         probability: f64,
         phases: bool,
+        causes: &[String],
     ) -> Result<Self, Error> {
         check::probability(probability)?;
         let elements = first.outputs().len() * first.axes().len();
@@ -152,17 +189,34 @@ impl ResponseComparison {
         let frequencies = common_frequencies(&[first, second])?;
         let names = element_names(first);
         let pair = [Side::new(first), Side::new(second)];
+        let shared_keys: Vec<String> = match causes.is_empty() {
+            true => Vec::new(),
+            false => Self::causes_of_both(first, second)
+                .into_iter()
+                .filter(|key| causes.iter().any(|cause| is_of(key, cause)))
+                .collect(),
+        };
         let (mut points, mut blocks) = (Vec::new(), Vec::new());
         for f in &frequencies {
             let seen = [pair[0].look(*f)?, pair[1].look(*f)?];
             for (e, name) in names.iter().enumerate() {
                 let at = (*f, name.as_str());
-                points.push(point(&seen, (e, elements), at, probability, phases)?);
+                let shared = shared_error([first, second], &seen, e, &shared_keys)?;
+                let of = |shared| point(&seen, (e, elements), at, probability, (phases, shared));
+                let mut compared = of(shared)?;
+                if shared.is_some() {
+                    let independent = of(None)?;
+                    compared.modulus_en_independent = Some(independent.modulus_en);
+                    if let Some(phase) = &mut compared.phase {
+                        phase.en_independent = independent.phase.map(|p| p.en);
+                    }
+                }
+                points.push(compared);
             }
             blocks.push(seen);
         }
         let known = first.series().shared().is_some() && second.series().shared().is_some();
-        let whole = if known && phases {
+        let whole = if known && phases && causes.is_empty() {
             Some(together(&blocks, 2 * elements)?)
         } else {
             None
@@ -190,8 +244,10 @@ impl ResponseComparison {
             worst,
             (off, limit),
             probability,
+            causes,
         );
         Ok(Self {
+            common: causes.to_vec(),
             points,
             whole,
             differ,
@@ -200,6 +256,95 @@ impl ResponseComparison {
             findings,
         })
     }
+}
+
+/// Keys of the influences of a response, each once.
+fn keys(response: &FrequencyResponse) -> Vec<String> {
+    let mut keys: Vec<String> = Vec::new();
+    for point in response.series().points() {
+        for influence in point.estimate.influences() {
+            if !keys.contains(&influence.key) {
+                keys.push(influence.key.clone());
+            }
+        }
+    }
+    keys
+}
+
+/// Whether a key is that of a cause, or of a part of it behind a dot.
+fn is_of(key: &str, cause: &str) -> bool {
+    let rest = key.strip_prefix(cause);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+/// Covariance of an element in the two calibrations from the errors that both share, relative modulus and phase of the first (rows) against
+/// those of the second; `None` where nothing is shared, or one is interpolated.
+fn shared_error(
+    pair: [&FrequencyResponse; 2],
+    seen: &[Seen; 2],
+    element: usize,
+    keys: &[String],
+) -> Result<Option<[[f64; 2]; 2]>, Error> {
+    let (Some(first), Some(second)) = (seen[0].place, seen[1].place) else {
+        return Ok(None);
+    };
+    let places = [first, second];
+    let mut sum: Option<[[f64; 2]; 2]> = None;
+    for key in keys {
+        let mut roots = [[[0.0; 2]; 2]; 2];
+        for (root, (response, (seen, place))) in roots
+            .iter_mut()
+            .zip(pair.iter().zip(seen.iter().zip(places)))
+        {
+            let z = seen.matrix[element];
+            *root = square_root(relative(response, place, element, key, z)?);
+        }
+        let [a, b] = roots;
+        let of = sum.get_or_insert([[0.0; 2]; 2]);
+        for (i, row) in of.iter_mut().enumerate() {
+            for (j, cell) in row.iter_mut().enumerate() {
+                *cell += a[i][0] * b[0][j] + a[i][1] * b[1][j];
+            }
+        }
+    }
+    Ok(sum)
+}
+
+/// Covariance of relative modulus and phase of an element by one influence.
+fn relative(
+    response: &FrequencyResponse,
+    place: usize,
+    element: usize,
+    key: &str,
+    z: Complex64,
+) -> Result<[f64; 3], Error> {
+    let estimate = &response.series().points()[place].estimate;
+    let n = estimate.components().len();
+    let p = 2 * element;
+    let mut parts = [0.0; 3];
+    for influence in estimate.influences().iter().filter(|i| i.key == key) {
+        let c = influence.effect.covariance(n)?;
+        parts[0] += c[(p, p)];
+        parts[1] += c[(p, p + 1)];
+        parts[2] += c[(p + 1, p + 1)];
+    }
+    if z.norm() == 0.0 {
+        return Ok([0.0; 3]);
+    }
+    Ok(turned(parts, 1.0 / z))
+}
+
+/// Symmetric root of a covariance of two: (C + √det C · 1)/√(tr C + 2 √det C).
+fn square_root([aa, ab, bb]: [f64; 3]) -> [[f64; 2]; 2] {
+    let root = (aa * bb - ab * ab).max(0.0).sqrt();
+    let size = (aa + bb + 2.0 * root).max(0.0).sqrt();
+    if size == 0.0 {
+        return [[0.0; 2]; 2];
+    }
+    [
+        [(aa + root) / size, ab / size],
+        [ab / size, (bb + root) / size],
+    ]
 }
 
 /// Frequencies of the sparsest response within the range of all.
@@ -279,11 +424,17 @@ impl<'a> Side<'a> {
             .flat_map(|(i, _)| points[i].estimate.quantities())
             .map(|q| q.dof.get())
             .fold(f64::INFINITY, f64::min);
+        let place = match share {
+            _ if between => None,
+            share if share < 0.5 => Some(before),
+            _ => Some(after),
+        };
         Ok(Seen {
             matrix,
             covariance,
             shared,
             dof,
+            place,
         })
     }
 }
@@ -293,7 +444,7 @@ fn point(
     (element, elements): (usize, usize),
     (frequency, name): (f64, &str),
     probability: f64,
-    phases: bool,
+    (phases, shared): (bool, Option<[[f64; 2]; 2]>),
 ) -> Result<ComparedPoint, Error> {
     let n = 2 * elements;
     let (r, i) = (2 * element, 2 * element + 1);
@@ -314,12 +465,18 @@ fn point(
         dof: DegreesOfFreedom::new(s.dof).unwrap_or(DegreesOfFreedom::INFINITE),
     };
     let u = [polar(z[0], c[0]), polar(z[1], c[1])];
+    let common = shared.unwrap_or_default();
+    // Never more than both have, but for rounding.
+    let within = |common: f64, a: f64, b: f64| common.min(a * b);
+    let of_modulus = within(z[0].norm() * z[1].norm() * common[0][0], u[0].0, u[1].0);
+    let of_phase = within(common[1][1], u[0].1, u[1].1);
     let modulus = En::new(
         &quantity(z[0].norm(), u[0].0, &seen[0]),
         &quantity(z[1].norm(), u[1].0, &seen[1]),
-        0.0,
+        of_modulus,
         probability,
     )?;
+    let spread = |a: f64, b: f64, common: f64| (a * a + b * b - 2.0 * common).sqrt();
     let size = z[1].norm().max(f64::MIN_POSITIVE);
     let of_moduli = ComparedPoint {
         frequency,
@@ -327,10 +484,11 @@ fn point(
         value: z,
         modulus_difference: modulus.difference / size,
         modulus_expanded: modulus.expanded / size,
-        modulus_coverage_factor: modulus.expanded / u[0].0.hypot(u[1].0),
+        modulus_coverage_factor: modulus.expanded / spread(u[0].0, u[1].0, of_modulus),
         modulus_en: modulus.value,
+        modulus_en_independent: None,
         phase: None,
-        chi_square: (z[0].norm() - z[1].norm()).powi(2) / (u[0].0.powi(2) + u[1].0.powi(2)),
+        chi_square: ((z[0].norm() - z[1].norm()) / spread(u[0].0, u[1].0, of_modulus)).powi(2),
     };
     if !phases {
         return Ok(of_moduli);
@@ -340,11 +498,12 @@ fn point(
     let phase = En::new(
         &quantity(turn, u[0].1, &seen[0]),
         &quantity(0.0, u[1].1, &seen[1]),
-        0.0,
+        of_phase,
         probability,
     )?;
     let d = z[0] - z[1];
-    let [rr, ri, ii] = [0, 1, 2].map(|k| c[0][k] + c[1][k]);
+    let out = in_parts(z, common);
+    let [rr, ri, ii] = [0, 1, 2].map(|k| c[0][k] + c[1][k] - out[k]);
     let determinant = rr * ii - ri * ri;
     if !(rr > 0.0 && determinant > 0.0) {
         return Err(Error::NotPositiveDefinite {
@@ -358,12 +517,30 @@ fn point(
         phase: Some(ComparedPhase {
             difference: phase.difference,
             expanded: phase.expanded,
-            coverage_factor: phase.expanded / u[0].1.hypot(u[1].1),
+            coverage_factor: phase.expanded / spread(u[0].1, u[1].1, of_phase),
             en: phase.value,
+            en_independent: None,
         }),
         chi_square: (ii * d.re * d.re - 2.0 * ri * d.re * d.im + rr * d.im * d.im) / determinant,
         ..of_moduli
     })
+}
+
+/// What a shared error takes out of the covariance of a difference, rr, ri, ii: X + Xᵀ with X in real and imaginary parts.
+fn in_parts(z: [Complex64; 2], common: [[f64; 2]; 2]) -> [f64; 3] {
+    // dz = z (d|z|/|z| + j dφ): the columns are those of z and jz.
+    let columns = |z: Complex64| [[z.re, -z.im], [z.im, z.re]];
+    let [a, b] = z.map(columns);
+    let x = |i: usize, j: usize| -> f64 {
+        let mut sum = 0.0;
+        for (k, row) in common.iter().enumerate() {
+            for (l, c) in row.iter().enumerate() {
+                sum += a[i][k] * c * b[j][l];
+            }
+        }
+        sum
+    };
+    [2.0 * x(0, 0), x(0, 1) + x(1, 0), 2.0 * x(1, 1)]
 }
 
 /// χ² of all differences: blocks of the frequencies, joined by what each calibration has in common (Woodbury).
@@ -455,6 +632,7 @@ fn findings(
     worst: Option<&ComparedPoint>,
     (off, limit): ([usize; 2], usize),
     probability: f64,
+    causes: &[String],
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     let phases = points.iter().any(|p| p.phase.is_some());
@@ -526,7 +704,17 @@ fn findings(
             &listed.join(", "),
         ));
     }
-    if whole.is_none() {
+    if !causes.is_empty() {
+        let shared = points.iter().filter(|p| p.modulus_en_independent.is_some());
+        let largest = |of: fn(&ComparedPoint) -> f64| points.iter().map(of).fold(0.0, f64::max);
+        findings.push(findings::common_causes_taken_out(
+            &causes.join(", "),
+            shared.count(),
+            points.len(),
+            largest(ComparedPoint::largest_en),
+            largest(ComparedPoint::largest_independent_en),
+        ));
+    } else if whole.is_none() {
         findings.push(findings::correlation_not_stated(
             "a calibration",
             &format!("{} points, each judged alone", points.len()),
@@ -541,6 +729,14 @@ impl ComparedPoint {
     pub fn largest_en(&self) -> f64 {
         let phase = self.phase.map_or(0.0, |p| p.en);
         self.modulus_en.abs().max(phase.abs())
+    }
+
+    /// The same as if nothing were common.
+    pub fn largest_independent_en(&self) -> f64 {
+        let modulus = self.modulus_en_independent.unwrap_or(self.modulus_en);
+        let phase = |p: ComparedPhase| p.en_independent.unwrap_or(p.en);
+        let phase = self.phase.map_or(0.0, phase);
+        modulus.abs().max(phase.abs())
     }
 }
 
@@ -781,5 +977,110 @@ mod tests {
         let elsewhere = certificate(&[9000.0, 9500.0], 1.0);
         assert!(ResponseComparison::of(&a, &elsewhere, 0.95).is_err());
         assert!(ResponseComparison::of(&a, &b, 1.0).is_err());
+    }
+
+    /// Two calibrations with a reference of 0.2 % that is one error of both, and `own` of each alone, relative.
+    fn of_one_bench(f: &[f64], apart: impl Fn(usize) -> f64, own: f64) -> [FrequencyResponse; 2] {
+        let of = |shift: &dyn Fn(usize) -> f64, turn: f64| {
+            let estimates: Vec<(f64, Estimate)> = f
+                .iter()
+                .enumerate()
+                .map(|(k, &at)| {
+                    let modulus = 0.0105 * (1.0 + shift(k));
+                    let components = vec![
+                        Component::new("modulus", "V/(m/s²)", modulus),
+                        Component::new("phase", "rad", -2e-4 * at + turn),
+                    ];
+                    let influence = |key: &str, u: f64| {
+                        let u = [u * modulus, 0.5 * u];
+                        let covariance = Covariance::from_standard_uncertainties(&u).unwrap();
+                        Influence::normal(key, key, Effect::Joint { covariance })
+                    };
+                    let influences = vec![
+                        influence("reference.calibration", 0.002),
+                        influence("reading", own),
+                    ];
+                    (at, Estimate::new(components, influences).unwrap())
+                })
+                .collect();
+            let points: Vec<(f64, &Estimate)> = estimates.iter().map(|(f, e)| (*f, e)).collect();
+            FrequencyResponse::from_polar("z", &points, Some(vec![])).unwrap()
+        };
+        [of(&apart, 0.001), of(&|_| 0.0, 0.0)]
+    }
+
+    #[test]
+    fn published_adhesive_against_stud_without_the_reference_of_both() {
+        // `[Murgia2022]` table 3.1: relative difference of the sensitivity glued and screwed, along z, per cent, 5 to 3000 Hz.
+        let table = include_str!("../../tests/inrim-pcb356a15/adhesive-vs-stud.csv");
+        let (f, percent): (Vec<f64>, Vec<f64>) = table
+            .lines()
+            .skip(1)
+            .map(|line| line.split_once(',').unwrap())
+            .map(|(f, d)| -> (f64, f64) { (f.parse().unwrap(), d.parse().unwrap()) })
+            .unzip();
+        assert_eq!((f[1], percent[1]), (10.0, -0.56));
+        // U of the reference is 0.4 % at k = 2; 0.2 % of each mounting and its readings are assumed here.
+        let [glued, screwed] = of_one_bench(&f, |k| 0.01 * percent[k], 0.002);
+        let both = ["reference".to_owned()];
+        let c = ResponseComparison::without_common(&glued, &screwed, 0.95, true, &both).unwrap();
+        let plain = ResponseComparison::of(&glued, &screwed, 0.95).unwrap();
+        let k = 1.959_964;
+        for (point, (old, percent)) in c.points.iter().zip(plain.points.iter().zip(&percent)) {
+            let independent =
+                0.01 * percent / (k * 0.002 * (2.0 + 0.01 * percent).sqrt() * 2f64.sqrt());
+            assert!((point.modulus_difference - 0.01 * percent).abs() < 1e-12);
+            // To first order in the difference, which shifts U of the first by up to 2 % of itself.
+            assert!((old.modulus_en / independent - 1.0).abs() < 0.01, "{old:?}");
+            assert_eq!(point.modulus_en_independent, Some(old.modulus_en));
+            // Without the reference √2 · 0.2 % remain: E_n is √2 times as large. What is left of the reference is its share of the difference.
+            let ratio = point.modulus_en / old.modulus_en;
+            assert!((ratio - 2f64.sqrt()).abs() < 0.005 * 2f64.sqrt(), "{ratio}");
+            let phase = point.phase.unwrap();
+            assert!((phase.en / phase.en_independent.unwrap() - 2f64.sqrt()).abs() < 1e-6);
+            assert!((point.modulus_coverage_factor - k).abs() < 1e-5);
+        }
+        // −0.56 % at 10 Hz: within U with the reference counted twice, beyond it without.
+        assert!((plain.points[1].modulus_en + 0.72).abs() < 0.01);
+        assert!((c.points[1].modulus_en + 1.01).abs() < 0.01);
+        assert!(c.whole.is_none() && plain.whole.is_some());
+        assert!(
+            c.findings
+                .iter()
+                .any(|f| f.code() == "common-causes-taken-out")
+        );
+        // χ² of a point: of two numbers whose covariance is that of the readings alone.
+        let d = c.points[1].modulus_difference / (0.002 * 2f64.sqrt());
+        let p = c.points[1].phase.unwrap().difference / (0.001 * 2f64.sqrt());
+        assert!((c.points[1].chi_square / (d * d + p * p) - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn law_common_causes_are_named_by_both_and_never_interpolated() {
+        let [a, b] = of_one_bench(&[10.0, 40.0, 160.0], |_| 0.001, 0.002);
+        let keys = ResponseComparison::causes_of_both(&a, &b);
+        assert_eq!(keys, ["reference.calibration", "reading"]);
+        // A part of a word is no entry.
+        let refer = ["refer".to_owned()];
+        let c = ResponseComparison::without_common(&a, &b, 0.95, true, &refer).unwrap();
+        assert!(c.points.iter().all(|p| p.modulus_en_independent.is_none()));
+        // All of it: nothing is left.
+        assert!(
+            ResponseComparison::without_common(&a, &b, 0.95, true, &keys).is_err_and(|e| {
+                matches!(
+                    e,
+                    Error::OutOfRange { .. } | Error::NotPositiveDefinite { .. }
+                )
+            })
+        );
+        let [_, between] = of_one_bench(&[10.0, 20.0, 160.0], |_| 0.0, 0.002);
+        let both = ["reference".to_owned()];
+        let c = ResponseComparison::without_common(&a, &between, 0.95, true, &both).unwrap();
+        let out: Vec<bool> = c
+            .points
+            .iter()
+            .map(|p| p.modulus_en_independent.is_some())
+            .collect();
+        assert_eq!(out.iter().filter(|o| **o).count(), 2, "{out:?}");
     }
 }

@@ -3,6 +3,8 @@
 mod budget;
 mod certificate;
 mod conditioner;
+mod datasheet;
+mod mounting;
 mod output_recording;
 mod recording;
 mod runs;
@@ -13,6 +15,8 @@ pub(crate) use budget::BudgetSource;
 pub use budget::ShakerBudget;
 pub use certificate::{Certificate, CertificateOptions, CertificateTable};
 pub(crate) use conditioner::{Conditioner, ConditionerTable};
+pub(crate) use datasheet::{Datasheet, TriaxialDatasheet};
+pub(crate) use mounting::{MountingRatio, MountingTable};
 pub use output_recording::OutputRecording;
 pub use recording::ShakerRecording;
 pub(crate) use runs::read_runs;

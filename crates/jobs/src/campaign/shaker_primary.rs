@@ -1,8 +1,7 @@
 //! `kind = "shaker-primary"`: a single-axis accelerometer against a laser interferometer (ISO 16063-11).
 
-use super::shaker::{RunTable, RunsTable, ShakerRecording, SingleAxisSeat, read_runs};
+use super::shaker::{Datasheet, RunTable, RunsTable, ShakerRecording, SingleAxisSeat, read_runs};
 use super::shaker_single::TransverseTable;
-use super::shaker_triaxial::Datasheet;
 use super::statement::{StatementTable, coverage_factor};
 use proofmass_io::{Result, WaveformOptions};
 use proofmass_shaker::interferometer::HELIUM_NEON_UNCERTAINTY;

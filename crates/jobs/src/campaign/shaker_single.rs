@@ -2,10 +2,10 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    Certificate, CertificateTable, OutputRecording, PhasorQuantity, RunTable, RunsTable,
+    Certificate, CertificateTable, Datasheet, OutputRecording, PhasorQuantity, RunTable, RunsTable,
     ShakerRecording, SingleAxisSeat, read_runs,
 };
-use super::shaker_triaxial::{Datasheet, of_the_bench, waveform_options};
+use super::shaker_triaxial::{of_the_bench, waveform_options};
 use super::statement::{StatementTable, coverage_factor};
 use crate::device_output::DeviceOutput;
 use proofmass_documents::Device;

@@ -2,14 +2,15 @@
 
 use super::CampaignFile;
 use super::shaker::{
-    BudgetSource, CampaignPlan, CertificateTable, ConditionerTable, Mounting, OutputRecording,
-    PhasorQuantity, RunTable, RunsTable, ShakerBudget, ShakerRecording, SpuriousFile, read_runs,
+    BudgetSource, CampaignPlan, CertificateTable, ConditionerTable, Mounting, MountingTable,
+    OutputRecording, PhasorQuantity, RunTable, RunsTable, ShakerBudget, ShakerRecording,
+    SpuriousFile, TriaxialDatasheet, read_runs,
 };
 use super::shaker_single::{REFERENCES, reference_fits};
 use super::statement::coverage_factor;
 use crate::device_output::DeviceOutput;
-use proofmass_io::sheet::{ACCELERATION_RATIO, COUNT_SENSITIVITY, SENSITIVITY};
 use proofmass_io::{Error, ErrorKind, Result, WaveformOptions};
+use proofmass_shaker::datasheet::Datasheet;
 use proofmass_shaker::geometry::published_plan;
 use proofmass_shaker::{Correction, ShakerMethod, SpuriousTable, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
@@ -83,19 +84,6 @@ pub struct CorrectionTable {
     /// Whether the motion was read beside the reference of this campaign, with the same calibration: its error is then in both and goes out.
     /// Asked for where the table states an uncertainty of the reference.
     pub(crate) same_reference: Option<bool>,
-}
-
-/// `[datasheet]`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct Datasheet {
-    /// Nominal sensitivity.
-    pub(crate) sensitivity: f64,
-    /// Its tolerance or expanded uncertainty, in the same unit.
-    pub(crate) tolerance: f64,
-    /// `V/(m/s²)`, `mV/(m/s²)`, `V/g`, `mV/g`; of a single axis also `g/g` and `count/(m/s²)` and their like.
-    pub(crate) unit: String,
 }
 
 /// `[plan]`.
@@ -218,6 +206,8 @@ super::head::campaign! {
         /// Gains of the conditioner, by channel: the readings are divided by them, so that S is that of the device itself.
         #[serde(default)]
         pub(crate) conditioner: BTreeMap<String, ConditionerTable>,
+        /// Ratio of another mounting to that of the runs, over frequency: the result is that of the other mounting.
+        pub(crate) mounting: Option<MountingTable>,
         /// Corrections to set side by side.
         #[serde(default, rename = "correction")]
         pub(crate) corrections: Vec<CorrectionTable>,
@@ -230,8 +220,8 @@ super::head::campaign! {
         /// Inputs of the published method.
         #[serde(default)]
         pub(crate) published: PublishedInputs,
-        /// Sensitivity on the datasheet, and its tolerance.
-        pub(crate) datasheet: Option<Datasheet>,
+        /// What the maker states: sensitivity with its tolerance, of all axes or of each, bands of frequencies, transverse sensitivity.
+        pub(crate) datasheet: Option<TriaxialDatasheet>,
         /// Plan.
         pub(crate) plan: Option<PlanTable>,
         /// What the shaker can do: a plan says which points are beyond it.
@@ -391,30 +381,16 @@ impl ShakerTriaxialCampaign {
         Ok(crate::modes::fixture_findings(&fixtures, points))
     }
 
-    /// Sensitivity on the datasheet and its tolerance, in what the device gives per m/s².
-    pub(crate) fn datasheet(&self) -> Result<Option<(f64, f64)>> {
+    /// What the datasheet states, in what the device gives per m/s².
+    pub(crate) fn datasheet(&self) -> Result<Option<Datasheet>> {
         let Some(datasheet) = &self.datasheet else {
             return Ok(None);
         };
-        let (given, datasheet) = datasheet.si(&self.source)?;
         let outputs = match &self.output_recording {
             Some(sensor) => sensor.output(&self.source)?,
             None => DeviceOutput::Volt,
         };
-        if given != outputs {
-            return Err(self.source
-                            .refuse(
-                                "datasheet",
-                                "unit",
-                                format!(
-                                    "the sensitivity is in {}, not in {}",
-                                    outputs.unit(),
-                                    given.unit()
-                                ),
-                            )
-                            .with_hint("V/(m/s2), mV/(m/s2), V/g or mV/g; of a sensor with [output_recording] its unit per m/s2 or g"));
-        }
-        Ok(Some(datasheet))
+        datasheet.si(&self.source, outputs).map(Some)
     }
 
     /// What the device gives: volts, or what its own files hold.
@@ -570,44 +546,6 @@ impl ShakerTriaxialCampaign {
             })),
             _ => Ok(None),
         }
-    }
-}
-
-impl Datasheet {
-    /// What the device gives, its sensitivity per m/s² and the tolerance.
-    pub(crate) fn si(&self, source: &CampaignFile) -> Result<(DeviceOutput, (f64, f64))> {
-        let unit: String = self.unit.replace('²', "2").replace(' ', "");
-        let kinds = [
-            (DeviceOutput::Volt, SENSITIVITY),
-            (DeviceOutput::Acceleration, ACCELERATION_RATIO),
-            (DeviceOutput::Count, COUNT_SENSITIVITY),
-        ];
-        let known = kinds
-            .into_iter()
-            .flat_map(|(output, endings)| endings.iter().map(move |(u, f)| (output, *u, *f)));
-        let Some((output, _, factor)) = known.clone().find(|(_, u, _)| *u == unit) else {
-            let valid: Vec<&str> = known.map(|(_, u, _)| u).collect();
-            return Err(source
-                .refuse(
-                    "datasheet",
-                    "unit",
-                    format!("unknown unit \"{}\"", self.unit),
-                )
-                .with_hint(format!("valid here: {}", valid.join(", "))));
-        };
-        for (key, value) in [
-            ("sensitivity", self.sensitivity),
-            ("tolerance", self.tolerance),
-        ] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(source.refuse(
-                    "datasheet",
-                    key,
-                    format!("{value} is not a positive number"),
-                ));
-            }
-        }
-        Ok((output, (self.sensitivity * factor, self.tolerance * factor)))
     }
 }
 

@@ -171,7 +171,13 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
         );
     }
     Section::new("Result")
-        .paragraph(format!("Differences are {a} less {b}."))
+        .paragraph(match pair.common.is_empty() {
+            true => format!("Differences are {a} less {b}."),
+            false => format!(
+                "Differences are {a} less {b}; {} of both is one error, and out of U.",
+                pair.common.join(", ")
+            ),
+        })
         .key_figures(figures)
         .summarised()
 }
@@ -249,6 +255,14 @@ fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
         coverage_factor("k", |p: &P| p.modulus_coverage_factor),
         e_n("E_n", |p: &P| p.modulus_en),
     ];
+    if !pair.common.is_empty() {
+        fields.push(number(
+            "E_n_independent",
+            ("E_n, nothing shared", ""),
+            Decimals(2),
+            |p: &P| p.modulus_en_independent,
+        ));
+    }
     if pair.points.iter().any(|p| p.phase.is_some()) {
         fields.extend([
             filed("phase_first_deg", |p: &P| p.value[0].arg().to_degrees()),
@@ -260,6 +274,14 @@ fn points(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
             coverage_factor("phase_k", |p: &P| p.phase.map(|p| p.coverage_factor)),
             e_n("phase_E_n", |p: &P| p.phase.map(|p| p.en)),
         ]);
+        if !pair.common.is_empty() {
+            fields.push(number(
+                "phase_E_n_independent",
+                ("E_n, nothing shared", ""),
+                Decimals(2),
+                |p: &P| p.phase.and_then(|p| p.en_independent),
+            ));
+        }
     }
     fields.push(filed("chi_squared", |p: &P| p.chi_square));
     let caption = format!(

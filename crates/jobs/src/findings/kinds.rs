@@ -371,6 +371,30 @@ findings! {
         evidence "{compared} frequencies were compared; beyond them {lost}",
         advice "compare over a wider range, or leave out the calibration that has the fewest";
 
+    /// The result is stated for another mounting than that of the runs.
+    mounting_corrected(name: &str, low: f64, high: f64, u: f64, file: &str) =
+        "mounting-corrected", [Note],
+        what "the sensitivities are those of {name}: what was measured is multiplied by {low:.4} to {high:.4}",
+        evidence "{file}, u at most {u:.2} %, one error of all axes and frequencies (mounting.correction in the budget)",
+        advice "leave [mounting] out for the sensitivities as they were measured; the ratio is taken as that of every axis",
+        false_alarms "none: it is stated";
+
+    /// Two calibrations name a reference standard, which may be the same.
+    common_cause_possible(keys: &str, largest: f64, shared: f64) =
+        "common-cause-possible", [Note],
+        what "both calibrations state an uncertainty of a reference standard, and whether it is the same one is not said: it counts twice in U",
+        evidence "{keys}; largest |E_n| {largest:.2}, and {shared:.2} if the two share it",
+        advice "where both go back to one standard with one calibration, add --common reference",
+        false_alarms "none: the entries of the budgets are counted";
+
+    /// Two calibrations were computed from one file.
+    files_of_both(files: &str) =
+        "files-of-both", [Note],
+        what "the calibrations were computed from the same files: {files}",
+        evidence "their digests agree",
+        advice "a certificate that is in both is one error of both: name its entry of the budget with --common, such as --common reference",
+        false_alarms "none: digests are compared";
+
     /// Input and output are not coherent.
     low_coherence(limit: f64, poor: usize, lines: usize) =
         "low-coherence", [Warning],

@@ -10,6 +10,7 @@ use crate::trouble::Result;
 use proofmass_documents::{AnyCalibration, StatedQuantity};
 use proofmass_io::Unit;
 use proofmass_report::Report;
+use proofmass_shaker::datasheet::Datasheet;
 use proofmass_shaker::recording::RunInput;
 use proofmass_shaker::sample_clock::SampleClock;
 use proofmass_shaker::{
@@ -26,7 +27,7 @@ pub struct ShakerTriaxialOutcome {
     pub(super) calibration: ShakerCalibration,
     pub(super) monte_carlo: Vec<FrequencyCheck>,
     pub(super) budget: Budget,
-    pub(super) datasheet: Option<(f64, f64)>,
+    pub(super) datasheet: Option<Datasheet>,
     pub(super) reference: Option<String>,
     /// Whether the runs carry accelerations of the reference, not volts.
     pub(super) acceleration: bool,
@@ -62,7 +63,7 @@ impl ShakerTriaxialOutcome {
             calibration,
             monte_carlo,
             budget: job.budget.clone(),
-            datasheet: job.datasheet,
+            datasheet: job.datasheet.clone(),
             reference: job.reference_description.clone(),
             acceleration: job.reference.is_none(),
             recordings: data.recordings,

@@ -5,6 +5,7 @@ mod budget;
 mod comparison;
 mod contested;
 mod curves;
+mod datasheet;
 mod digits;
 mod matrices;
 mod mounting;
@@ -68,7 +69,11 @@ fn sections(
         Some(frame()),
         comparison::corrections(calibration, result, unit).map(Section::off_paper),
         comparison::methods(calibration, result, unit).map(Section::off_paper),
-        comparison::datasheet(result, unit, outcome.datasheet).map(Section::off_paper),
+        outcome
+            .datasheet
+            .as_ref()
+            .and_then(|sheet| datasheet::section(calibration, result, unit, sheet))
+            .map(Section::off_paper),
     ]);
     if rigorous {
         list.extend([

@@ -6,6 +6,7 @@ use crate::page::columns::{filed, frequency, number};
 use crate::page::polar::{Polar, polar};
 use proofmass_documents::StatedQuantity;
 use proofmass_report::{Field, Rounding, Table};
+use proofmass_shaker::datasheet::{Promise, SheetDeviation};
 use proofmass_shaker::derived::{Expanded, SensitivityTerm};
 use proofmass_shaker::published::PublishedFit;
 use proofmass_shaker::recording::{CHANNELS, RunInput};
@@ -13,7 +14,7 @@ use proofmass_shaker::{
     AppliedAcceleration, ComponentCheck, Configuration, FrequencyCheck, FrequencyResult,
     MethodResult, OutputUnit, RunResult, SessionGain, ShakerMethod,
 };
-use proofmass_uncertainty::{BudgetLine, DegreesOfFreedom, Verdict};
+use proofmass_uncertainty::{BudgetLine, DegreesOfFreedom, Judgement, Verdict};
 
 /// Moduli and phases of S and A at one frequency, by names such as `S.xx.modulus[frequency=10]`.
 pub(super) fn quantities(f: &FrequencyResult) -> Vec<StatedQuantity> {
@@ -89,6 +90,9 @@ pub(super) fn tables(outcome: &ShakerTriaxialOutcome) -> Vec<Table> {
     let compared = results.iter().any(|r| r.reproducibility.is_some());
     if compared {
         list.push(sessions(results).file("sessions.csv"));
+    }
+    if results.iter().any(|r| !r.datasheet.is_empty()) {
+        list.push(datasheet(results).file("datasheet.csv"));
     }
     if !outcome.monte_carlo.is_empty() {
         list.push(monte_carlo(&outcome.monte_carlo, unit).file("monte-carlo.csv"));
@@ -256,6 +260,47 @@ fn derived(results: &[MethodResult]) -> Table {
         filed("nu_eff", |r: &Row<'_>| r.1.stated.and_then(|q| q.dof)),
     ]);
     Table::of("", fields, stated.chain(published))
+}
+
+/// Every promise of the datasheet with every method and correction, at 95 %; an empty field where the sheet promises nothing.
+fn datasheet(results: &[MethodResult]) -> Table {
+    type Row<'a> = (Head<'a>, &'a SheetDeviation);
+    let rows = results.iter().flat_map(|result| {
+        let all = result.datasheet.iter();
+        all.map(move |d| -> Row<'_> { ((result, d.frequency), d) })
+    });
+    let mut fields = begin(|r: &Row<'_>| r.0);
+    fields.extend([
+        Field::new("promise", |r: &Row<'_>| promise_word(r.1.promise).into()),
+        Field::new("output", |r: &Row<'_>| r.1.axis.into()),
+        filed("value_%", |r: &Row<'_>| 100.0 * r.1.value),
+        filed("U_%", |r: &Row<'_>| 100.0 * r.1.expanded),
+        filed("k", |r: &Row<'_>| r.1.coverage_factor),
+        filed("limit_%", |r: &Row<'_>| r.1.tolerance.map(|t| 100.0 * t)),
+        filed("E_n", |r: &Row<'_>| r.1.e_n),
+        Field::new("verdict", |r: &Row<'_>| {
+            judgement_word(r.1.judgement).into()
+        }),
+    ]);
+    Table::of("", fields, rows)
+}
+
+pub(super) fn promise_word(promise: Promise) -> &'static str {
+    match promise {
+        Promise::Response => "response",
+        Promise::Transverse => "transverse",
+        _ => "sensitivity",
+    }
+}
+
+/// As the verdicts of `device check`; nothing where the sheet has no limit.
+pub(super) fn judgement_word(judgement: Option<Judgement>) -> &'static str {
+    match judgement {
+        Some(Judgement::Pass) => "pass",
+        Some(Judgement::Fail) => "fail",
+        Some(Judgement::Undecided) => "undecided",
+        None => "",
+    }
 }
 
 /// One row per term of S and input.

@@ -489,6 +489,17 @@ methods = ["joint", "complex", "published"]
 sensitivity = {}
 tolerance = {}
 unit = "{unit}"
+# "transverse_%" = 5             # what else the maker prints: largest transverse sensitivity,
+# reference_Hz = 160             # the frequency from which the bands count,
+# [datasheet.x]                  # an axis by itself,
+# sensitivity = 10.3
+# "tolerance_%" = 5
+# [[datasheet.band]]             # and bands of frequencies
+# frequency_Hz = [10, 1000]
+# "tolerance_%" = 5
+
+# [mounting]                     # the result of another mounting: frequency_Hz, ratio, u_ratio
+# file = "mounting.csv"
 {budget}"#,
             10.2 * factor,
             1.02 * factor,

@@ -1,7 +1,7 @@
 //! Doubts about a campaign as a whole.
 
 use super::MethodResult;
-use crate::datasheet::{OffDatasheet, off_datasheet};
+use crate::datasheet::{Datasheet, OffDatasheet, Promise, SheetDeviation, off_datasheet};
 use crate::findings;
 use crate::observation::{Basis, Correction, PhasorRow, Spurious, UnmeasuredAt, UnmeasuredMotion};
 use proofmass_uncertainty::Finding;
@@ -113,24 +113,50 @@ pub(super) fn high_frequencies(results: &[MethodResult]) -> Vec<Finding> {
     found
 }
 
-/// Main sensitivities that the datasheet does not know, at the frequency nearest to 160 Hz, where datasheets are made.
-pub(super) fn against_datasheet(results: &[MethodResult]) -> Option<Finding> {
-    let of_reference = |f: f64| (f / 160.0).ln().abs();
-    let result = results
-        .first()?
-        .frequencies
-        .iter()
-        .min_by(|a, b| of_reference(a.frequency).total_cmp(&of_reference(b.frequency)))?;
-    let all: Vec<OffDatasheet> = result
-        .datasheet
-        .iter()
-        .map(|d| OffDatasheet {
-            name: Some(d.axis.clone()),
-            relative: d.relative,
-            allowed: d.allowed(),
-        })
-        .collect();
-    off_datasheet(result.frequency, &all)
+/// Main sensitivities that the datasheet does not know, at the frequency nearest to that of the sheet, or to 160 Hz, where datasheets are
+/// made; and frequencies of which it says nothing.
+pub(super) fn against_datasheet(sheet: &Datasheet, results: &[MethodResult]) -> Vec<Finding> {
+    let Some(result) = results.first() else {
+        return vec![];
+    };
+    let frequencies = || result.frequencies.iter().map(|f| f.frequency);
+    let away = |f: f64| (f / sheet.reference.unwrap_or(160.0)).ln().abs();
+    let here = frequencies().min_by(|a, b| away(*a).total_cmp(&away(*b)));
+    let mut found = vec![];
+    if let Some(here) = here {
+        let of_here =
+            |d: &&SheetDeviation| d.promise == Promise::Sensitivity && d.frequency == here;
+        let all: Vec<OffDatasheet> = result
+            .datasheet
+            .iter()
+            .filter(of_here)
+            .filter_map(|d| {
+                Some(OffDatasheet {
+                    name: Some(d.axis.to_owned()),
+                    relative: d.value,
+                    allowed: d.allowed()?,
+                })
+            })
+            .collect();
+        found.extend(off_datasheet(here, &all));
+    }
+    let outside = sheet.beyond_the_bands(frequencies());
+    let reference = sheet.reference.filter(|_| !sheet.bands.is_empty());
+    let unmeasured = reference.filter(|_| sheet.reference_among(frequencies()).is_none());
+    if !outside.is_empty() || unmeasured.is_some() {
+        let names: Vec<String> = outside.iter().map(f64::to_string).collect();
+        let mut evidence = Vec::new();
+        if !names.is_empty() {
+            evidence.push(format!("no band holds {} Hz", names.join(", ")));
+        }
+        evidence.extend(
+            unmeasured.map(|f| {
+                format!("no run is within an octave of {f} Hz, from which the bands count")
+            }),
+        );
+        found.push(findings::datasheet_silent(&evidence.join("; ")));
+    }
+    found
 }
 
 #[cfg(test)]

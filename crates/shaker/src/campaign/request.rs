@@ -1,6 +1,7 @@
 //! What a campaign consists of, and which calculations are asked for.
 
 use crate::budget::Budget;
+use crate::datasheet::Datasheet;
 use crate::geometry::Configuration;
 use crate::observation::{Correction, OutputPhases, UnmeasuredMotion};
 use crate::published::MagnitudeBudget;
@@ -59,8 +60,8 @@ pub struct ShakerCampaign {
     pub targets: Vec<(f64, f64)>,
     /// Rules of a sound run.
     pub limits: QualityLimits,
-    /// Datasheet sensitivity and its expanded uncertainty, V/(m/s²).
-    pub datasheet: Option<(f64, f64)>,
+    /// What the maker states, per m/s².
+    pub datasheet: Option<Datasheet>,
     /// Runs that somebody decided to leave out, by name.
     pub excluded: Vec<String>,
     /// What is known of the phases of the outputs.

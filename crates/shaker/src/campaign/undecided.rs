@@ -1,6 +1,6 @@
 //! Runs that contradict the others while nobody has decided about them.
 
-use super::{MethodResult, ShakerCampaign, ShakerMethod, frequency_result};
+use super::{MethodResult, ShakerMethod, frequency_result};
 use crate::budget::Budget;
 use crate::diagnosis::SuspectRun;
 use crate::findings;
@@ -65,7 +65,6 @@ pub(super) fn contested(
     set_aside: &[String],
     results: &mut [MethodResult],
     budget: &Budget,
-    campaign: &ShakerCampaign,
 ) -> Result<Vec<Contested>, Error> {
     let budget = &with_motion(budget, &correction.table, rows)?;
     let doubted = |r: &&PhasorRow| set_aside.contains(&r.run);
@@ -108,7 +107,7 @@ pub(super) fn contested(
             };
             without = without.or(Some(fit.sensitivity));
             if let Some(with) = &with {
-                *place = frequency_result(&fit.reaching(with, &description)?, campaign.datasheet)?;
+                *place = frequency_result(&fit.reaching(with, &description)?)?;
             }
         }
         let pairs = |s: &Matrix| s.iter().flatten().map(|z| [z.re, z.im]).collect::<Vec<_>>();

@@ -1,12 +1,10 @@
-//! Results side by side: corrections, methods, the datasheet.
+//! Results side by side: corrections, methods.
 
 use super::super::tables::word;
 use super::digits::{CROSS, MAIN, TERMS, Unit, plus_minus};
 use crate::page::columns::{frequency, printed, words};
 use proofmass_report::{Axis, Block, Section, Series, Table, XyPlot};
-use proofmass_shaker::{
-    FrequencyResult, MethodResult, ShakerCalibration, ShakerMethod, TermDifference,
-};
+use proofmass_shaker::{MethodResult, ShakerCalibration, ShakerMethod, TermDifference};
 
 /// Value and expanded uncertainty of |S_k|, whatever the method.
 fn modulus(result: &MethodResult, frequency: f64, k: usize) -> Option<(f64, f64)> {
@@ -128,7 +126,7 @@ pub(super) fn corrections(
     )
 }
 
-fn correction_name(label: &str) -> &str {
+pub(super) fn correction_name(label: &str) -> &str {
     if label == "none" {
         "uncorrected"
     } else {
@@ -208,70 +206,4 @@ fn side_by_side(
         .into_iter()
         .flat_map(|f| terms.iter().map(move |&k| -> Row { (f, k) }));
     Table::of(caption, fields, rows)
-}
-
-/// Main terms against the datasheet.
-pub(super) fn datasheet(
-    result: &MethodResult,
-    unit: Unit,
-    sheet: Option<(f64, f64)>,
-) -> Option<Section> {
-    if result.frequencies.iter().all(|f| f.datasheet.is_empty()) {
-        return None;
-    }
-    type R = FrequencyResult;
-    let mut fields = vec![frequency(|f: &R| f.frequency)];
-    for (number, k) in MAIN.into_iter().enumerate() {
-        fields.push(printed(format!("Δ|S_{}|", TERMS[k]), "%", move |f: &R| {
-            Some(format!("{:.2}", 100.0 * f.datasheet.get(number)?.relative))
-        }));
-        fields.push(printed("E_n", "", move |f: &R| {
-            Some(format!("{:.2}", f.datasheet.get(number)?.e_n))
-        }));
-    }
-    let table = Table::of(
-        "Main terms against the datasheet",
-        fields,
-        &result.frequencies,
-    );
-    let mut plot = XyPlot::new(
-        Axis::log("frequency", "Hz"),
-        Axis::linear("departure from the datasheet", "%"),
-    )
-    .horizontal(0.0, "datasheet");
-    for (number, &k) in MAIN.iter().enumerate() {
-        let points: Vec<_> = result
-            .frequencies
-            .iter()
-            .filter_map(|f| {
-                let d = f.datasheet.get(number)?;
-                let m = &f.sensitivity[k].modulus;
-                let scale = (1.0 + d.relative) / m.value;
-                Some((f.frequency, 100.0 * d.relative, 100.0 * m.expanded * scale))
-            })
-            .collect();
-        plot = plot.series(Series::intervals(format!("S_{}", TERMS[k]), &points).look(number));
-    }
-    let stated = sheet.map_or(String::new(), |(value, u)| {
-        format!(
-            " The datasheet states {} {}.",
-            plus_minus(unit.factor * value, unit.factor * u),
-            unit.name
-        )
-    });
-    Some(
-        Section::new("Against the datasheet")
-            .paragraph(format!(
-                "E_n = (|S_jj| − S_p)/√(U² + U_p²), S_p the sensitivity of the datasheet with U_p; beyond ±1 the two \
-                 disagree at 95 %.{stated}"
-            ))
-            .figure(
-                format!(
-                    "Main terms as departures from the datasheet; bars are the intervals of the calibration at {}",
-                    super::curves::at(&result.frequencies)
-                ),
-                plot,
-            )
-            .table(table),
-    )
 }
