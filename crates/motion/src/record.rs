@@ -3,11 +3,11 @@
 mod alignment;
 
 pub use alignment::{
-    Stamped, Timing, align, common_start, even_clock, even_rows, interval, out_of_order,
-    stamp_digit,
+    HoledClock, Stamped, Timing, align, common_start, even_clock, even_rows, interval,
+    out_of_order, stamp_digit,
 };
 
-use crate::LowCorner;
+use crate::{Hole, LowCorner};
 use proofmass_core::Error;
 use proofmass_core::check::within;
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,8 @@ pub struct MotionRecord {
     pub gain_uncertainty: Option<f64>,
     /// Where the accelerometer may have missed a part of the motion.
     pub blows: Vec<Blow>,
+    /// Samples that have no acceleration, in order; what stands there in its place is a line.
+    pub holes: Vec<Hole>,
     /// Frequencies below which the accelerometer shows less and less.
     pub low_corner: Option<LowCorner>,
     /// Corner whose slow accelerations were given back: the noise of the accelerometer was integrated with them.
@@ -153,6 +155,7 @@ impl MotionRecord {
             start: 0.0,
             gain_uncertainty: None,
             blows: Vec::new(),
+            holes: Vec::new(),
             low_corner: None,
             given_back: None,
         };
@@ -288,6 +291,7 @@ impl MotionRecord {
                 .as_ref()
                 .map(|e| e.decimated(n, self.sample_time)),
             blows: self.blows_at(|k| k.div_ceil(n)),
+            holes: self.holes.iter().filter_map(|h| h.decimated(n)).collect(),
             ..*self
         };
         record.check()?;
@@ -315,7 +319,15 @@ impl MotionRecord {
             };
             (0..6).map(|i| weight(i) * a[from + i]).sum()
         };
-        self.beside((0..n).map(|k| at(k) / gain).collect())
+        let mut record = self.beside((0..n).map(|k| at(k) / gain).collect());
+        for hole in &mut record.holes {
+            *hole = Hole {
+                velocity: hole.velocity / gain.abs(),
+                ..hole.moved(latency / self.sample_time, n)
+            };
+        }
+        record.holes.retain(|hole| hole.from < hole.to);
+        record
     }
 
     /// The same readings beside another acceleration.
@@ -325,6 +337,7 @@ impl MotionRecord {
             reading: self.reading.clone(),
             edges: self.edges.clone(),
             blows: self.blows.clone(),
+            holes: self.holes.clone(),
             ..*self
         }
     }
@@ -341,7 +354,7 @@ impl MotionRecord {
 
     /// A stretch of the samples; the velocity at its start is unknown unless it is the beginning. `None` where the
     /// samples are not there.
-    pub(crate) fn within(&self, range: std::ops::Range<usize>) -> Option<Self> {
+    pub fn within(&self, range: std::ops::Range<usize>) -> Option<Self> {
         Some(Self {
             reading: self.reading.get(range.clone())?.to_vec(),
             acceleration: self.acceleration.get(range.clone())?.to_vec(),
@@ -349,6 +362,7 @@ impl MotionRecord {
             start: self.start + range.start as f64 * self.sample_time,
             edges: self.edges.as_ref().map(|e| e.within(&range)),
             blows: self.blows_at(|k| k.clamp(range.start, range.end) - range.start),
+            holes: self.holes.iter().filter_map(|h| h.within(&range)).collect(),
             ..*self
         })
     }

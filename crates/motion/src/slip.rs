@@ -146,11 +146,17 @@ impl SlipSearch {
             // Vibration grows with the speed of a vehicle: the quietest third is not what its drive is like.
             (ReadingSource::Speed, _) => shortest(&known, 0.6, 0.841_621_234),
         };
-        let difference: Vec<f64> = difference
+        let mut difference: Vec<f64> = difference
             .into_iter()
             .zip(&judged)
             .map(|(d, judged)| if *judged { d } else { centre })
             .collect();
+        // What is not seen of a change of velocity is no slip.
+        for hole in record.holes.iter().filter(|h| h.velocity > 0.5 * deviation) {
+            let from = hole.from.saturating_sub(2 * w).min(difference.len());
+            let to = (hole.to + 1).clamp(from, difference.len());
+            difference[from..to].fill(centre);
+        }
         let z = |d: f64| (d - centre) / deviation;
         // Two lines through counts that are each wrong by half an increment at most cannot differ by more.
         let rounding = match record.source {

@@ -21,9 +21,9 @@ use proofmass_io::{
     SaidBy, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches,
-    drop_wild_accelerations, edge_places, even_clock, held, longest_stretch, mean_between,
-    moves_while_still, thin,
+    HoledClock, LowCorner, MotionRecord, ReadingSource, Stamped, Timing, Ungapped, align,
+    common_start, drop_glitches, drop_wild_accelerations, edge_places, even_clock, held,
+    longest_stretch, mean_between, moves_while_still, thin, ungapped,
 };
 use proofmass_signal::AnyCompensation;
 use proofmass_signal::saturation;
@@ -32,6 +32,19 @@ use serde::{Deserialize, Serialize};
 
 /// No axis moves faster, m/s or rad/s.
 const FASTEST: f64 = 1e6;
+
+/// What is left of the accelerations where more is missing than can be bridged: of an even clock a little, else all of three steps and more.
+///
+/// Rows in which a slower sensor stands several times are counted from one another, and not from a clock.
+fn gaps(acceleration: &Samples) -> Option<Ungapped> {
+    let Samples { time, value } = acceleration;
+    let stretch = longest_stretch(time);
+    let used = stretch.as_ref().map_or(0..time.len(), |s| s.used.clone());
+    match HoledClock::of(time) {
+        Some(clock) if held(&value[used]).is_none() => ungapped(&clock, time),
+        _ => stretch,
+    }
+}
 
 /// A number as a person may have typed it, without hundreds of digits.
 fn typed(number: f64) -> String {
@@ -530,7 +543,7 @@ impl AxisSensors {
             }
         }
         let mut recorded = None;
-        if let Some(gaps) = longest_stretch(&acceleration.time) {
+        if let Some(gaps) = gaps(&acceleration) {
             let Samples { time, value } = &mut acceleration;
             recorded = Some([time[0] + origin, time[time.len() - 1] + origin]);
             if let (Some(_), true) = (start, gaps.used.start > 0) {
@@ -574,6 +587,11 @@ impl AxisSensors {
         }
         record.accelerometer = !alone;
         record.start = start;
+        if let Some(finding) = record.hole_finding(origin + start) {
+            // What the clocks say of them is less.
+            findings.retain(|f| f.code() != "gaps-in-record");
+            findings.push(finding);
+        }
         record.turn = told.resolver_turn();
         record.low_corner = self.corner(&record, resting)?;
         let stated = self.gain_uncertainty.map(|percent| 0.01 * percent);
@@ -944,7 +962,9 @@ impl AxisSensors {
         } else {
             Timing::Sampled
         };
-        let step = even_clock(&acceleration.time);
+        let time = &acceleration.time;
+        let holed = || HoledClock::of(time).map(|clock| clock.step);
+        let step = even_clock(time).or_else(holed);
         let start = common_start(source, &reading.time, &acceleration.time);
         let record = align(
             source,
