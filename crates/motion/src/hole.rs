@@ -213,6 +213,10 @@ impl MotionRecord {
     /// What is to be said of its holes; `zero` is the time of the first sample.
     pub fn hole_finding(&self, zero: f64) -> Option<Finding> {
         let longest = self.holes.iter().max_by_key(|h| h.samples().len())?;
+        let gaps = |count: usize| match count {
+            1 => "one gap".to_owned(),
+            _ => format!("{count} gaps"),
+        };
         let n = self.reading.len();
         let count =
             |holes: &mut dyn Iterator<Item = Range<usize>>| holes.map(|h| h.len()).sum::<usize>();
@@ -222,6 +226,10 @@ impl MotionRecord {
         let share = missing as f64 / n as f64;
         let missed = self.holes.iter().filter(|h| !h.wide);
         let missed = missed.fold(0.0f64, |m, h| m.max(h.velocity));
+        let missed = match missed > 0.0 {
+            true => format!("; lines miss up to {missed:.2e} m/s of a change of velocity"),
+            false => String::new(),
+        };
         let treatment = match left {
             0 => ": lines bridge the acceleration, and the interval is wider there",
             _ => {
@@ -230,12 +238,12 @@ impl MotionRecord {
         };
         let left = match left {
             0 => String::new(),
-            _ => format!("; {} gaps of {left} samples are left out", blind.len()),
+            _ => format!("; {left} in {} are left out", gaps(blind.len())),
         };
         let evidence = format!(
-            "{missing} of {n} samples have no acceleration ({:.2} %), in {} gaps, the longest of {} samples after {:.4} s; lines miss up to {missed:.2e} m/s of a change of velocity{left}",
+            "{missing} of {n} samples have no acceleration ({:.2} %), in {}, the longest of {} samples after {:.4} s{missed}{left}",
             100.0 * share,
-            self.holes.len(),
+            gaps(self.holes.len()),
             longest.samples().len(),
             zero + longest.from as f64 * self.sample_time,
         );
@@ -253,3 +261,94 @@ impl MotionRecord {
 
 /// Share of the samples below which holes that are bridged are no more than noted.
 const NOTED: f64 = 0.02;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    const DT: f64 = 1e-3;
+
+    /// Ten seconds of an acceleration with holes of m samples every hundred, as `align` leaves them.
+    fn holed(a: impl Fn(usize) -> f64, m: usize) -> MotionRecord {
+        let n = 10_000;
+        let mut a: Vec<f64> = (0..n).map(a).collect();
+        let without: Vec<usize> = (100..n - 50).filter(|k| k % 100 < m).collect();
+        for run in without.chunk_by(|a, b| a + 1 == *b) {
+            let (before, after) = (run[0] - 1, run[run.len() - 1] + 1);
+            for &k in run {
+                let share = (k - before) as f64 / (after - before) as f64;
+                a[k] = a[before] * (1.0 - share) + a[after] * share;
+            }
+        }
+        let x = (0..n).map(|k| Some(0.5 * DT * k as f64)).collect();
+        let mut record = MotionRecord::new(DT, ReadingSource::Position, x, a).unwrap();
+        record.holes = holes(&record, &without);
+        record
+    }
+
+    fn mean_square(record: &MotionRecord) -> f64 {
+        let squares = record.holes.iter().map(|h| h.velocity * h.velocity);
+        squares.sum::<f64>() / record.holes.len() as f64
+    }
+
+    /// A line between two noisy samples in the place of m others: (m + m²/2) σ² T² more than the samples had. Ninety-nine holes with places
+    /// that hardly overlap: 3 · √(2/2000) = 10 % for four samples, as much again for what the largest of several parts is.
+    #[test]
+    fn law_a_line_through_noise_misses_its_own_and_theirs() {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(7);
+        let noise: Vec<f64> = (0..10_000)
+            .map(|_| StandardNormal.sample(&mut rng))
+            .collect();
+        for m in [1, 2, 4, 10] {
+            let record = holed(|k| noise[k], m);
+            assert_eq!(record.holes.len(), 99);
+            let due = DT * DT * (m as f64 + 0.5 * (m * m) as f64);
+            let ratio = mean_square(&record) / due;
+            assert!((0.85..1.2).contains(&ratio), "{m}: {ratio}");
+        }
+    }
+
+    /// The chord of a sine over T' = (m + 1) T: ω² T'³/12 of the amplitude at its mean square, √½.
+    #[test]
+    fn law_a_chord_misses_what_the_bend_is() {
+        let (w, m) = (std::f64::consts::TAU * 2.0, 9);
+        let record = holed(|k| 3.0 * (w * DT * k as f64).sin(), m);
+        let chord = DT * (m + 1) as f64;
+        let due = 3.0 * w * w * chord.powi(3) / 12.0 * 0.5f64.sqrt();
+        let ratio = mean_square(&record).sqrt() / due;
+        assert!((0.9..1.1).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn law_what_a_record_does_not_show_is_wide() {
+        let record = holed(|k| (0.3 * k as f64).sin(), 60);
+        assert!(record.holes.iter().all(|h| h.wide));
+        // Positions are read all the while.
+        assert!(record.blind().is_empty());
+        assert_eq!(record.in_one_piece(), Some(0..100));
+        let part = record.within(60..9_000).unwrap();
+        assert_eq!((part.holes[0].from, part.holes[0].to), (40, 100));
+        // Every seventh: 105, 112, … 154.
+        let slow = record.decimated(7).unwrap();
+        assert_eq!((slow.holes[0].from, slow.holes[0].to), (15, 23));
+    }
+
+    #[test]
+    fn law_holes_move_with_the_samples() {
+        let hole = Hole {
+            from: 10,
+            to: 13,
+            velocity: 1.0,
+            wide: false,
+        };
+        let at = |by: f64| hole.moved(by, 20).samples();
+        assert_eq!(at(0.0), 10..13);
+        assert_eq!(at(2.0), 8..11);
+        assert_eq!(at(0.3), 9..13);
+        assert_eq!(at(-0.3), 10..14);
+        assert_eq!(at(-9.0), 19..20);
+    }
+}

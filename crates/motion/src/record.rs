@@ -11,6 +11,7 @@ use crate::{Hole, LowCorner};
 use proofmass_core::Error;
 use proofmass_core::check::within;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What the slow, drift-free sensor reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -376,6 +377,27 @@ impl MotionRecord {
             .filter_map(|(k, r)| r.map(|_| k));
         let Some(first) = at.next() else { return 1 };
         at.fold(0, |stride, k| gcd(stride, k - first)).max(1)
+    }
+
+    /// One value for each reading in its place, zeros where one is missing, so that what repeats in time does so in the list. Where
+    /// most are missing they have no places, and stand as they are.
+    pub(crate) fn in_places<'a>(&self, values: &'a [f64]) -> Cow<'a, [f64]> {
+        let at = |r: &(usize, &Option<f64>)| r.1.is_some();
+        let mut places = self.reading.iter().enumerate().filter(at).map(|r| r.0);
+        let (first, last) = (places.clone().next(), places.clone().next_back());
+        let (Some(first), Some(last)) = (first, last) else {
+            return Cow::from(values);
+        };
+        let stride = self.reading_stride();
+        let due = (last - first) / stride + 1;
+        if due == values.len() || due > 2 * values.len() {
+            return Cow::from(values);
+        }
+        let mut list = vec![0.0; due];
+        for (value, k) in values.iter().zip(&mut places) {
+            list[(k - first) / stride] = *value;
+        }
+        Cow::from(list)
     }
 
     /// The readings as positions: themselves, or the integral of the speed by the trapezoid (over gaps too).

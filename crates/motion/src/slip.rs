@@ -245,9 +245,6 @@ fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
     // Beyond them a reading is held, which is no motion.
     let covered =
         |k: usize| first.is_some_and(|f| f <= k) && last.is_some_and(|l| k + 2 * w <= l + 1);
-    if record.source == ReadingSource::Position {
-        return (0..count).map(covered).collect();
-    }
     // Samples up to each that lie in a gap, and changes of the reading.
     let (mut gaps, mut changes) = (vec![0usize; n + 1], vec![0usize; n + 1]);
     for pair in places.windows(2) {
@@ -266,7 +263,8 @@ fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
     (0..count)
         .map(|k| {
             let within = |list: &[usize]| list[k + 2 * w - 1] - list[k];
-            covered(k) && within(&gaps) == 0 && within(&changes) > 0
+            let lively = record.source == ReadingSource::Position || within(&changes) > 0;
+            covered(k) && within(&gaps) == 0 && lively
         })
         .collect()
 }

@@ -51,6 +51,15 @@ pub(super) fn clock(recording: &Recording, main: &Recording, origin: f64, edges:
     }
 }
 
+/// The clock of accelerations of which some are missing in rows on an even one: their own, which may be slower, or that of the rows.
+pub(super) fn holed(time: &[f64], rows: &[f64]) -> Option<HoledClock> {
+    if even_clock(time).is_some() {
+        return None;
+    }
+    let step = || even_clock(rows).or_else(|| HoledClock::of(rows).map(|clock| clock.step));
+    HoledClock::of(time).or_else(|| HoledClock::known(time, step()?))
+}
+
 /// Puts rows and the readings in them on the even clock behind stamps that scatter, where the samples do not.
 pub(super) fn evened(clock: &mut Vec<f64>, reading: &mut Samples) -> Option<Finding> {
     let own = Stamped {
