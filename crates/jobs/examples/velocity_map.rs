@@ -34,6 +34,41 @@ const OFFSET: f64 = 0.05;
 /// Sample time, s.
 const DT: f64 = 1e-3;
 
+/// What a log loses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Lost {
+    Nothing,
+    /// Share of the accelerations that are empty cells.
+    Cells(f64),
+    /// Share of the rows.
+    Rows(f64),
+    /// Bursts of so many rows.
+    Bursts(usize, usize),
+    /// Rows at one place, sixty hundredths from the start.
+    Gap(usize),
+}
+
+impl Lost {
+    /// Whether the row and the acceleration of each sample are there.
+    fn kept(self, n: usize, seed: u64) -> Vec<(bool, bool)> {
+        let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed ^ 0x1057);
+        let mut kept = vec![(true, true); n];
+        match self {
+            Self::Nothing => {}
+            Self::Cells(share) => kept.iter_mut().for_each(|k| k.1 = !rng.random_bool(share)),
+            Self::Rows(share) => kept.iter_mut().for_each(|k| k.0 = !rng.random_bool(share)),
+            Self::Bursts(count, rows) => {
+                for _ in 0..count {
+                    let from = rng.random_range(1..n - rows - 1);
+                    kept[from..from + rows].fill((false, false));
+                }
+            }
+            Self::Gap(rows) => kept[n * 6 / 10..n * 6 / 10 + rows].fill((false, false)),
+        }
+        kept
+    }
+}
+
 /// An axis with the errors that a healthy one has.
 #[derive(Clone)]
 pub struct Cell {
@@ -61,6 +96,8 @@ pub struct Cell {
     uneven: bool,
     /// Whether gain, latency, disc and jitter of each record are drawn.
     drawn: bool,
+    /// What the log loses.
+    lost: Lost,
 }
 
 fn motion_of(name: &str, seed: u64) -> Motion {
@@ -100,6 +137,7 @@ impl Cell {
             jitter: 0.0,
             uneven: false,
             drawn: false,
+            lost: Lost::Nothing,
         }
     }
 
@@ -147,6 +185,7 @@ impl Cell {
         let mut second = HighPass::new(self.corner, late(0.0));
         let mut file = String::from("time_s,count,acceleration_m/s2\n");
         let (mut reading, mut right, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+        let kept = self.lost.kept(n, seed);
         for k in 0..n {
             let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
             let (even, noise) = (DT * k as f64, NOISE * normal());
@@ -173,7 +212,11 @@ impl Cell {
                 shown = self.gain * passed + OFFSET + noise;
             }
             let a = shown;
-            file += &format!("{stamp:.7},{count},{a:.6}\n");
+            match kept[k] {
+                (true, true) => file += &format!("{stamp:.7},{count},{a:.6}\n"),
+                (true, false) => file += &format!("{stamp:.7},{count},\n"),
+                _ => {}
+            }
             let [x, v, a] = motion(even);
             reading.push(Some(((x / increment + phase).floor() + 0.5) * increment));
             right.push(a + OFFSET + noise);
@@ -265,6 +308,24 @@ pub fn cells() -> Vec<Cell> {
             list.push(Cell {
                 name: format!("{motion}, held for {held} rows"),
                 held,
+                ..Cell::new(motion, 1.0, 0.0)
+            });
+        }
+    }
+    for motion in ["stop and go", "hand", "S-curve", "sine, 5 Hz"] {
+        for (what, lost) in [
+            ("1 % of the cells empty", Lost::Cells(0.01)),
+            ("5 % of the cells empty", Lost::Cells(0.05)),
+            ("half of the cells empty", Lost::Cells(0.5)),
+            ("1 % of the rows lost", Lost::Rows(0.01)),
+            ("20 bursts of 10 rows lost", Lost::Bursts(20, 10)),
+            ("3 ms lost", Lost::Gap(3)),
+            ("50 ms lost", Lost::Gap(50)),
+            ("1 s lost", Lost::Gap(1000)),
+        ] {
+            list.push(Cell {
+                name: format!("{motion}, {what}"),
+                lost,
                 ..Cell::new(motion, 1.0, 0.0)
             });
         }
@@ -424,12 +485,15 @@ pub struct One {
     pub filter: Judged,
     /// The smoother.
     pub smoother: Judged,
+    /// Samples whose velocity is stated.
+    pub stated: usize,
     oracle: f64,
     alone: f64,
     low_pass: f64,
     /// Mean square error of the best integrator behind a high-pass.
     pub integrator: f64,
-    findings: Vec<(String, Severity)>,
+    /// Codes of what was found.
+    pub findings: Vec<(String, Severity)>,
 }
 
 /// One record; nothing where it is refused.
@@ -465,7 +529,12 @@ pub fn run(cell: &Cell, seed: u64) -> Option<One> {
             .collect()
     };
     let own = truth_of(&outcome);
-    let of = |v: &[f64], u: &Option<Vec<f64>>| judged(v, u.as_deref(), &own, outcome.clock().1);
+    // What is left out of a gap is not stated.
+    let stated = |v: &[f64]| result.stated().map(|k| v[k]).collect::<Vec<f64>>();
+    let of = |v: &[f64], u: &Option<Vec<f64>>| {
+        let u = u.as_deref().map(stated);
+        judged(&stated(v), u.as_deref(), &stated(&own), outcome.clock().1)
+    };
     let alone = match std::env::var_os("QUICK") {
         Some(_) => f64::NAN,
         None => estimate(true).map_or(f64::NAN, |o| {
@@ -484,6 +553,7 @@ pub fn run(cell: &Cell, seed: u64) -> Option<One> {
             &result.smoother.velocity,
             &result.smoother.standard_uncertainty,
         ),
+        stated: result.stated().count(),
         oracle: oracle(&right, result, &truth),
         alone,
         low_pass: best_low_pass(&right, &truth),

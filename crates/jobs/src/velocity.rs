@@ -34,6 +34,7 @@ use proofmass_motion::{
 };
 use proofmass_uncertainty::Finding;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Both sensors of an axis on one time base, and what is known beside them.
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +75,34 @@ impl<'a> AxisData<'a> {
             reference: None,
             findings: &[],
             name: "an axis",
+        }
+    }
+}
+
+/// The longest stretch of a record without a long gap, for what cannot leave one out.
+struct Piece {
+    record: MotionRecord,
+    samples: Range<usize>,
+}
+
+impl Piece {
+    /// `None` where there is no long gap.
+    fn of(whole: &AxisData<'_>) -> Option<Self> {
+        let samples = whole.record.in_one_piece()?;
+        let record = whole.record.within(samples.clone())?;
+        Some(Self { record, samples })
+    }
+
+    fn data<'a>(&'a self, whole: &AxisData<'a>) -> AxisData<'a> {
+        let dt = whole.record.sample_time;
+        let time = |k: usize| whole.start + dt * k as f64;
+        let all = [time(0), time(whole.record.reading.len() - 1)];
+        AxisData {
+            record: &self.record,
+            start: time(self.samples.start),
+            recorded: whole.recorded.or(Some(all)),
+            reference: whole.reference.map(|r| &r[self.samples.clone()]),
+            ..*whole
         }
     }
 }
@@ -122,9 +151,22 @@ impl Job for VelocityEstimateJob {
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityEstimate> {
         lacking(data, self.method.as_slice())?;
         let (own, turn) = (self.circumference, data.turn);
-        let result = estimate_turning(data.record, self.method, own, turn, watch)
-            .map_err(|e| explain(e, data.name))?;
-        Ok(VelocityEstimate::new(data, result, self.method.is_some()))
+        let estimate = |data: &AxisData<'_>| {
+            let result = estimate_turning(data.record, self.method, own, turn, watch)
+                .map_err(|e| explain(e, data.name))?;
+            Ok(VelocityEstimate::new(data, result, self.method.is_some()))
+        };
+        // Slow accelerations are given back from the first sample on: behind a long gap they are not known.
+        let piece = Piece::of(data);
+        let piece = piece.as_ref().map(|piece| piece.data(data));
+        match (piece, data.record.low_corner) {
+            (Some(piece), Some(_)) => estimate(&piece),
+            (None, _) => estimate(data),
+            (Some(piece), None) => match estimate(data)? {
+                whole if whole.result.low_corner.is_none() => Ok(whole),
+                _ => estimate(&piece),
+            },
+        }
     }
 }
 
@@ -207,6 +249,8 @@ impl Job for VelocityCompareJob {
     type Outcome = VelocityComparison;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityComparison> {
+        let piece = Piece::of(data);
+        let data = &piece.as_ref().map_or(*data, |piece| piece.data(data));
         lacking(data, &self.methods)?;
         let decimations = self.decimations(data.record)?;
         let duration = data.record.sample_time * data.record.reading.len() as f64;
@@ -272,6 +316,8 @@ impl Job for VelocityTuneJob {
     type Outcome = VelocityTuning;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityTuning> {
+        let piece = Piece::of(data);
+        let data = &piece.as_ref().map_or(*data, |piece| piece.data(data));
         lacking_two(data, "the gains are those of two sensors")?;
         let mut tuning = self.tuning;
         if self.known_increment {

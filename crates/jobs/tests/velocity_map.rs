@@ -1,4 +1,4 @@
-//! The map of velocities beside an accelerometer with a low corner, cut down.
+//! The map of velocities beside an accelerometer with a low corner and of logs with rows missing, cut down.
 
 #[path = "../examples/velocity_map.rs"]
 #[allow(dead_code, reason = "its printed tables")]
@@ -46,5 +46,44 @@ fn coverage_behind_two_stages() {
     // Twenty seconds hold some eighty independent values: 0.95 ± 3 · 0.22/√800.
     for pooled in inside.map(|sum| sum / f64::from(records)) {
         assert!(pooled > 0.92, "{inside:?}");
+    }
+}
+
+/// Four motions whose logs lose cells and rows: the whole record is used, but for what a long gap takes, that is said, and the intervals hold.
+#[test]
+fn coverage_where_rows_are_missing() {
+    let lost = [
+        ("% of the cells empty", 8000),
+        ("half of the cells empty", 8000),
+        ("% of the rows lost", 8000),
+        ("bursts of 10 rows lost", 7800),
+        ("3 ms lost", 8000),
+        ("50 ms lost", 7950),
+        ("1 s lost", 7000),
+    ];
+    for (what, least) in lost {
+        let (mut inside, mut records) = ([0.0; 2], 0);
+        for cell in cells().iter().filter(|c| c.name.ends_with(what)) {
+            for seed in [600, 601] {
+                let one = run(cell, seed).unwrap_or_else(|| panic!("{} {seed}", cell.name));
+                inside[0] += one.filter.inside;
+                inside[1] += one.smoother.inside;
+                records += 1;
+                // A row at an end may be among the lost ones.
+                assert!(
+                    (least - 2..=8000).contains(&one.stated),
+                    "{}: {}",
+                    cell.name,
+                    one.stated
+                );
+                let mut codes = one.findings.iter();
+                assert!(codes.any(|f| f.0 == "gaps-in-record"), "{}", cell.name);
+            }
+        }
+        assert!(records >= 8, "{what}");
+        // Eight seconds hold some thirty independent values: 0.95 − 3 · 0.22/√240.
+        for pooled in inside.map(|sum| sum / f64::from(records)) {
+            assert!(pooled > 0.907, "{what}: {inside:?}");
+        }
     }
 }

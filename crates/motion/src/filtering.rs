@@ -1,6 +1,6 @@
 //! The Kalman filter of `core` over a whole record, with everything a smoother and a likelihood need.
 
-use crate::step_input::{Curve, blows, shake};
+use crate::step_input::{Curve, not_seen, shake};
 use crate::{MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::state_space::Innovation;
@@ -160,7 +160,7 @@ pub(crate) fn pass<const N: usize>(
     curve: Option<&Curve>,
 ) -> Pass<N> {
     let n = record.reading.len();
-    let unseen = curve.map_or_else(|| Cow::from(blows(record)), |c| Cow::from(&c.unseen));
+    let unseen = curve.map_or_else(|| Cow::from(not_seen(record)), |c| Cow::from(&c.unseen));
     let at = component(record.source);
     let mut state = start::<N>(record, kalman.r, bias_variance);
     let mut pass = Pass {

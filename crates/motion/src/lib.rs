@@ -44,6 +44,7 @@ mod findings;
 mod floor;
 mod glitch;
 mod held;
+mod hole;
 mod index_pulse;
 mod integration;
 mod integrator_design;
@@ -92,6 +93,7 @@ pub use filtering::{KalmanModel, KalmanRun};
 pub use findings::CATALOGUE;
 pub use glitch::{drop_glitches, drop_wild_accelerations};
 pub use held::{Held, held};
+pub use hole::Hole;
 pub use index_pulse::{IndexPassage, Indexed, indexed};
 pub use integration::{HighPass, OffLineIntegration, integrate};
 pub use integrator_design::{FittedHighPass, IntegratorDesign, IntegratorTask};
@@ -101,8 +103,8 @@ pub use method_word::METHODS;
 pub use pairing::Pairing;
 pub use proofmass_core::velocity::{BiasModel, Hold, IntegratorRule, ProcessNoise};
 pub use record::{
-    Blow, MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align, common_start,
-    even_clock, even_rows, interval, out_of_order, stamp_digit,
+    Blow, HoledClock, MotionRecord, PassedAt, ReadingSource, Stamped, TimedEdges, Timing, align,
+    common_start, even_clock, even_rows, interval, out_of_order, stamp_digit,
 };
 pub use resolver::{Demodulated, Excitation, ResolverAngles, demodulated, resolver};
 pub use rest::moves_while_still;
@@ -111,7 +113,7 @@ pub use rollover::{continued, rollover, turns_anew};
 pub use samples::{OnLines, Samples, even_step, mean_of};
 pub use slip::{SlipReport, SlipSearch};
 pub use steady_gain::steady_gain;
-pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin};
+pub use stretch::{Ungapped, even_times, longest_stretch, mean_between, thin, ungapped};
 pub use threshold::{leave_out_threshold, speed_increment};
 pub use timed::{edge_counts, edge_places, time_edges};
 pub use tuning::{BiasChoice, NoiseNode, ReadingNoise, Tuned, TunedValue, Tuning};

@@ -3,14 +3,15 @@
 mod alignment;
 
 pub use alignment::{
-    Stamped, Timing, align, common_start, even_clock, even_rows, interval, out_of_order,
-    stamp_digit,
+    HoledClock, Stamped, Timing, align, common_start, even_clock, even_rows, interval,
+    out_of_order, stamp_digit,
 };
 
-use crate::LowCorner;
+use crate::{Hole, LowCorner};
 use proofmass_core::Error;
 use proofmass_core::check::within;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What the slow, drift-free sensor reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,6 +56,8 @@ pub struct MotionRecord {
     pub gain_uncertainty: Option<f64>,
     /// Where the accelerometer may have missed a part of the motion.
     pub blows: Vec<Blow>,
+    /// Samples that have no acceleration, in order; what stands there in its place is a line.
+    pub holes: Vec<Hole>,
     /// Frequencies below which the accelerometer shows less and less.
     pub low_corner: Option<LowCorner>,
     /// Corner whose slow accelerations were given back: the noise of the accelerometer was integrated with them.
@@ -153,6 +156,7 @@ impl MotionRecord {
             start: 0.0,
             gain_uncertainty: None,
             blows: Vec::new(),
+            holes: Vec::new(),
             low_corner: None,
             given_back: None,
         };
@@ -288,6 +292,7 @@ impl MotionRecord {
                 .as_ref()
                 .map(|e| e.decimated(n, self.sample_time)),
             blows: self.blows_at(|k| k.div_ceil(n)),
+            holes: self.holes.iter().filter_map(|h| h.decimated(n)).collect(),
             ..*self
         };
         record.check()?;
@@ -315,7 +320,15 @@ impl MotionRecord {
             };
             (0..6).map(|i| weight(i) * a[from + i]).sum()
         };
-        self.beside((0..n).map(|k| at(k) / gain).collect())
+        let mut record = self.beside((0..n).map(|k| at(k) / gain).collect());
+        for hole in &mut record.holes {
+            *hole = Hole {
+                velocity: hole.velocity / gain.abs(),
+                ..hole.moved(latency / self.sample_time, n)
+            };
+        }
+        record.holes.retain(|hole| hole.from < hole.to);
+        record
     }
 
     /// The same readings beside another acceleration.
@@ -325,6 +338,7 @@ impl MotionRecord {
             reading: self.reading.clone(),
             edges: self.edges.clone(),
             blows: self.blows.clone(),
+            holes: self.holes.clone(),
             ..*self
         }
     }
@@ -341,7 +355,7 @@ impl MotionRecord {
 
     /// A stretch of the samples; the velocity at its start is unknown unless it is the beginning. `None` where the
     /// samples are not there.
-    pub(crate) fn within(&self, range: std::ops::Range<usize>) -> Option<Self> {
+    pub fn within(&self, range: std::ops::Range<usize>) -> Option<Self> {
         Some(Self {
             reading: self.reading.get(range.clone())?.to_vec(),
             acceleration: self.acceleration.get(range.clone())?.to_vec(),
@@ -349,6 +363,7 @@ impl MotionRecord {
             start: self.start + range.start as f64 * self.sample_time,
             edges: self.edges.as_ref().map(|e| e.within(&range)),
             blows: self.blows_at(|k| k.clamp(range.start, range.end) - range.start),
+            holes: self.holes.iter().filter_map(|h| h.within(&range)).collect(),
             ..*self
         })
     }
@@ -362,6 +377,27 @@ impl MotionRecord {
             .filter_map(|(k, r)| r.map(|_| k));
         let Some(first) = at.next() else { return 1 };
         at.fold(0, |stride, k| gcd(stride, k - first)).max(1)
+    }
+
+    /// One value for each reading in its place, zeros where one is missing, so that what repeats in time does so in the list. Where
+    /// most are missing they have no places, and stand as they are.
+    pub(crate) fn in_places<'a>(&self, values: &'a [f64]) -> Cow<'a, [f64]> {
+        let at = |r: &(usize, &Option<f64>)| r.1.is_some();
+        let mut places = self.reading.iter().enumerate().filter(at).map(|r| r.0);
+        let (first, last) = (places.clone().next(), places.clone().next_back());
+        let (Some(first), Some(last)) = (first, last) else {
+            return Cow::from(values);
+        };
+        let stride = self.reading_stride();
+        let due = (last - first) / stride + 1;
+        if due == values.len() || due > 2 * values.len() {
+            return Cow::from(values);
+        }
+        let mut list = vec![0.0; due];
+        for (value, k) in values.iter().zip(&mut places) {
+            list[(k - first) / stride] = *value;
+        }
+        Cow::from(list)
     }
 
     /// The readings as positions: themselves, or the integral of the speed by the trapezoid (over gaps too).

@@ -146,11 +146,17 @@ impl SlipSearch {
             // Vibration grows with the speed of a vehicle: the quietest third is not what its drive is like.
             (ReadingSource::Speed, _) => shortest(&known, 0.6, 0.841_621_234),
         };
-        let difference: Vec<f64> = difference
+        let mut difference: Vec<f64> = difference
             .into_iter()
             .zip(&judged)
             .map(|(d, judged)| if *judged { d } else { centre })
             .collect();
+        // What is not seen of a change of velocity is no slip.
+        for hole in record.holes.iter().filter(|h| h.velocity > 0.5 * deviation) {
+            let from = hole.from.saturating_sub(2 * w).min(difference.len());
+            let to = (hole.to + 1).clamp(from, difference.len());
+            difference[from..to].fill(centre);
+        }
         let z = |d: f64| (d - centre) / deviation;
         // Two lines through counts that are each wrong by half an increment at most cannot differ by more.
         let rounding = match record.source {
@@ -239,9 +245,6 @@ fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
     // Beyond them a reading is held, which is no motion.
     let covered =
         |k: usize| first.is_some_and(|f| f <= k) && last.is_some_and(|l| k + 2 * w <= l + 1);
-    if record.source == ReadingSource::Position {
-        return (0..count).map(covered).collect();
-    }
     // Samples up to each that lie in a gap, and changes of the reading.
     let (mut gaps, mut changes) = (vec![0usize; n + 1], vec![0usize; n + 1]);
     for pair in places.windows(2) {
@@ -260,7 +263,8 @@ fn judged(record: &MotionRecord, w: usize, count: usize) -> Vec<bool> {
     (0..count)
         .map(|k| {
             let within = |list: &[usize]| list[k + 2 * w - 1] - list[k];
-            covered(k) && within(&gaps) == 0 && within(&changes) > 0
+            let lively = record.source == ReadingSource::Position || within(&changes) > 0;
+            covered(k) && within(&gaps) == 0 && lively
         })
         .collect()
 }

@@ -97,6 +97,9 @@ impl MotionRecord {
         let (mut v, mut x, mut before) = (0.0, 0.0, None::<f64>);
         let mut list = Vec::new();
         for (k, (reading, &a)) in self.reading.iter().zip(&self.acceleration).enumerate() {
+            if self.gapes(k, 0) && list.len() > 1 {
+                break;
+            }
             if let Some(b) = before {
                 x += t * v + t * t * (b / 3.0 + a / 6.0);
                 v += 0.5 * t * (b + a);

@@ -33,7 +33,7 @@ pub(crate) fn curve(record: &MotionRecord, model: &KalmanModel) -> Option<Curve>
         return None;
     }
     let few = steps_through(record, NODES);
-    let unseen = blows(record);
+    let unseen = not_seen(record);
     // Of a short record the floor is not known; its curve is that of any record.
     let Some(floor) = noise_floor(&record.acceleration) else {
         let steps = few;
@@ -121,14 +121,16 @@ impl Curve {
     }
 }
 
-/// Variances of what the accelerometer does not see of the changes in the step to each sample: blows, even over the step.
-pub(crate) fn blows(record: &MotionRecord) -> Vec<[f64; 3]> {
+/// Variances of what the accelerometer does not see of the changes in the step to each sample: blows and holes, even over the step.
+pub(crate) fn not_seen(record: &MotionRecord) -> Vec<[f64; 3]> {
     let n = record.acceleration.len();
     let half = 0.5 * record.sample_time;
     let mut unseen = vec![[0.0; 3]; n];
-    for blow in &record.blows {
-        let steps = blow.from.min(n)..blow.to.min(n);
-        let share = blow.velocity * blow.velocity / steps.len().max(1) as f64;
+    let blows = record.blows.iter().map(|b| (b.from..b.to, b.velocity));
+    let holes = record.holes.iter().map(|h| (h.steps(), h.velocity));
+    for (steps, velocity) in blows.chain(holes) {
+        let steps = steps.start.min(n)..steps.end.min(n);
+        let share = velocity * velocity / steps.len().max(1) as f64;
         for total in &mut unseen[steps] {
             total[0] += half * half * share;
             total[1] += half * share;
@@ -162,7 +164,7 @@ pub(crate) fn step_inputs(record: &MotionRecord, model: &KalmanModel) -> Curve {
     let first = std::iter::once([0.0; 2]);
     Curve {
         steps: first.chain(a.windows(2).map(step)).collect(),
-        unseen: blows(record),
+        unseen: not_seen(record),
     }
 }
 

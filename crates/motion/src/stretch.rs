@@ -2,7 +2,7 @@
 
 use crate::condition::often;
 use crate::condition::repetition;
-use crate::{MotionRecord, out_of_order};
+use crate::{HoledClock, MotionRecord, out_of_order};
 use proofmass_core::numeric::upper_median;
 use proofmass_uncertainty::findings::{gaps_in_record, repeated_samples};
 use proofmass_uncertainty::{Finding, Severity};
@@ -53,20 +53,35 @@ pub fn longest_stretch(time: &[f64]) -> Option<Ungapped> {
         .windows(2)
         .map(|w| (w[0], w[1]))
         .max_by_key(|(from, to)| to - from)?;
-    let finding = gaps_in_record(
-        ": only the longest stretch without a gap is used",
-        &format!(
-            "{} gaps of more than three steps; used {:.3} s to {:.3} s after the start",
-            cuts.len() - 2,
-            time[from],
-            time[to - 1]
-        ),
-        "choose another part of the recording",
-    );
     Some(Ungapped {
         used: from..to,
-        finding,
+        finding: stretch_finding(
+            &format!("{} gaps of more than three steps", cuts.len() - 2),
+            time,
+            &(from..to),
+        ),
     })
+}
+
+/// The same on a clock of which samples are missing: gaps are none where they are short enough for a record at all of its ticks.
+pub fn ungapped(clock: &HoledClock, time: &[f64]) -> Option<Ungapped> {
+    let used = clock.worthwhile();
+    (used.len() < time.len()).then(|| Ungapped {
+        finding: stretch_finding("more samples are missing than can be bridged", time, &used),
+        used,
+    })
+}
+
+fn stretch_finding(gaps: &str, time: &[f64], used: &Range<usize>) -> Finding {
+    gaps_in_record(
+        ": only the longest stretch without a gap is used",
+        &format!(
+            "{gaps}; used {:.3} s to {:.3} s after the start",
+            time[used.start],
+            time[used.end - 1]
+        ),
+        "choose another part of the recording",
+    )
 }
 
 /// Of a slower sensor whose value stands in several rows, keeps the row in which it is new.

@@ -264,7 +264,9 @@ impl Tuning {
         // Whether gain and latency pay is judged by residuals that know neither.
         if record.source == ReadingSource::Position {
             let whitened = search.prepared.innovations(&point.noise, &point.solution);
-            search.effective = effective_readings(&whitened);
+            let placed = record.in_places(&whitened);
+            let share = whitened.len() as f64 / placed.len().max(1) as f64;
+            search.effective = share * effective_readings(&placed);
         }
         search.late = late;
         let moves = late || (self.pairing && search.moves());

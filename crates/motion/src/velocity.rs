@@ -32,6 +32,7 @@ use ground::{
 pub(crate) use low_corner::tied;
 use proofmass_core::{Error, Watch};
 use proofmass_uncertainty::{Finding, normal_quantile};
+use std::ops::Range;
 
 /// Answer of [`estimate`].
 #[derive(Clone, Debug, PartialEq)]
@@ -61,11 +62,22 @@ pub struct EstimateResult {
     pub ripple: Option<Ripple>,
     /// Corner of the accelerometer that was taken account of.
     pub low_corner: Option<LowCorner>,
+    /// Samples of which nothing is known but what lies around them: they are left out of what is stated.
+    pub left_out: Vec<Range<usize>>,
     /// What to doubt.
     pub findings: Vec<Finding>,
 }
 
 impl EstimateResult {
+    /// The samples that are not left out.
+    pub fn stated(&self) -> impl Iterator<Item = usize> + '_ {
+        let out = |k: &usize| {
+            let next = self.left_out.partition_point(|r| r.end <= *k);
+            self.left_out.get(next).is_some_and(|r| r.contains(k))
+        };
+        (0..self.smoother.velocity.len()).filter(move |k| !out(k))
+    }
+
     /// The sample at which the smoother is fastest: whose interval lies farthest from rest, so that what is not known (a start, a blow)
     /// does not pass for fast. What a filter knows at each moment is no measure of it: the largest of many values with large errors
     /// is too large.
@@ -74,8 +86,8 @@ impl EstimateResult {
             let (v, u) = speed_at(&self.smoother, k);
             v - 2.0 * u
         };
-        let all = 0..self.smoother.velocity.len();
-        all.max_by(|&i, &j| sure(i).total_cmp(&sure(j)))
+        self.stated()
+            .max_by(|&i, &j| sure(i).total_cmp(&sure(j)))
             .unwrap_or(0)
     }
 
@@ -99,11 +111,13 @@ impl EstimateResult {
             let (v, u) = speed_at(trace, k);
             v + factor * u
         };
-        let (one, all) = (factor(1), 0..self.smoother.velocity.len());
-        let every = factor(all.len());
-        let lowest = all.clone().map(|k| end(&self.smoother, k, -every));
+        let one = factor(1);
+        let every = factor(self.stated().count());
+        let lowest = self.stated().map(|k| end(&self.smoother, k, -every));
         let lowest = lowest.fold(f64::NEG_INFINITY, f64::max);
-        let may_be = all.filter(|k| end(&self.smoother, *k, one) >= lowest);
+        let may_be = self
+            .stated()
+            .filter(|k| end(&self.smoother, *k, one) >= lowest);
         let may_be: Vec<usize> = may_be.collect();
         let (value, standard_uncertainty) = speed_at(trace, self.fastest());
         let together = factor(may_be.len());
@@ -379,7 +393,7 @@ fn once(
         }
     }
     watch.step("velocity", 2, 2)?;
-    let slips = |k: usize| slip.as_ref().is_some_and(|s| s.slips(k, margin));
+    let slips = |k: usize| slip.as_ref().is_some_and(|s| s.slips(k, margin)) || record.gapes(k, 0);
     // Filter and smoother of one model on one record: what is found beside it is in both.
     let own = match (&tuned, &smoother.method) {
         // Noise that is correlated in time is no state of a filter on line.
@@ -434,6 +448,7 @@ fn once(
         slip,
         ripple,
         low_corner: None,
+        left_out: record.blind(),
         findings,
     };
     Ok(Settled {

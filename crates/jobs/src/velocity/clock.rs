@@ -5,7 +5,8 @@ use crate::findings;
 use proofmass_core::Error;
 use proofmass_io::{Recording, TimeSource};
 use proofmass_motion::{
-    MotionRecord, Stamped, edge_counts, even_clock, even_rows, even_times, stamp_digit, time_edges,
+    HoledClock, MotionRecord, Stamped, edge_counts, even_clock, even_rows, even_times, stamp_digit,
+    time_edges,
 };
 use proofmass_uncertainty::Finding;
 
@@ -40,10 +41,23 @@ pub(super) fn clock(recording: &Recording, main: &Recording, origin: f64, edges:
     let TimeSource::Column(stamps) = recording.time.source() else {
         return own;
     };
-    match even_clock(stamps).filter(|_| !edges) {
-        Some(step) => even_times(&own, step),
-        None => own,
+    if edges {
+        return own;
     }
+    match (even_clock(stamps), HoledClock::of(stamps)) {
+        (Some(step), _) => even_times(&own, step),
+        (None, Some(holed)) => holed.times(&own),
+        _ => own,
+    }
+}
+
+/// The clock of accelerations of which some are missing in rows on an even one: their own, which may be slower, or that of the rows.
+pub(super) fn holed(time: &[f64], rows: &[f64]) -> Option<HoledClock> {
+    if even_clock(time).is_some() {
+        return None;
+    }
+    let step = || even_clock(rows).or_else(|| HoledClock::of(rows).map(|clock| clock.step));
+    HoledClock::of(time).or_else(|| HoledClock::known(time, step()?))
 }
 
 /// Puts rows and the readings in them on the even clock behind stamps that scatter, where the samples do not.

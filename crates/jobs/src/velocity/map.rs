@@ -1,7 +1,7 @@
 //! The errors of an encoder that repeat with its reading.
 
 use super::outcome::{Head, quantity};
-use super::{AxisData, explain, lacking_two, page};
+use super::{AxisData, Piece, explain, lacking_two, page};
 use crate::firmware::{Firmware, encoder_map};
 use crate::outcome::{Job, Outcome, section};
 use crate::record::Record;
@@ -60,6 +60,8 @@ impl Job for VelocityMapJob {
     type Outcome = VelocityMap;
 
     fn evaluate(&self, data: &AxisData<'_>, watch: &dyn Watch) -> Result<VelocityMap> {
+        let piece = Piece::of(data);
+        let data = &piece.as_ref().map_or(*data, |piece| piece.data(data));
         lacking_two(data, "a map is found with both sensors")?;
         if self.search.quarters && data.record.increment.is_none() {
             return Err(Trouble::request(

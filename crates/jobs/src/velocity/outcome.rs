@@ -28,6 +28,9 @@ pub(super) struct Head {
     /// First and last time of what was recorded, s, where gaps leave a part of it.
     #[serde(default)]
     recorded: Option<[f64; 2]>,
+    /// First and last sample of what is left out of the velocity.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    left_out: Vec<[usize; 2]>,
     pub(super) sample_time: f64,
     pub(super) samples: usize,
     readings: usize,
@@ -63,6 +66,7 @@ impl Head {
             name: name.map_or(data.name.into(), |n| n.to_string_lossy().into_owned()),
             start: tidy(data.start),
             recorded: data.recorded,
+            left_out: Vec::new(),
             sample_time: record.sample_time,
             samples: record.reading.len(),
             readings: record.reading.iter().flatten().count(),
@@ -99,34 +103,53 @@ impl Head {
         self.start + self.sample_time * sample as f64
     }
 
-    /// From when to when samples were used, where gaps leave a part of the recording: a sentence behind another.
+    /// From when to when samples were used, where gaps leave a part of the recording, and what is left out: sentences behind another.
     pub(super) fn part(&self) -> Option<String> {
-        let [from, to] = self.recorded?;
-        let last = self.time(self.samples.saturating_sub(1));
-        Some(format!(
-            " Samples are missing: only {:.3} s to {last:.3} s of {from:.3} s to {to:.3} s is used.",
-            self.start
-        ))
+        let used = self.recorded.map(|[from, to]| {
+            let last = self.time(self.samples.saturating_sub(1));
+            format!(
+                " Samples are missing: only {:.3} s to {last:.3} s of {from:.3} s to {to:.3} s is used.",
+                self.start
+            )
+        });
+        /// Gaps that are named.
+        const NAMED: usize = 3;
+        let gaps = self.left_out.iter().take(NAMED).map(|[first, last]| {
+            let (from, to) = (self.time(*first), self.time(*last));
+            format!("{from:.3} s to {to:.3} s")
+        });
+        let gaps: Vec<String> = gaps.collect();
+        let more = match self.left_out.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            n => format!(" and {n} more"),
+        };
+        let out = (!gaps.is_empty()).then(|| {
+            let gaps = gaps.join(", ");
+            format!(" Samples are missing: {gaps}{more} is left out.")
+        });
+        (used.is_some() || out.is_some()).then(|| [used, out].into_iter().flatten().collect())
     }
 
     pub(super) fn section(&self) -> Result<(&'static str, serde_json::Value)> {
-        section(
-            "record",
-            &serde_json::json!({
-                "samples": self.samples,
-                "readings": self.readings,
-                "sample_time_s": self.sample_time,
-                "start_s": self.start,
-                "recorded_s": self.recorded,
-                "source": self.source,
-                "unit": self.unit("m"),
-                "increment_m": self.increment,
-                "encoder": self.encoder,
-                "initial_velocity_m_per_s": self.initial_velocity,
-                "start_velocity_m_per_s": self.start_velocity.map(|v| v.0),
-                "start_velocity_standard_uncertainty_m_per_s": self.start_velocity.map(|v| v.1),
-            }),
-        )
+        let mut told = serde_json::json!({
+            "samples": self.samples,
+            "readings": self.readings,
+            "sample_time_s": self.sample_time,
+            "start_s": self.start,
+            "recorded_s": self.recorded,
+            "source": self.source,
+            "unit": self.unit("m"),
+            "increment_m": self.increment,
+            "encoder": self.encoder,
+            "initial_velocity_m_per_s": self.initial_velocity,
+            "start_velocity_m_per_s": self.start_velocity.map(|v| v.0),
+            "start_velocity_standard_uncertainty_m_per_s": self.start_velocity.map(|v| v.1),
+        });
+        if !self.left_out.is_empty() {
+            let times = self.left_out.iter().map(|out| out.map(|k| self.time(k)));
+            told["left_out_s"] = times.collect::<Vec<_>>().into();
+        }
+        section("record", &told)
     }
 }
 
@@ -275,6 +298,8 @@ impl VelocityEstimate {
         let corner = result.low_corner.iter();
         all.extend(corner.map(|c| quantity("low_corner", "Hz", c.frequency, c.uncertainty)));
         let mut head = Head::new(data, all, &result.findings);
+        let out = result.left_out.iter().map(|r| [r.start, r.end - 1]);
+        head.left_out = out.collect();
         if let Some(stated) = head.quantities.first_mut().filter(|_| u > 0.0) {
             let [low, high] = largest.interval;
             (stated.k, stated.nu_eff) = (None, None);

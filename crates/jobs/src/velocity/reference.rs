@@ -172,6 +172,8 @@ impl Reference {
             let record = &mut bench.record;
             record.reading = record.reading[from..to].to_vec();
             record.acceleration = record.acceleration[from..to].to_vec();
+            let holes = record.holes.iter();
+            record.holes = holes.filter_map(|h| h.within(&(from..to))).collect();
             if from > 0 && record.initial_velocity.is_some() {
                 return Err(Trouble::request(format!(
                     "the velocity at the first sample is stated, and the reference begins {} s later",

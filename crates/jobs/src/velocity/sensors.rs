@@ -1,6 +1,6 @@
 //! The two sensors of an axis, from one file or two, on one time base.
 
-use super::clock::{clock, counted, evened, nothing, timed};
+use super::clock::{clock, counted, evened, holed, nothing, timed};
 use super::offered::offered;
 use super::reading::{NAMED, Reading, Samples};
 use super::reference::Reference;
@@ -21,9 +21,9 @@ use proofmass_io::{
     SaidBy, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
-    LowCorner, MotionRecord, ReadingSource, Stamped, Timing, align, common_start, drop_glitches,
-    drop_wild_accelerations, edge_places, even_clock, held, longest_stretch, mean_between,
-    moves_while_still, thin,
+    LowCorner, MotionRecord, ReadingSource, Stamped, Timing, Ungapped, align, common_start,
+    drop_glitches, drop_wild_accelerations, edge_places, even_clock, held, longest_stretch,
+    mean_between, moves_while_still, thin, ungapped,
 };
 use proofmass_signal::AnyCompensation;
 use proofmass_signal::saturation;
@@ -32,6 +32,19 @@ use serde::{Deserialize, Serialize};
 
 /// No axis moves faster, m/s or rad/s.
 const FASTEST: f64 = 1e6;
+
+/// What is left of the accelerations where more is missing than can be bridged: of an even clock a little, else all of three steps and more.
+///
+/// Rows in which a slower sensor stands several times are counted from one another, and not from a clock.
+fn gaps(acceleration: &Samples, rows: &[f64]) -> Option<Ungapped> {
+    let Samples { time, value } = acceleration;
+    let stretch = longest_stretch(time);
+    let used = stretch.as_ref().map_or(0..time.len(), |s| s.used.clone());
+    match holed(time, rows) {
+        Some(clock) if held(&value[used]).is_none() => ungapped(&clock, time),
+        _ => stretch,
+    }
+}
 
 /// A number as a person may have typed it, without hundreds of digits.
 fn typed(number: f64) -> String {
@@ -446,6 +459,7 @@ impl AxisSensors {
             }
             reading.value.iter_mut().for_each(|r| *r -= map.error(*r));
         }
+        let mut rows_of_acceleration = clock.clone();
         let mut acceleration = match &self.acceleration_file {
             None if alone && self.reading.is_modulated() => nothing(&reading.time, false),
             None if alone => nothing(&clock, self.reading.edges()),
@@ -468,7 +482,9 @@ impl AxisSensors {
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
                 let own = super::clock::clock(&other, &main, origin, false);
-                self.accelerations(calibrated.as_ref(), &other, &own, 0)?
+                let accelerations = self.accelerations(calibrated.as_ref(), &other, &own, 0)?;
+                rows_of_acceleration = own;
+                accelerations
             }
         };
         for t in &mut acceleration.time {
@@ -530,7 +546,7 @@ impl AxisSensors {
             }
         }
         let mut recorded = None;
-        if let Some(gaps) = longest_stretch(&acceleration.time) {
+        if let Some(gaps) = gaps(&acceleration, &rows_of_acceleration) {
             let Samples { time, value } = &mut acceleration;
             recorded = Some([time[0] + origin, time[time.len() - 1] + origin]);
             if let (Some(_), true) = (start, gaps.used.start > 0) {
@@ -564,7 +580,8 @@ impl AxisSensors {
             findings.extend(saturation::clipped("the accelerometer", value, consequence));
         }
         let stated_start = start;
-        let (mut record, start) = self.common(&reading, &acceleration, resting)?;
+        let (mut record, start) =
+            self.common(&reading, &acceleration, &rows_of_acceleration, resting)?;
         if let (true, Some([from, to])) = (resting, still) {
             for (k, r) in record.reading.iter_mut().enumerate() {
                 let t = start + record.sample_time * k as f64;
@@ -574,6 +591,11 @@ impl AxisSensors {
         }
         record.accelerometer = !alone;
         record.start = start;
+        if let Some(finding) = record.hole_finding(origin + start) {
+            // What the clocks say of them is less.
+            findings.retain(|f| f.code() != "gaps-in-record");
+            findings.push(finding);
+        }
         record.turn = told.resolver_turn();
         record.low_corner = self.corner(&record, resting)?;
         let stated = self.gain_uncertainty.map(|percent| 0.01 * percent);
@@ -933,6 +955,7 @@ impl AxisSensors {
         &self,
         reading: &Samples,
         acceleration: &Samples,
+        rows: &[f64],
         resting: bool,
     ) -> Result<(MotionRecord, f64), Trouble> {
         let source = match resting {
@@ -944,7 +967,8 @@ impl AxisSensors {
         } else {
             Timing::Sampled
         };
-        let step = even_clock(&acceleration.time);
+        let time = &acceleration.time;
+        let step = even_clock(time).or_else(|| holed(time, rows).map(|clock| clock.step));
         let start = common_start(source, &reading.time, &acceleration.time);
         let record = align(
             source,

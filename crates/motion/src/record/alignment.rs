@@ -2,10 +2,12 @@
 
 use super::{MotionRecord, ReadingSource};
 use crate::findings;
+use crate::hole;
 use crate::stretch::even_times;
 use proofmass_core::Error;
 use proofmass_signal::clock;
 use proofmass_uncertainty::Finding;
+use std::ops::Range;
 
 /// Samples of one sensor with its own time stamps.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +60,17 @@ impl Stamped<'_> {
         let (a, b) = (self.time[after - 1], self.time[after]);
         let share = (t - a) / (b - a);
         (b - a <= gap).then(|| self.value[after - 1] * (1.0 - share) + self.value[after] * share)
+    }
+}
+
+impl Stamped<'_> {
+    /// Whether a time is none of a sample and lies between two that are further apart than `step`.
+    fn misses(&self, t: f64, step: f64, slack: f64) -> bool {
+        let after = self.time.partition_point(|&s| s < t - slack);
+        after > 0
+            && after < self.time.len()
+            && self.time[after] > t + slack
+            && self.time[after] - self.time[after - 1] > step
     }
 }
 
@@ -128,32 +141,165 @@ pub fn interval(time: &[f64]) -> Option<f64> {
 pub fn even_clock(time: &[f64]) -> Option<f64> {
     let (clock, slips) = clock::read(time, None).ok()?;
     let step = 1.0 / clock.rate_hz;
-    // Stamps of an absolute clock have no finer digits than the double they are held in.
-    let coarse = 4.0 * f64::EPSILON * time.iter().fold(0.0f64, |m, t| m.max(t.abs()));
-    let allowed = 0.4 * clock.resolution_s + 1e-6 * step + coarse;
+    let allowed = 0.4 * clock.resolution_s + 1e-6 * step + coarse(time);
     let even = slips.is_empty() && clock.change.is_none() && clock.scatter_s <= allowed;
     even.then_some(step)
 }
+
+/// An even clock of which samples are missing: its step, and which of its ticks each stamp is.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct HoledClock {
+    /// Step, s.
+    pub step: f64,
+    /// Ticks of the stamps, from zero for the first.
+    pub tick: Vec<usize>,
+    /// Standard deviation of the stamps about their ticks, s.
+    scatter: f64,
+    /// The same that rounded stamps of an even clock have at most.
+    allowed: f64,
+}
+
+impl HoledClock {
+    /// The clock behind stamps, where it tells between which of them how many samples are missing; `None` where none is, where the
+    /// rate changes, where stamps come in bursts or went back, and where they scatter by a third of a step.
+    fn behind(time: &[f64]) -> Option<Self> {
+        let (clock, slips) = clock::read(time, None).ok()?;
+        let missing: i64 = slips.iter().map(|s| s.samples).sum();
+        let plain = !slips.is_empty() && slips.iter().all(|s| s.samples > 0);
+        if !plain || missing as u64 != clock.missing || clock.change.is_some() || clock.bursts {
+            return None;
+        }
+        let mut tick = Vec::with_capacity(time.len());
+        let mut ahead = slips.iter().peekable();
+        let mut passed = 0usize;
+        for k in 0..time.len() {
+            while let Some(slip) = ahead.next_if(|s| s.row <= k) {
+                passed += slip.samples as usize;
+            }
+            tick.push(k + passed);
+        }
+        let n = time.len() as f64;
+        let middle = tick.iter().map(|i| *i as f64).sum::<f64>() / n;
+        let mean = time.iter().map(|t| t - time[0]).sum::<f64>() / n;
+        let (mut top, mut bottom) = (0.0, 0.0);
+        for (t, i) in time.iter().zip(&tick) {
+            let off = *i as f64 - middle;
+            top += off * (t - time[0] - mean);
+            bottom += off * off;
+        }
+        let step = top / bottom;
+        let mut of = Self {
+            step,
+            tick,
+            scatter: 0.0,
+            allowed: 0.4 * clock.resolution_s + 1e-6 * step + coarse(time),
+        };
+        let even = of.times(time);
+        let square = time.iter().zip(&even).map(|(t, e)| (t - e) * (t - e));
+        of.scatter = (square.sum::<f64>() / n).sqrt();
+        (step > 0.0 && of.scatter <= MOST * step).then_some(of)
+    }
+
+    /// The same for stamps that lie on it as far as their digits tell.
+    pub fn of(time: &[f64]) -> Option<Self> {
+        Self::behind(time).filter(|clock| clock.scatter <= clock.allowed)
+    }
+
+    /// The same for times on a clock whose step is known, however many are missing; `None` where none is, and where they do not lie on it.
+    pub fn known(time: &[f64], step: f64) -> Option<Self> {
+        let first = *time.first()?;
+        let tick: Vec<usize> = time
+            .iter()
+            .map(|t| ((t - first) / step).round() as usize)
+            .collect();
+        let slack = 1e-6 * step + coarse(time);
+        let off = |(t, i): (&f64, &usize)| (t - first - step * *i as f64).abs();
+        let scatter = time.iter().zip(&tick).map(off).fold(0.0, f64::max);
+        let holed = tick.windows(2).any(|w| w[1] > w[0] + 1);
+        let each = tick.windows(2).all(|w| w[1] > w[0]);
+        (holed && each && scatter <= slack).then_some(Self {
+            step,
+            tick,
+            scatter,
+            allowed: slack,
+        })
+    }
+
+    /// The stamps that a record at all ticks is made of: the most that follow one another with no more ticks missing than three for
+    /// every stamp, the longest gaps taken out first.
+    pub fn worthwhile(&self) -> Range<usize> {
+        let n = self.tick.len();
+        let gap = |k: usize| self.tick[k] - self.tick[k - 1] - 1;
+        let mut gaps: Vec<usize> = (1..n).filter(|k| gap(*k) > 0).collect();
+        gaps.sort_by_key(|k| gap(*k));
+        let mut missing = 0;
+        let kept = gaps.iter().take_while(|k| {
+            missing += gap(**k);
+            missing <= 3 * n
+        });
+        let kept = kept.count();
+        let mut cuts = vec![0, n];
+        cuts.extend(&gaps[kept..]);
+        cuts.sort_unstable();
+        let pieces = cuts.windows(2).map(|w| w[0]..w[1]);
+        pieces.max_by_key(Range::len).unwrap_or(0..n)
+    }
+
+    /// Times of its ticks whose rounded stamps these are.
+    pub fn times(&self, stamps: &[f64]) -> Vec<f64> {
+        let n = stamps.len().max(1) as f64;
+        let middle = self.tick.iter().map(|i| *i as f64).sum::<f64>() / n;
+        let first = stamps.first().copied().unwrap_or(0.0);
+        let mean = first + stamps.iter().map(|t| t - first).sum::<f64>() / n;
+        let at = |i: &usize| mean + self.step * (*i as f64 - middle);
+        self.tick.iter().map(at).collect()
+    }
+}
+
+/// Digits that stamps of an absolute clock do not have in the double they are held in.
+fn coarse(time: &[f64]) -> f64 {
+    4.0 * f64::EPSILON * time.iter().fold(0.0f64, |m, t| m.max(t.abs()))
+}
+
+/// Scatter of stamps over the step beyond which rows may be out of order.
+const MOST: f64 = 0.3;
 
 /// The even clock behind stamps that scatter, where it is they that scatter and not the samples.
 ///
 /// A position between two others lies on a line with them but for its bend and its rounding. Taken at wrong times it is off by its
 /// velocity times their error: the squares of that at the stamps and at the even times are compared, and the samples are taken for
 /// uneven where they are less at the stamps by four standard deviations of the difference. Where neither shows, times matter
-/// little, and even ones leave counts what they are. `None` for stamps of an even clock, for such with gaps, and for uneven samples.
+/// little, and even ones leave counts what they are. Ticks of which samples are missing stay empty. `None` for stamps of an even
+/// clock, and for uneven samples.
 pub fn even_rows(stamps: &[f64], reading: Stamped<'_>) -> Option<(Vec<f64>, Finding)> {
-    /// Scatter over the step beyond which rows may be out of order.
-    const MOST: f64 = 0.3;
     if reading.check("reading").is_err() || even_clock(stamps).is_some() {
         return None;
     }
     let (clock, slips) = clock::read(stamps, None).ok()?;
-    let step = 1.0 / clock.rate_hz;
-    let plain = slips.is_empty() && clock.change.is_none() && !clock.bursts;
-    if !plain || clock.scatter_s > MOST * step {
-        return None;
-    }
-    let even = even_times(stamps, step);
+    let holed = HoledClock::behind(stamps);
+    let (step, scatter, even, tick) = match holed {
+        Some(holed) if holed.scatter <= holed.allowed => return None,
+        Some(holed) => {
+            let even = holed.times(stamps);
+            let off: Vec<f64> = stamps.iter().zip(&even).map(|(t, e)| t - e).collect();
+            // Errors of stamps are each their own: what stays is a clock that began anew behind a gap.
+            let alike: f64 = off.windows(2).map(|w| w[0] * w[1]).sum();
+            if alike > 0.5 * off.iter().map(|e| e * e).sum::<f64>() {
+                return None;
+            }
+            (holed.step, holed.scatter, even, holed.tick)
+        }
+        None => {
+            let step = 1.0 / clock.rate_hz;
+            let plain = slips.is_empty() && clock.change.is_none() && !clock.bursts;
+            if !plain || clock.scatter_s > MOST * step {
+                return None;
+            }
+            let tick = (0..stamps.len()).collect();
+            (step, clock.scatter_s, even_times(stamps, step), tick)
+        }
+    };
     let row = |t: f64| stamps.partition_point(|s| *s < t);
     let off = |at: [f64; 3], x: [f64; 3]| {
         let share = (at[1] - at[0]) / (at[2] - at[0]);
@@ -163,7 +309,7 @@ pub fn even_rows(stamps: &[f64], reading: Stamped<'_>) -> Option<(Vec<f64>, Find
     let differences: Vec<f64> = places
         .filter_map(|(t, x)| {
             let rows = [row(t[0]), row(t[1]), row(t[2])];
-            let beside = rows[2] == rows[0] + 2 && rows[2] < even.len();
+            let beside = rows[2] < even.len() && tick[rows[2]] == tick[rows[0]] + 2;
             let x = [x[0], x[1], x[2]];
             beside.then(|| off([t[0], t[1], t[2]], x) - off(rows.map(|k| even[k]), x))
         })
@@ -174,7 +320,7 @@ pub fn even_rows(stamps: &[f64], reading: Stamped<'_>) -> Option<(Vec<f64>, Find
     // Neighbours share two of their three samples.
     let deviation = (3.0 * square).sqrt() / n;
     let uneven = mean < -4.0 * deviation;
-    let finding = findings::stamps_scatter(1e3 * clock.scatter_s, 100.0 * clock.scatter_s / step);
+    let finding = findings::stamps_scatter(1e3 * scatter, 100.0 * scatter / step);
     (n > 8.0 && !uneven).then_some((even, finding))
 }
 
@@ -197,7 +343,9 @@ pub fn common_start(source: ReadingSource, reading: &[f64], acceleration: &[f64]
 /// Puts two sensors with their own time stamps on one time base.
 ///
 /// The grid starts with the later sensor ([`common_start`]) and steps by `sample_time`, or by the interval of the
-/// accelerometer's clock. Accelerations are interpolated over gaps up to three intervals; over longer ones the common
+/// accelerometer's clock. Where a `sample_time` is given, the one by which the accelerometer's clock ticks, its ticks without an
+/// acceleration are holes ([`Hole`](crate::Hole)): the line between those beside stands there. Without one accelerations are
+/// interpolated over gaps up to three intervals; over longer ones the common
 /// span would hold invented data and is refused. A reading appears at the grid time nearest to its own,
 /// interpolated to it between its neighbours: the error of that, a Δ²/8 for readings Δ apart, is of the order
 /// of the sensors' own and stays out of every grid time that has no reading of its own. Where the neighbour is
@@ -244,15 +392,21 @@ pub fn align(
     // A rounding of the stamps must not cost the last sample.
     let n = ((end - start) / dt + 1e-6).floor() as usize + 1;
     let slack = 1e-6 * dt;
-    let gap = 3.0 * own.max(dt);
+    // A gap of three intervals is one by its rounding too.
+    let gap = (3.0 + 1e-6) * own.max(dt);
     let reading_gap = match timing {
         Timing::Sampled => 3.0 * step(reading.time),
         Timing::Edges => f64::INFINITY,
     };
     let mut a = Vec::with_capacity(n);
     let mut r = vec![None; n];
+    let mut without = Vec::new();
     for (k, r) in r.iter_mut().enumerate() {
         let t = (start + k as f64 * dt).min(end);
+        if sample_time.is_some() && acceleration.misses(t, 1.5 * own, slack) {
+            without.push(k);
+        }
+        let gap = sample_time.map_or(gap, |_| f64::INFINITY);
         let Some(value) = acceleration.at(t, gap, slack) else {
             let after = acceleration.time.partition_point(|&s| s < t).max(1);
             return Err(Error::OutOfRange {
@@ -282,7 +436,9 @@ pub fn align(
             };
         }
     }
-    MotionRecord::new(dt, source, r, a)
+    let mut record = MotionRecord::new(dt, source, r, a)?;
+    record.holes = hole::holes(&record, &without);
+    Ok(record)
 }
 
 #[cfg(test)]
@@ -361,5 +517,71 @@ mod tests {
             .map(|k| f64::from(k) / 300.0 + 1e-3 * (0.1 * f64::from(k)).sin())
             .collect();
         assert!(even_clock(&uneven).is_none());
+    }
+
+    #[test]
+    fn law_missing_rows_keep_the_ticks_of_the_rest() {
+        // 300 Hz stamped to a tenth of a millisecond, one row in seven and a second missing.
+        let ticks: Vec<usize> = (0..3000)
+            .filter(|k| k % 7 != 3 && !(900..1200).contains(k))
+            .collect();
+        for start in [0.0, 1.7e9] {
+            let stamp = |k: &usize| start + (1e4 * *k as f64 / 300.0).round() / 1e4;
+            let stamps: Vec<f64> = ticks.iter().map(stamp).collect();
+            let clock = HoledClock::of(&stamps).expect("a clock");
+            assert_eq!(clock.tick, ticks);
+            // 2300 stamps, each rounded by 30 µs: 30 µs/(3000 √(2300/12)) and the same again for the gap.
+            assert!((clock.step - 1.0 / 300.0).abs() < 5e-9, "{}", clock.step);
+            assert_eq!(clock.worthwhile(), 0..ticks.len());
+        }
+        let even: Vec<f64> = (0..3000).map(|k| f64::from(k) / 300.0).collect();
+        assert_eq!(HoledClock::of(&even), None);
+        assert_eq!(HoledClock::known(&even, 1.0 / 300.0), None);
+        // Half of the rows: only beside a step that is known.
+        let half: Vec<usize> = (0..3000).filter(|k| (k * 7919) % 101 < 50).collect();
+        let times: Vec<f64> = half.iter().map(|k| *k as f64 / 300.0).collect();
+        assert_eq!(
+            HoledClock::known(&times, 1.0 / 300.0)
+                .expect("a clock")
+                .tick,
+            half
+        );
+        assert_eq!(HoledClock::known(&times, 1.001 / 300.0), None);
+    }
+
+    #[test]
+    fn law_a_gap_far_longer_than_the_record_is_cut() {
+        let of = |k: usize| if k < 100 { k } else { k + 5000 };
+        let clock = HoledClock::of(&(0..400).map(|k| 0.01 * of(k) as f64).collect::<Vec<_>>());
+        assert_eq!(clock.expect("a clock").worthwhile(), 100..400);
+    }
+
+    #[test]
+    fn law_empty_cells_are_holes_and_no_smear() {
+        let clock: Vec<f64> = (0..1000).map(|k| 1e-3 * f64::from(k)).collect();
+        let there: Vec<usize> = (0..1000)
+            .filter(|k| ![0, 400, 401, 700].contains(k))
+            .collect();
+        let time: Vec<f64> = there.iter().map(|k| clock[*k]).collect();
+        let value: Vec<f64> = there.iter().map(|k| ((k * 7919) % 101) as f64).collect();
+        let step = HoledClock::of(&time).expect("a clock").step;
+        let accelerations = Stamped {
+            time: &time,
+            value: &value,
+        };
+        let readings = Stamped {
+            time: &clock,
+            value: &clock,
+        };
+        let source = ReadingSource::Position;
+        let record = align(source, readings, accelerations, Some(step), Timing::Sampled).unwrap();
+        let holes: Vec<_> = record.holes.iter().map(|h| h.samples()).collect();
+        // The grid begins with the later sensor, a sample after the clock.
+        assert_eq!(holes, [399..401, 699..700]);
+        for (k, v) in there.iter().zip(&value) {
+            assert_eq!(record.acceleration[k - 1], *v);
+        }
+        let line = 0.5 * (record.acceleration[698] + record.acceleration[700]);
+        assert!((record.acceleration[699] - line).abs() < 1e-9);
     }
 }

@@ -33,12 +33,14 @@ pub(super) fn better(
     if !(faint && of_positions) || slow {
         return Ok(None);
     }
-    let readings = MotionRecord {
+    let mut readings = MotionRecord {
         accelerometer: false,
         acceleration: vec![0.0; record.acceleration.len()],
         gain_uncertainty: None,
         ..record.clone()
     };
+    // What a line misses of accelerations that are not used is nothing.
+    readings.holes.iter_mut().for_each(|h| h.velocity = 0.0);
     let mut alone = match once(&readings, None, None, &Tuning::default(), watch) {
         Err(error) if error.is_cancelled() => return Err(error),
         Err(_) => return Ok(None),

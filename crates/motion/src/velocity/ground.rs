@@ -323,7 +323,7 @@ pub(crate) fn margin(record: &MotionRecord) -> usize {
 fn pairing_beside(record: &MotionRecord, slip: Option<&SlipReport>) -> Option<Pairing> {
     let margin = margin(record);
     let clean = longest(record.reading.len(), |k| {
-        !slip.is_some_and(|s| s.slips(k, margin))
+        !slip.is_some_and(|s| s.slips(k, margin)) && !record.gapes(k, 0)
     });
     let whole = clean.len() == record.reading.len();
     let inside = part(record, clean).and_then(|part| Pairing::of(&part).ok());
@@ -344,7 +344,7 @@ pub(crate) fn tuning_part(
 ) -> (MotionRecord, Range<usize>) {
     let n = record.reading.len();
     let margin = margin(record);
-    let clear = |k: usize| !slip.is_some_and(|s| s.slips(k, margin));
+    let clear = |k: usize| !slip.is_some_and(|s| s.slips(k, margin)) && !record.gapes(k, 0);
     let hit = |b: &Blow, k: usize| k + margin >= b.from && k < b.to + margin;
     let clean = longest(n, clear);
     let without = longest(n, |k| clear(k) && !record.blows.iter().any(|b| hit(b, k)));
@@ -394,7 +394,7 @@ pub(crate) fn part_finding(record: &MotionRecord, samples: &Range<usize>) -> Opt
 }
 
 /// Longest run of samples for which `good` holds.
-pub(super) fn longest(n: usize, good: impl Fn(usize) -> bool) -> Range<usize> {
+pub(crate) fn longest(n: usize, good: impl Fn(usize) -> bool) -> Range<usize> {
     let mut best = 0..0;
     for run in runs(n, good) {
         if run.len() > best.len() {

@@ -18,7 +18,12 @@ use std::ops::Range;
 pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) -> Report {
     let (head, result) = (&outcome.head, &outcome.result);
     let n = result.trace.velocity.len();
-    let zoom = excerpt(&result.smoother.velocity);
+    let mut shown = result.smoother.velocity.clone();
+    for out in &result.left_out {
+        let before = shown[out.start.saturating_sub(1)];
+        shown[out.clone()].fill(before);
+    }
+    let zoom = excerpt(&shown);
     let part = head.part();
     let over = match part {
         Some(_) => "what is used of the recording",
@@ -74,7 +79,7 @@ pub(in crate::velocity) fn estimate(page: Report, outcome: &VelocityEstimate) ->
         }
         false => stated_by(q, &by),
     };
-    let mut page = head.opened(page, n);
+    let mut page = head.opened(page, result.stated().count());
     if let Some(q) = largest {
         let corner = result.low_corner.map_or(String::new(), given_back);
         page = page.verdict(format!("The speed reaches {}.{corner}{part}", with_unit(q)));
@@ -109,29 +114,30 @@ fn samples(outcome: &VelocityEstimate) -> Table {
             usize::from(result.slip.as_ref().is_some_and(|s| s.slips(*k, 0)))
         }),
     ];
-    Table::of("", fields, 0..outcome.reading.len()).file("velocity.csv")
+    Table::of("", fields, result.stated()).file("velocity.csv")
 }
 
 impl Head {
     fn curves(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
-        let t = self.times(part.clone());
+        let stated: Vec<usize> = result.stated().filter(|k| part.contains(k)).collect();
+        let of = |values: &[f64]| stated.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+        let t: Vec<f64> = stated.iter().map(|k| self.time(*k)).collect();
         let mut plot = XyPlot::new(
             Axis::linear("time", "s"),
             figures::framed(
                 "velocity",
                 &self.unit("m/s"),
-                &result.smoother.velocity[part.clone()],
+                &of(&result.smoother.velocity),
             ),
         );
-        plot = self.shaded(plot, result, part.clone());
+        plot = self.shaded(plot, result, part);
         for (trace, name) in [
             (&result.smoother, "smoother, off line"),
             (&result.trace, kind(&result.trace)),
         ] {
-            let v = &trace.velocity[part.clone()];
-            let mut series = Series::line(name, &t, v);
+            let mut series = Series::line(name, &t, &of(&trace.velocity));
             if let Some(u) = &trace.standard_uncertainty {
-                let half: Vec<f64> = u[part.clone()].iter().map(|u| 1.96 * u).collect();
+                let half: Vec<f64> = of(u).iter().map(|u| 1.96 * u).collect();
                 series = series.within(&half);
             }
             plot = plot.series(series);
@@ -139,13 +145,18 @@ impl Head {
         plot
     }
 
-    /// Slip and collisions as a ground below the curves.
+    /// Slip, collisions and what is left out as a ground below the curves.
     fn shaded(&self, mut plot: XyPlot, result: &EstimateResult, part: Range<usize>) -> XyPlot {
+        let inside = |from: usize, to: usize| {
+            let (a, b) = (from.max(part.start), to.min(part.end));
+            (a < b).then(|| (self.time(a), self.time(b - 1)))
+        };
+        let out = result.left_out.iter();
+        let out: Vec<_> = out.filter_map(|r| inside(r.start, r.end)).collect();
+        if !out.is_empty() {
+            plot = plot.shade("missing", &out);
+        }
         if let Some(slip) = &result.slip {
-            let inside = |from: usize, to: usize| {
-                let (a, b) = (from.max(part.start), to.min(part.end));
-                (a < b).then(|| (self.time(a), self.time(b - 1)))
-            };
             for (name, episodes) in [("slip", &slip.slip), ("collision", &slip.collisions)] {
                 let places: Vec<_> = episodes
                     .iter()
@@ -161,13 +172,14 @@ impl Head {
 
     /// Method minus smoother, with the interval of the method around nothing.
     fn difference(&self, result: &EstimateResult, part: Range<usize>) -> XyPlot {
-        let t = self.times(part.clone());
-        let of = |k: usize| 1e3 * (result.trace.velocity[k] - result.smoother.velocity[k]);
-        let off: Vec<f64> = part.clone().map(of).collect();
+        let stated: Vec<usize> = result.stated().filter(|k| part.contains(k)).collect();
+        let t: Vec<f64> = stated.iter().map(|k| self.time(*k)).collect();
+        let of = |k: &usize| 1e3 * (result.trace.velocity[*k] - result.smoother.velocity[*k]);
+        let off: Vec<f64> = stated.iter().map(of).collect();
         let mut series = Series::line("difference", &t, &off);
         let mut half = vec![0.0; off.len()];
         if let Some(u) = &result.trace.standard_uncertainty {
-            half = u[part].iter().map(|u| 1e3 * 1.96 * u).collect();
+            half = stated.iter().map(|k| 1e3 * 1.96 * u[*k]).collect();
             let low: Vec<f64> = half.iter().map(|h| -h).collect();
             series = series.band(&low, &half);
         }
@@ -311,7 +323,7 @@ impl Head {
             .note("of slow motion"),
         ];
         if let Some(u) = &result.trace.standard_uncertainty {
-            let mut sorted = u.clone();
+            let mut sorted: Vec<f64> = result.stated().map(|k| u[k]).collect();
             sorted.sort_by(f64::total_cmp);
             figures.push(
                 KeyFigure::new(
