@@ -44,7 +44,7 @@ fn published_example_returns_the_printed_matrices() {
             .unwrap_or_else(|| panic!("no {method} {f} {term}"))
     };
     let printed = printed();
-    assert_eq!(printed.len(), 45);
+    assert_eq!(printed.len(), 81);
     for row in &printed {
         let (f, term) = (number(row, "f_Hz"), field(row, "element"));
         let s = 1e-3 * number(row, "S_mV/(m/s2)");
@@ -66,8 +66,10 @@ fn published_example_returns_the_printed_matrices() {
         let ratio = number(&a, "U_modulus_(m/s2)/V")
             / number(&a, "modulus_(m/s2)/V")
             / (number(row, "U_A_(m/s2)/V") / number(row, "A_(m/s2)/V"));
+        // At 1000 Hz the printed A and S contradict each other by 3.2 %, which counts twice.
+        let within = if f < 1000.0 { 0.015 } else { 0.08 };
         assert!(
-            (ratio - 1.0).abs() < 0.015,
+            (ratio - 1.0).abs() < within,
             "U(A_{term}) at {f} Hz: {ratio}"
         );
         let got = at(&sensitivity, "published", f, term);
@@ -79,7 +81,7 @@ fn published_example_returns_the_printed_matrices() {
     }
     // Common errors do not average: U of the main terms stays above the 0.4 % of the certificate.
     let result = json(&out.join("result.json"));
-    for f in [5, 10, 20, 40, 315] {
+    for f in [5, 10, 20, 40, 80, 160, 315, 630, 1000] {
         let (s, u, expanded) = quantity(&result, &format!("S.xx.modulus[frequency={f}]"));
         assert!(
             u / s > 0.002 && (0.004..0.0055).contains(&(expanded / s)),
@@ -89,10 +91,10 @@ fn published_example_returns_the_printed_matrices() {
     assert_eq!(result["kind"], "shaker-triaxial");
     let tried = rows(&out.join("monte-carlo.csv"));
     let tried = tried.iter().map(|row| field(row, "frequency_Hz"));
-    assert_eq!(tried.collect::<BTreeSet<_>>().len(), 5);
+    assert_eq!(tried.collect::<BTreeSet<_>>().len(), 9);
     let findings = result["findings"].as_array().expect("findings");
     assert!(
-        // Ten thousand trials cannot tell all 90 components from a tenth of u; that is said, and is no decision.
+        // Ten thousand trials cannot tell all 162 components from a tenth of u; that is said, and is no decision.
         findings
             .iter()
             .all(|f| f["severity"] == "note" || f["code"] == "too-few-trials"),
@@ -100,7 +102,7 @@ fn published_example_returns_the_printed_matrices() {
     );
     // Phasors read back as a table of runs.
     let phasors = rows(&out.join("phasors.csv"));
-    assert_eq!(phasors.len(), 220);
+    assert_eq!(phasors.len(), 396);
 }
 
 #[test]

@@ -73,13 +73,19 @@ fn published_matrices_come_back_from_signed_phasors() {
                 .map(|k| (f.sensitivity[k / 3][k % 3] - s[k / 3][k % 3]).norm() / s[0][0].norm())
                 .fold(0.0, f64::max);
             assert!(worst < 1e-9, "{case} {frequency}: {worst}");
-            // The two published regressions are inverse to each other to some 0.5 %, not exactly.
+            // The two published regressions are inverse to each other to some 0.5 %, not exactly; at high frequencies, and with the second
+            // measurement of the motion, they are not.
             let gap = inconsistency(&s, &a).unwrap();
             println!(
                 "{case} {frequency} Hz: S⁻¹ and A differ by up to {:.2} % of A_xx",
                 100.0 * gap
             );
-            assert!(gap < 0.05);
+            let most = match (case, frequency) {
+                ("corrected-second", 630.0 | 1000.0) => 0.27,
+                (_, 1000.0) | ("corrected-second", 315.0) => 0.04,
+                _ => 0.013,
+            };
+            assert!(gap < most, "{case} {frequency}: {gap}");
         }
     }
 }

@@ -537,12 +537,12 @@ mod tests {
     #[test]
     fn published_sensitivities_against_the_sheet_of_the_source() {
         // "All sensitivities lie within the band of the maker, but at high frequencies those corrected with the second measurement": by
-        // value ± U that is so, at 315 Hz of the five printed frequencies.
+        // value ± U two more do not, both at 1000 Hz.
         let mut beyond = vec![];
         let mut outside = vec![];
         for case in ["uncorrected", "corrected-first", "corrected-second"] {
             let all = sheet().against(&printed(case)).unwrap();
-            assert_eq!(all.len(), 15);
+            assert_eq!(all.len(), 27);
             for d in &all {
                 assert_eq!(d.tolerance, Some(0.05));
                 let name = format!("{case} {} {}", d.frequency, d.axis);
@@ -561,21 +561,44 @@ mod tests {
                 assert_eq!(d.judgement, Some(Judgement::Undecided));
             }
         }
-        let second = ["x", "y", "z"].map(|a| format!("corrected-second 315 {a}"));
-        assert_eq!(beyond, second);
-        // By their values alone seven more do not.
+        assert_eq!(
+            beyond,
+            [
+                "uncorrected 1000 x",
+                "corrected-first 1000 z",
+                "corrected-second 315 x",
+                "corrected-second 315 y",
+                "corrected-second 315 z",
+                "corrected-second 630 y",
+                "corrected-second 1000 z",
+            ]
+        );
+        // By their values alone fifteen more do not.
         assert_eq!(
             outside,
             [
                 "uncorrected 5 x",
                 "uncorrected 5 z",
+                "uncorrected 1000 x",
+                "uncorrected 1000 y",
+                "corrected-first 160 y",
                 "corrected-first 315 y",
+                "corrected-first 1000 z",
                 "corrected-second 5 x",
                 "corrected-second 5 z",
                 "corrected-second 10 z",
+                "corrected-second 160 x",
+                "corrected-second 160 y",
+                "corrected-second 160 z",
                 "corrected-second 315 x",
                 "corrected-second 315 y",
                 "corrected-second 315 z",
+                "corrected-second 630 x",
+                "corrected-second 630 y",
+                "corrected-second 630 z",
+                "corrected-second 1000 x",
+                "corrected-second 1000 y",
+                "corrected-second 1000 z",
             ]
         );
     }

@@ -56,18 +56,34 @@ fn regenerated(case: &Case) -> Vec<MagnitudeRow> {
         .collect()
 }
 
+/// Largest difference of the printed A from the inverse of the printed S, over A_xx.
+fn contradiction(case: &Case) -> f64 {
+    let matrix = |values: &[f64; 9], unit: f64| {
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| Complex64::new(unit * values[3 * i + j], 0.0))
+        })
+    };
+    crate::derived::inconsistency(&matrix(&case.s, 1e-3), &matrix(&case.a, 1.0)).unwrap()
+}
+
 #[test]
-fn published_uncertainties_of_the_uncorrected_case() {
-    // The tables print U(A) of about 2 to 0.01 (0.25 % of rounding) and A itself from S of four digits; 1.5 %
-    // covers both. U(S) is printed to 0.01 mV/(m/s²): half a digit and the 1.5 %.
-    let cases = cases("uncorrected");
-    assert_eq!(cases.len(), 5);
+fn published_uncertainties_of_two_cases() {
+    let cases: Vec<Case> = ["uncorrected", "corrected-first"]
+        .iter()
+        .flat_map(|case| cases(case))
+        .collect();
+    assert_eq!(cases.len(), 18);
     for case in &cases {
+        // The tables print U(A) of about 2 to 0.01 (0.25 % of rounding) and A itself from S of four digits; 1.5 % covers both. U(A) goes with
+        // A and with 1/S, so what these contradict each other by counts twice, which matters from 630 Hz on. U(S) is printed to
+        // 0.01 mV/(m/s²): half a digit and the same.
+        let apart = contradiction(case);
+        let within = 0.015 + if apart < 0.006 { 0.0 } else { 2.0 * apart };
         let fit = fit(&regenerated(case), &MagnitudeBudget::published(0.041)).unwrap();
         for k in 0..3 {
             let (u_a, expected) = (fit.exploitation_expanded[k][k].unwrap(), case.u_a[4 * k]);
             assert!(
-                (u_a / expected - 1.0).abs() < 0.015,
+                (u_a / expected - 1.0).abs() < within,
                 "{} Hz, A_{k}{k}: U = {u_a:.3}, published {expected}",
                 case.frequency
             );
@@ -76,13 +92,16 @@ fn published_uncertainties_of_the_uncorrected_case() {
                 case.u_s[4 * k],
             );
             assert!(
-                (u_s - expected).abs() <= 0.005 + 0.015 * expected,
+                (u_s - expected).abs() <= 0.005 + within * expected,
                 "{} Hz, S_{k}{k}: U = {u_s:.4}, published {expected}",
                 case.frequency
             );
-            // Regenerated outputs have A = S⁻¹ exactly; the two published regressions differ by up to 0.5 %.
+            // Regenerated outputs have A = S⁻¹ exactly; the two published regressions differ by up to 0.6 %, and more where they contradict.
             let a = fit.exploitation[k][k];
-            assert!((a / case.a[4 * k] - 1.0).abs() < 6e-3, "A_{k}{k} = {a}");
+            assert!(
+                (a / case.a[4 * k] - 1.0).abs() < apart.max(6e-3),
+                "A_{k}{k} = {a}"
+            );
         }
     }
 }
