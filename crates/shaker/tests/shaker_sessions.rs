@@ -60,7 +60,7 @@ fn exact(sessions: &[&str], frequencies: &[f64]) -> Vec<PhasorRow> {
 
 /// Relative contribution of an input to |S_xx|.
 fn contribution(fit: &Fit, key: &str) -> f64 {
-    let result = frequency_result(&fit.frequencies[0], None).expect("a matrix");
+    let result = frequency_result(&fit.frequencies[0]).expect("a matrix");
     let term = &result.sensitivity[0];
     let line = term.budget.iter().find(|l| l.key == key);
     line.map_or(0.0, |l| l.contribution / term.modulus.value)

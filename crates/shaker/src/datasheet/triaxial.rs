@@ -515,6 +515,7 @@ mod tests {
             runs: vec![],
             angles: vec![],
             findings: vec![],
+            reproducibility: None,
             datasheet: vec![],
             shared: None,
             identifiability: None,
