@@ -215,6 +215,21 @@ const WEDGE: f64 = 3800.0;
 /// Share of it from which on the motion is taken to grow no more.
 const NEAREST: f64 = 0.9;
 
+/// Share of the bending that is left to everything else, in variance, where the runs tell of less.
+const LEAST: f64 = 1e-6;
+
+/// How far the face of a wedge may move more than the table, relative to that, where nobody measured it and nobody states anything: along the
+/// excitation r²/(1 − r²), r the frequency over its first natural frequency ([`WEDGE`]). Each wedge by itself, and never less than
+/// that: that several agree does not tell that none bends.
+fn bending(entry: &Spurious, axis: usize) -> f64 {
+    let stiff = axis < 2 || entry.basis[axis] != Basis::Assumed || entry.inclination < 1e-6;
+    if stiff {
+        return 0.0;
+    }
+    let square = (entry.frequency / WEDGE).min(NEAREST).powi(2);
+    square / (1.0 - square)
+}
+
 /// How large the motion of the bench may be where nobody measured it, as somebody states it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -275,9 +290,6 @@ pub struct SpuriousTable {
     /// what each has by itself stands in its entry.
     #[serde(skip)]
     pub(crate) shared: [[f64; 2]; Share::ALL.len()],
-    /// Whether what nobody measured along the excitation is taken to grow with the frequency, as that of a wedge does that bends.
-    #[serde(skip)]
-    pub(crate) bends: bool,
     /// What all ratios that were measured have in common.
     #[serde(default, skip_serializing_if = "CommonMotion::is_empty")]
     pub common: CommonMotion,
@@ -385,7 +397,6 @@ impl SpuriousTable {
         Self {
             entries,
             shared: Default::default(),
-            bends: false,
             common: CommonMotion::default(),
         }
     }
@@ -413,7 +424,6 @@ impl SpuriousTable {
             None => (UnmeasuredMotion::ASSUMED, Basis::Assumed),
         };
         let mut table = self.clone();
-        table.bends = stated.is_none();
         for (inclination, frequency) in places {
             if table.get(inclination, frequency).is_none() {
                 table.entries.push(Spurious {
@@ -450,8 +460,8 @@ impl SpuriousTable {
         let size = |frequency: f64, axes: &[usize]| {
             let of = |(e, axis): (&Spurious, usize)| {
                 let common = self.shared.iter().map(|u| u[way(axis)].powi(2));
-                let square = e.covariance[axis][0] + common.sum::<f64>();
-                (e.basis[axis] != Basis::Measured).then(|| square.sqrt() * self.growth(e, axis))
+                let own = e.covariance[axis][0] + bending(e, axis).powi(2);
+                (e.basis[axis] != Basis::Measured).then(|| (own + common.sum::<f64>()).sqrt())
             };
             let here = self.entries.iter().filter(|e| e.is_at(frequency));
             let all = here.flat_map(|e| axes.iter().map(move |&axis| (e, axis)));
@@ -472,23 +482,15 @@ impl SpuriousTable {
     pub(crate) fn step(&self, entry: &Spurious, share: Share, part: usize) -> Complex64 {
         let (axis, second) = (part / 2, part % 2);
         let u = self.shared[share as usize][way(axis)];
-        let flat = match (share, second) {
-            (Share::Own, _) => root(entry.covariance[axis])[second],
+        match (share, second) {
+            (Share::Own, _) => {
+                let [rr, ri, ii] = entry.covariance[axis];
+                let bending = bending(entry, axis).powi(2);
+                root([rr + bending, ri, ii + bending])[second]
+            }
             (_, 0) => Complex64::new(u, 0.0),
             _ => Complex64::new(0.0, u),
-        };
-        flat * self.growth(entry, axis)
-    }
-
-    /// How many times larger than at low frequencies the motion of an axis is taken to be: along the excitation the face of a wedge moves more
-    /// than the table by r²/(1 − r²), r the frequency over its first natural frequency ([`WEDGE`]).
-    fn growth(&self, entry: &Spurious, axis: usize) -> f64 {
-        let flat = axis < 2 || entry.basis[axis] == Basis::Measured || entry.inclination < 1e-6;
-        if flat || !self.bends {
-            return 1.0;
         }
-        let square = (entry.frequency / WEDGE).min(NEAREST).powi(2);
-        1f64.hypot(square / (1.0 - square) / UnmeasuredMotion::ASSUMED.along)
     }
 
     /// Multiplies variances of the motion that nobody measured, across the excitation and along it: of what each wedge has by itself those
@@ -502,7 +504,11 @@ impl SpuriousTable {
             for axis in 0..3 {
                 if entry.basis[axis] != Basis::Measured {
                     let factor = factors[way(axis)];
-                    entry.covariance[axis] = entry.covariance[axis].map(|v| v * factor);
+                    let bending = bending(entry, axis).powi(2);
+                    let [rr, ri, ii] = entry.covariance[axis];
+                    // What is scaled is the whole, of which the bending stays.
+                    let part = |v: f64| (factor * (v + bending) - bending).max(LEAST * bending);
+                    entry.covariance[axis] = [part(rr), factor * ri, part(ii)];
                 }
             }
         }
