@@ -569,17 +569,24 @@ fn refuses_sessions_that_are_not_said() {
     );
     // A slip of the word.
     let slip = BETWEEN.replace("\"session\"", "\"sesion\"");
-    let trouble = calibrate(&slip, &gaps, &[]).expect_err("no such key");
+    let one = in_sessions(&bare, |_| "one");
+    let trouble = calibrate(&slip, &one, &[]).expect_err("no such key");
     let said = format!("{trouble:?} {}", trouble.hint().unwrap_or_default());
     assert!(said.contains("did you mean \"session\""), "{said}");
-    // Another kind has no such key.
-    let single = format!("kind = \"shaker-single\"\n[runs]\nfile = \"runs.csv\"\n{BETWEEN}");
-    let store = Memory::new()
-        .file("campaign.toml", single)
-        .file("runs.csv", bare);
-    let refused = Campaign::read(Arc::new(store), "campaign.toml");
-    let trouble = refused.map(|_| ()).expect_err("a comparison");
-    assert!(trouble.to_string().contains("unknown"), "{trouble}");
+    // Other kinds have no such key.
+    for kind in ["shaker-single", "shaker-primary"] {
+        let text = format!("kind = \"{kind}\"\n[runs]\nfile = \"runs.csv\"\n{BETWEEN}");
+        let store = Memory::new()
+            .file("campaign.toml", text)
+            .file("runs.csv", bare.clone());
+        let refused = Campaign::read(Arc::new(store), "campaign.toml");
+        let trouble = refused.map(|_| ()).expect_err(kind);
+        let said = trouble.to_string();
+        assert!(
+            said.contains("unknown") && said.contains("campaign.toml"),
+            "{said}"
+        );
+    }
 }
 
 #[test]

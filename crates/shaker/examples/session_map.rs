@@ -171,7 +171,7 @@ fn main() {
         .unwrap_or(300);
     let only = std::env::args().nth(2).unwrap_or_default();
     println!(
-        "| sessions change | mountings, sessions, runs | declared | sessions-differ | main | all 18 | U main in % |"
+        "| sessions change | mountings, sessions, runs | declared | `sessions-differ` | main | all 18 | U main in % |"
     );
     println!("|---|---|---|---|---|---|---|");
     let plans = [
@@ -189,6 +189,7 @@ fn main() {
         ("outputs 1 %", Change::Outputs(0.01), None),
         ("outputs 1 %", Change::Outputs(0.01), Some(0.003)),
         ("reference 0.3 %", Change::Reference(0.003), None),
+        ("reference 1 %", Change::Reference(0.01), None),
         ("output y by 0.5 %", Change::Step(0.005), None),
         ("output y by 1 %", Change::Step(0.01), None),
     ];
@@ -214,9 +215,18 @@ fn main() {
                 .collect();
             let n = campaigns as f64;
             let told = all.iter().filter(|a| a.0).count() as f64 / n;
+            let mountings = match gluings {
+                Gluings::Published => 44,
+                Gluings::Twelve => 12,
+                Gluings::Six => 6,
+            };
+            let split = match split {
+                Split::Mixed => "mixed",
+                Split::Wedges => "wedge after wedge",
+            };
             let mean = |k: usize| 100.0 * all.iter().map(|a| a.1[k]).sum::<f64>() / n;
             println!(
-                "| {change} | {gluings:?}, {count}, {split:?} | {} | {:.2} | {:.1} | {:.1} | {:.3} |",
+                "| {change} | {mountings}, {count}, {split} | {} | {:.2} | {:.1} | {:.1} | {:.3} |",
                 declared.map_or("no".to_owned(), |u| format!("{} %", 100.0 * u)),
                 100.0 * told,
                 mean(0),

@@ -109,7 +109,7 @@ fn comparable(rows: &[PhasorRow]) -> Vec<PhasorRow> {
 /// δ̂ = P⁺ GᵀN⁻¹r̂ with P = GᵀN⁻¹G − GᵀN⁻¹X C XᵀN⁻¹G; δ̂ᵀP δ̂ is χ² with the rank of P when sessions differ by what is declared. Inputs that
 /// vary with the session are in X as they are declared; readings and mountings as the runs have them.
 ///
-/// **Source** score test `[Rao1948]`; reproducibility condition of measurement, VIM 2.24.
+/// **Source** score test `[Rao1948]`; conditions of intermediate precision and of reproducibility, VIM 2.22 and 2.24.
 pub(super) fn of(supported: &Supported, budget: &Budget) -> Result<Option<Reproducibility>, Error> {
     let all = sessions(&supported.rows);
     if all.len() < 2 || supported.rows.iter().any(|r| r.session.is_none()) {
