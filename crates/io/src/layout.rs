@@ -4,7 +4,7 @@ pub(crate) mod sniff;
 
 use crate::column_head::ColumnHead;
 use crate::findings;
-use crate::{Error, ErrorKind, Result, Source, StreamLayout, Unit, split_heading};
+use crate::{Error, ErrorKind, Result, Source, StreamLayout, Unit, UnitRatio, split_heading};
 use proofmass_uncertainty::{DecimalMark, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -236,6 +236,17 @@ impl Layout {
                     (_, unit) => unit,
                 })
         })
+    }
+
+    /// The unit of a column that may be one over another, as that of a sensitivity, where the heading says so.
+    pub fn ratio(&self, index: usize) -> Option<UnitRatio> {
+        let heading = self.header.as_ref().and_then(|h| h.get(index));
+        let ratio = heading.and_then(|heading| UnitRatio::split_heading(heading));
+        let itself = || {
+            let (over, under) = (self.unit(index)?, Unit::One);
+            Some(UnitRatio { over, under })
+        };
+        ratio.map(|(_, ratio)| ratio).or_else(itself)
     }
 
     /// The unit that outputs at rest may have, by the size of their norm in the head: some 9.8, 1 or 1000. Of more than three

@@ -7,7 +7,7 @@ use crate::time_base::TimeBaseBuilder;
 use crate::time_unit::hertz;
 use crate::{
     ClockUnit, Error, ErrorKind, ReadQuantity, Reading, Result, SaidBy, Source, Thermometer,
-    TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
+    TimeBase, TimeUnit, TimeWindow, Unit, UnitRatio, split_heading,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -490,6 +490,14 @@ impl Recording {
             self.reading.state_unit(column, unit, by);
         }
         Ok(())
+    }
+
+    /// States the unit of a signal as one over another; its numbers stay as they are.
+    pub fn state_ratio(&mut self, column: usize, ratio: UnitRatio, by: SaidBy) {
+        if let Some(own) = self.columns.get_mut(column) {
+            own.unit = Some(Unit::One);
+            self.reading.state_ratio(column, ratio, by);
+        }
     }
 
     /// States the size of one of what a signal is recorded in, which then has the unit to which it leads.

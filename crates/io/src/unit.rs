@@ -1,5 +1,6 @@
 //! Units of recorded columns and their conversion to SI.
 
+use crate::UnitRatio;
 use proofmass_core::STANDARD_GRAVITY;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -556,10 +557,8 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
                 return (heading, None);
             }
             // `s_V/(m/s2)`: of the quotient of two units none is known.
-            if let Some(over) = inner[..at].strip_suffix('/') {
-                let apart = over.rfind(['_', ' ', ',']);
-                let name = apart.filter(|k| *k > 0 && Unit::recognise(&over[k + 1..]).is_some());
-                return (name.map_or(heading, |k| &over[..k]), None);
+            if inner[..at].ends_with('/') {
+                break;
             }
             return (inner[..at].trim_end_matches([' ', '_']), Some(unit));
         }
@@ -576,7 +575,9 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
             return (heading[..at].trim_end_matches([' ', '_', ',']), Some(unit));
         }
     }
-    (heading, None)
+    // The name of `s (mV/g)`, too, stands alone.
+    let ratio = UnitRatio::split_heading(heading);
+    (ratio.map_or(heading, |(name, _)| name), None)
 }
 
 #[cfg(test)]
