@@ -55,6 +55,23 @@ fn known_unit_and_clock_are_asked_for_and_told() {
 }
 
 #[test]
+fn known_units_are_not_asked_for_beside_one_that_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lg.csv");
+    let mut rows = "light,ax_g,ay_g,az_g\n".to_owned();
+    let mut noise = Chance(6);
+    for _ in 0..3000 {
+        let [light, x, y, z] = [0, 1, 2, 3].map(|_| 1e-3 * noise.normal());
+        writeln!(rows, "{:.6},{x:.6},{y:.6},{:.6}", 0.4 + light, 1.0 + z).unwrap();
+    }
+    std::fs::write(&path, rows).unwrap();
+    let asked = refuse(&["noise", text(&path)]);
+    assert!(asked.contains("the unit of light is not said"), "{asked}");
+    // What its neighbours are in says nothing of it.
+    assert!(asked.contains("add --unit UNIT --rate HZ"), "{asked}");
+}
+
+#[test]
 fn known_example_of_a_kind_is_calibrated() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("example");

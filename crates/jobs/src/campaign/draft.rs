@@ -437,12 +437,14 @@ impl Unsaid<'_> {
     /// What neither the recording nor anybody says: what it is, the option and the line of a campaign that say it.
     pub(crate) fn list(&self, layout: &Layout) -> Result<Vec<(String, String, String)>> {
         let mut list = Vec::new();
-        let own = |i: &usize| layout.unit(*i).is_some();
-        if self.unit.is_none() && !self.signals.iter().all(own) {
-            let likely = layout.likely_unit(self.signals);
+        // Of those alone whose heading does not say it.
+        let signals = self.signals.iter().copied();
+        let open: Vec<usize> = signals.filter(|i| layout.unit(*i).is_none()).collect();
+        if self.unit.is_none() && !open.is_empty() {
+            let likely = layout.likely_unit(&open);
             let word = likely.map_or("UNIT", Unit::ascii);
             list.push((
-                layout.ask_unit(self.signals).to_string(),
+                layout.ask_unit(&open).to_string(),
                 format!("--unit {word}"),
                 format!("unit = \"{word}\""),
             ));
