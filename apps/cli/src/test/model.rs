@@ -8,7 +8,7 @@ use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Source, UnitRatio};
 use proofmass::jobs::response::{ModelJob, PointColumns, RecordedPoints, ResponseOutcome};
-use proofmass::jobs::{Job, Outcome as _, StoredResult};
+use proofmass::jobs::{Job, Outcome as _, StatedMarks, StoredResult};
 use std::path::PathBuf;
 
 /// Fit a model (modes, delay, filters) to a frequency response.
@@ -56,6 +56,8 @@ pub(super) struct Model {
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a certificate
     #[arg(short = 'k', long = "coverage-factor", alias = "coverage", value_name = "K", value_parser = crate::number_arguments::coverage_factor)]
     coverage: Option<f64>,
+    #[command(flatten)]
+    marks: StatedMarks,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -132,7 +134,7 @@ impl Model {
             degrees: self.phase_unit == Some(PhaseUnit::Deg),
             unit: self.unit,
         };
-        let source = Source::open(&self.table)?;
+        let source = self.marks.of(Source::open(&self.table)?);
         Ok(RecordedPoints::of_table(source, &columns)?)
     }
 }
