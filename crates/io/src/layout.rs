@@ -250,7 +250,7 @@ impl Layout {
     }
 
     /// The unit that outputs at rest may have, by the size of their norm in the head: some 9.8, 1 or 1000. Of more than three
-    /// columns any three that stand side by side may be those of an accelerometer.
+    /// columns any three that stand side by side may be those of an accelerometer; fewer have gravity where they are called accelerations.
     pub fn likely_unit(&self, columns: &[usize]) -> Option<Unit> {
         if columns.len() > 3 {
             let threes = || columns.windows(3).map(|three| self.likely_unit(three));
@@ -258,14 +258,25 @@ impl Layout {
             return acceleration.or_else(|| threes().all(|u| u.is_some()).then_some(Unit::Count));
         }
         let norm = self.norm(columns);
-        let within = if columns.len() == 3 { 0.15 } else { 0.02 };
         let whole = |&i: &usize| self.head.get(i).is_some_and(|h| h.whole);
-        let gravity = Unit::of_gravity(norm, within);
+        let called = |is: fn(&str) -> bool| columns.iter().all(|&i| is(&self.name(i)));
+        let gravity = self
+            .gravity_unit(columns)
+            .filter(|_| columns.len() == 3 || called(is_called_acceleration));
         match norm > 0.0 && columns.iter().all(whole) {
+            // 1024 counts a g are as usual as mg.
+            true if COUNTS_PER_G.contains(&norm) && gravity.is_some() => None,
             // Whole numbers may be mg; of 9.8 m/s² nothing would be left.
             true => gravity.filter(|_| norm > 100.0).or(Some(Unit::Count)),
+            false if !columns.is_empty() && called(is_called_force) => Some(Unit::Newton),
             false => gravity,
         }
+    }
+
+    /// The unit in which the norm of some columns is gravity, whatever they are called.
+    pub fn gravity_unit(&self, columns: &[usize]) -> Option<Unit> {
+        let within = if columns.len() == 3 { 0.15 } else { 0.02 };
+        Unit::of_gravity(self.norm(columns), within)
     }
 
     /// Root of the mean of the squared norm of some columns, over the head.
@@ -609,6 +620,25 @@ impl fmt::Display for ColumnRef {
             Self::Name(name) => write!(f, "\"{name}\""),
         }
     }
+}
+
+/// Whole numbers that are gravity in counts as well as in mg: nearer to 2¹⁰ than to 1000, and not above by more than five per cent.
+const COUNTS_PER_G: std::ops::Range<f64> = 1012.0..1075.0;
+
+/// Whether a name is one that accelerations have: `acc…`, `a`, `ax`, `a_z`, `x`.
+fn is_called_acceleration(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let axis = name.strip_prefix('a').unwrap_or(&name);
+    let axis = axis.trim_start_matches(['_', '.', ' ', '-']);
+    name.contains("acc") || matches!(axis, "" | "x" | "y" | "z")
+}
+
+/// Whether a name is one that forces have.
+fn is_called_force(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["force", "load", "hammer"]
+        .iter()
+        .any(|word| name.contains(word))
 }
 
 /// Whether a name is what a pattern says, in which `*` stands for anything; capitals count for nothing.

@@ -562,6 +562,10 @@ impl When {
         let time = match (&options.time, rate) {
             (Some(column), _) => Some(layout.find(column)?),
             (None, None) => time_column(layout).filter(|i| !selected.contains(i)),
+            // What counts the rows needs the rate beside it.
+            (None, Some(_)) if options.time_unit == Some(TimeUnit::Index) => {
+                time_column(layout).filter(|i| !selected.contains(i))
+            }
             (None, Some(_)) => None,
         };
         // Times that follow from a rate are not estimated from.

@@ -339,6 +339,7 @@ impl RecordingReading {
         let open = |i: &&usize| layout.unit(**i).is_none();
         let open: Vec<usize> = signals.iter().filter(open).copied().collect();
         let likely = layout.likely_unit(&open).filter(|u| u.is_acceleration());
+        let likely = likely.or_else(|| layout.gravity_unit(&open));
         if self.unit.is_none() && !open.is_empty() && likely.is_some() {
             return Err(layout.ask_unit(&open).into());
         }

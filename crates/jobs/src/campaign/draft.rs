@@ -127,7 +127,7 @@ impl Draft {
                 };
                 if let Some(unit) = self.time_unit {
                     line(format!("time_unit = \"{unit}\""));
-                } else if let Some(unit) = likely() {
+                } else if let Some((unit, _)) = likely() {
                     line(format!(
                         "# time_unit = \"{unit}\"             # likely, by the size of the steps; or s, ms, us, ns, min, h, d, index"
                     ));
@@ -464,14 +464,19 @@ impl Unsaid<'_> {
                     ClockUnit::of(layout, index, self.time_unit, self.rate_hz, false)
                 {
                     let open = ClockUnit::open(layout, index, self.time_unit, self.rate_hz);
-                    let Some(unit) = open else {
+                    let Some((unit, rates)) = open else {
                         return Err(error);
                     };
-                    list.push((
-                        error.to_string(),
+                    let mut said = [
                         format!("--time-unit {unit}"),
                         format!("time_unit = \"{unit}\""),
-                    ));
+                    ];
+                    if unit == TimeUnit::Index {
+                        said[0].push_str(" --rate HZ");
+                        said[1].push_str(", sampling_rate_Hz = HZ");
+                    }
+                    let [option, key] = said;
+                    list.push((format!("{error}, which is {rates}"), option, key));
                 }
             }
             None => {}
