@@ -215,6 +215,13 @@ fn known_drift_between_calibrations() {
     assert!(out.join("control_chart.csv").is_file());
     let said = refuse(&["test", "stability", text(&places[0]), text(&places[1])]);
     assert!(said.contains("calibrations"), "{said}");
+    assert!(
+        said.contains("hint: give the result.json of calibrations of three days"),
+        "{said}"
+    );
+    let same = text(&places[0]);
+    let said = refuse(&["test", "stability", same, same, same]);
+    assert!(said.contains("all calibrations are of one day"), "{said}");
     // A serial number that another result does not have is no drift of one device.
     let codes = |result: &serde_json::Value| -> Vec<String> {
         let all = result["findings"].as_array().unwrap().iter();

@@ -203,6 +203,20 @@ impl Layout {
         vec![findings::preamble_skipped(*line, &text, &more)]
     }
 
+    /// The rate behind a line above the data that holds the number of rows and their interval, as files of strong motion have it:
+    /// the line, its text and the rate, Hz.
+    pub(crate) fn counted_above(&self) -> Option<(u64, &str, f64)> {
+        self.passed_over.iter().find_map(|(line, text)| {
+            let mut words = text.split_whitespace();
+            let (count, interval) = (words.next()?.parse::<u64>().ok()?, words.next()?);
+            let interval = interval
+                .parse::<f64>()
+                .ok()
+                .filter(|dt| 1e-6 < *dt && *dt < 1.0)?;
+            (count > 1 && words.next().is_none()).then(|| (*line, text.as_str(), 1.0 / interval))
+        })
+    }
+
     /// Name of a column without its unit; `column 3` without a header.
     pub fn name(&self, index: usize) -> String {
         match self.header.as_ref().and_then(|h| h.get(index)) {

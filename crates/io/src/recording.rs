@@ -684,6 +684,12 @@ impl Layout {
             ),
             None => "neither a time column nor a sampling rate is known".to_owned(),
         };
+        if let Some((line, text, rate)) = self.counted_above() {
+            let rate = crate::time_unit::short(rate);
+            return Error::new(ErrorKind::Time, what).with_hint(format!(
+                "where \"{text}\" in line {line} is the number of rows and their interval in seconds, add --rate {rate} (`sampling_rate_Hz = {rate}` in a campaign); else --time COLUMN (`time = \"name or number of the column\"` in a campaign) or --rate HZ (`sampling_rate_Hz = 100` in a campaign)"
+            ));
+        }
         Error::new(ErrorKind::Time, what).with_hint("add --time COLUMN (`time = \"name or number of the column\"` in a campaign) or --rate HZ (`sampling_rate_Hz = 100` in a campaign)")
     }
 }

@@ -390,6 +390,10 @@ impl Unit {
                 return (text != "N" || begins(&["force", "load", "hammer", "impact"]))
                     .then_some(unit);
             }
+            Metre if text == "m" => {
+                let lengths = ["position", "displacement", "distance", "way", "travel"];
+                return begins(&lengths).then_some(unit);
+            }
             Minute | Hour | Day => {
                 return begins(&["time", "t_", "elapsed", "uptime"]).then_some(unit);
             }
@@ -397,7 +401,7 @@ impl Unit {
         }
         let ambiguous = matches!(
             text,
-            "1" | "-" | "none" | "A" | "C" | "F" | "G" | "raw" | "adc" | "m" | "K" | "gn" | "g0"
+            "1" | "-" | "none" | "A" | "C" | "F" | "G" | "raw" | "adc" | "K" | "gn" | "g0"
         );
         (!ambiguous).then_some(unit)
     }
@@ -572,7 +576,10 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
             continue;
         }
         if let Some(unit) = Unit::recognise_suffix(heading, &heading[at + mark.len_utf8()..]) {
-            return (heading[..at].trim_end_matches([' ', '_', ',']), Some(unit));
+            return (
+                heading[..at].trim_end_matches([' ', '_', ',', '/']),
+                Some(unit),
+            );
         }
     }
     // The name of `s (mV/g)`, too, stands alone.
@@ -670,6 +677,9 @@ mod tests {
             ("gyr_x_rad/s", "gyr_x", Some(RadianPerSecond)),
             ("force_N", "force", Some(Newton)),
             ("force (N)", "force", Some(Newton)),
+            ("force / N", "force", Some(Newton)),
+            ("position_m", "position", Some(Metre)),
+            ("acc_m", "acc_m", None),
             ("acc_N", "acc_N", None),
             ("acc_min", "acc_min", None),
             ("time_h", "time", Some(Hour)),

@@ -105,6 +105,62 @@ fn slow_seconds_since_1970_are_likely_and_counted_rows_are_offered() {
 }
 
 #[test]
+fn a_clock_that_is_put_forward_is_named() {
+    let told = |pause: u64| {
+        let stamp = |i: u64| format!("{:.2}", (i + pause * (i / 200)) as f64 / 100.0);
+        let read = read(&text("t_s,ax,ay,az", stamp, 9.81), |_| {}).unwrap();
+        assert!((read.time.rate_hz() / 100.0 - 1.0).abs() < 1e-6);
+        let codes = read.findings().iter().map(|f| f.code().to_owned());
+        codes.collect::<Vec<_>>()
+    };
+    assert_eq!(told(360_000), ["clock-put-forward"]);
+    // Half an hour is a gap.
+    assert_eq!(told(180_000), ["gaps-in-record"]);
+}
+
+#[test]
+fn a_title_and_a_count_above_one_column_are_no_heading() {
+    let rows: String = (0..400)
+        .map(|k| format!("{:.2E}\n", 1e-7 * f64::from(k % 17 + 1)))
+        .collect();
+    let text = format!("test motion\n4684 0.0100\n{rows}");
+    let mut source = Source::from_bytes("motion.txt", text.clone()).unwrap();
+    let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+    assert_eq!((layout.columns, layout.header.as_deref()), (1, None));
+    let column = |rate: Option<f64>| {
+        let options = RecordingOptions {
+            columns: vec![1.into()],
+            sampling_rate_hz: rate,
+            ..RecordingOptions::default()
+        };
+        Recording::from_source(
+            Source::from_bytes("motion.txt", text.clone()).unwrap(),
+            &options,
+        )
+    };
+    let asked = column(None).unwrap_err();
+    let hint = asked.hint().unwrap();
+    assert!(
+        hint.contains("\"4684 0.0100\" in line 2 ") && hint.contains("--rate 100 "),
+        "{hint}"
+    );
+    assert_eq!(column(Some(100.0)).unwrap().samples(), 400);
+}
+
+#[test]
+fn marks_of_thousands_beside_decimals_are_called_so() {
+    let row = "0.01;1,021.13;39.81;44.31\n";
+    let text = format!("t_s;ax;ay;az\n{}", row.repeat(20));
+    let refused = read(&text, |_| {}).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("\"1,021.13\" has marks of thousands"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_clock_that_stands_still_is_named() {
     let refused = read(&text("t,ax,ay,az", |_| "12.5".into(), 9.81), |_| {}).unwrap_err();
     assert!(refused.to_string().contains("stands still"), "{refused}");

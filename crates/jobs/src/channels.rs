@@ -4,8 +4,8 @@ use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Sensitivity,
-    Source, TimeUnit, Unit, UnitRatio,
+    ColumnRef, Error, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy,
+    Sensitivity, Source, TimeUnit, Unit, UnitRatio,
 };
 use proofmass_report::number::plain;
 use proofmass_uncertainty::Finding;
@@ -243,7 +243,9 @@ impl ChannelReading {
             }
             let bare = wanted.option.is_none().then_some(Unit::One);
             let by = bare.map_or(SaidBy::Person, |_| SaidBy::Nobody);
-            recording.state_unit(i, wanted.unit.or(bare), by)?;
+            recording
+                .state_unit(i, wanted.unit.or(bare), by)
+                .map_err(|e| by_option(e, wanted.option))?;
         }
         let options: Vec<&str> = wanted
             .iter()
@@ -299,5 +301,17 @@ impl ChannelReading {
             input,
             name,
         })
+    }
+}
+
+/// A unit that contradicts its heading, with the option that states it.
+pub(crate) fn by_option(error: Error, option: Option<&str>) -> Error {
+    let hint = error
+        .hint()
+        .zip(option)
+        .map(|(hint, option)| hint.replace("the option that states it", option));
+    match hint {
+        Some(hint) => error.with_hint(hint),
+        None => error,
     }
 }

@@ -119,10 +119,8 @@ impl RecordingReading {
         let Some(columns) = named.flatten() else {
             return error.into();
         };
-        let words: Vec<String> = columns
-            .iter()
-            .map(|c| format!("{:?}", c.to_string()))
-            .collect();
+        // A name brings its quotes.
+        let words: Vec<String> = columns.iter().map(ColumnRef::to_string).collect();
         let option = match columns.len() {
             1 => "--columns COLUMN",
             3 => "--columns X,Y,Z",
@@ -301,7 +299,10 @@ impl RecordingReading {
                         "column {:?} is in {own}, not in {unit}",
                         column.name
                     ))
-                    .with_hint("x, y and z need one unit; remove --unit, or correct the heading"));
+                    .with_hint(match self.unit {
+                        Some(_) => "x, y and z need one unit; remove --unit, or correct the heading",
+                        None => "x, y and z need one unit: correct the heading, or export the columns in one unit",
+                    }));
                 }
                 (Some(own), _) => common = Some(own),
                 (None, _) => {}

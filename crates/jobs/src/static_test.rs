@@ -13,7 +13,7 @@ use crate::outcome::{Job, Outcome, section};
 use crate::record::{Record, read_gravity, said_of};
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::Watch;
+use proofmass_core::{Error, Watch};
 use proofmass_documents::{AnyCalibration, CalibrationFile, ResultDocument, StatedQuantity};
 use proofmass_io::{Input, LARGEST_DOCUMENT, ReadGravity, Source, Unit};
 use proofmass_report::Report;
@@ -236,9 +236,7 @@ impl StaticTestJob {
             }
             (StaticTest::Stability(t), History(history)) => {
                 known_tolerances(t, history)?;
-                let fit = t
-                    .fit(history)
-                    .map_err(|e| Trouble::from(e).detail(data.name))?;
+                let fit = t.fit(history).map_err(|e| no_drift(e).detail(data.name))?;
                 return Ok(StaticTestFit::History(fit));
             }
             (
@@ -262,6 +260,18 @@ impl StaticTestJob {
         Ok(StaticTestFit::Test(Box::new(
             fit.map_err(|e| Trouble::from(e).detail(data.name))?,
         )))
+    }
+}
+
+/// Why calibrations tell no drift.
+fn no_drift(error: Error) -> Trouble {
+    let hint = "give the result.json of calibrations of three days and more; each says its day";
+    match error {
+        Error::Constant { .. } => {
+            Trouble::data("all calibrations are of one day, and a drift takes time").with_hint(hint)
+        }
+        Error::TooFew { .. } => Trouble::from(error).with_hint(hint),
+        error => Trouble::from(error),
     }
 }
 

@@ -7,6 +7,7 @@ use super::reference::Reference;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
 use crate::apply::calibration_of_band;
+use crate::channels::by_option;
 use crate::frequency_response::read_calibration;
 use crate::record::Record;
 use crate::recording::stretch;
@@ -381,7 +382,9 @@ impl AxisSensors {
             // With a scale the unit is that to which it leads; counts are said by what a turn or a metre has of them.
             match (self.reading.scale, self.reading.unit) {
                 (Some(scale), Some(unit)) => main.state_scale_of(column, scale, unit),
-                (None, unit) => main.state_unit(column, unit, SaidBy::Person)?,
+                (None, unit) => main
+                    .state_unit(column, unit, SaidBy::Person)
+                    .map_err(|e| by_option(e, Some("--unit")))?,
                 _ => {}
             }
             let index = self.reading.index.is_some() && column + 1 == of_reading;
@@ -392,7 +395,8 @@ impl AxisSensors {
         }
         if together {
             for column in of_reading..of_yaw {
-                main.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
+                main.state_unit(column, self.acceleration_unit, SaidBy::Person)
+                    .map_err(|e| by_option(e, Some("--acceleration-unit")))?;
             }
         }
         if self.turning.yaw_rate.is_some() {
@@ -487,7 +491,9 @@ impl AxisSensors {
                 let mut other = Recording::from_source_sparse(source, &options, &absent)
                     .map_err(|e| of_second(e, "acceleration"))?;
                 for column in 0..absent.len() {
-                    other.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
+                    other
+                        .state_unit(column, self.acceleration_unit, SaidBy::Person)
+                        .map_err(|e| by_option(e, Some("--acceleration-unit")))?;
                 }
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
