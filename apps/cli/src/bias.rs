@@ -130,6 +130,7 @@ impl Bias {
             .for_each(|axis| axis.initial = self.initial);
         let mut job = BiasJob::new(noise);
         job.gravity = gravity;
+        job.standard_gravity = gravity.is_some() && self.gravity.is_standard();
         if let Some(Up::Along(up)) = self.up {
             job.up = Some(up);
         }

@@ -11,6 +11,9 @@ pub(crate) struct Explain {
     /// Code of a finding, as results show it (`gaps-in-record`), or of an error (`column`), or a word (`bias-instability`, VRW, SRS)
     #[arg(value_name = "WORD")]
     code: Option<String>,
+    /// What follows the first word of a term of several
+    #[arg(hide = true)]
+    more: Vec<String>,
     /// Print JSON instead of text
     #[arg(long)]
     json: bool,
@@ -25,7 +28,10 @@ fn say_absent(room: &str) -> Result<(), Failure> {
 }
 
 impl Explain {
-    pub(crate) fn run(self) -> Result<Outcome, Failure> {
+    pub(crate) fn run(mut self) -> Result<Outcome, Failure> {
+        if let Some(word) = &mut self.code {
+            *word = [&[word.clone()], &self.more[..]].concat().join(" ");
+        }
         let found = match self.code.as_deref() {
             None => findings::explanations(),
             Some(word) => match findings::explain(word) {

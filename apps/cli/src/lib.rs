@@ -275,6 +275,15 @@ fn negative_value(wrong: &clap::Error) -> Option<String> {
     }
 }
 
+/// Where a term leads that was typed as a command: the word and as many behind it as the glossary has together.
+fn no_command(word: &str, arguments: &[OsString], command: &clap::Command) -> Option<Failure> {
+    let typed = arguments.iter().map(|a| a.to_string_lossy());
+    let typed: Vec<_> = typed.skip_while(|a| a != word).take(3).collect();
+    (1..=typed.len())
+        .rev()
+        .find_map(|n| glossary::no_command(&typed[..n].join(" "), command))
+}
+
 /// The arguments as a request, or the exit code after help, the version or an error was shown.
 fn parsed<I, T>(arguments: I) -> Result<Arguments, u8>
 where
@@ -288,7 +297,7 @@ where
     let mut command = commands();
     read(&mut command, &expanded.arguments).map_err(|mut wrong| {
         if let Some(ContextValue::String(word)) = wrong.get(ContextKind::InvalidSubcommand)
-            && let Some(failure) = glossary::no_command(word, &command)
+            && let Some(failure) = no_command(word, &expanded.arguments, &command)
         {
             console::complain(&failure.to_string());
             return exit_code::WRONG_USE;

@@ -92,6 +92,8 @@ fn known_bias_with_the_noise_of_a_result() {
     ]);
     succeed(&words);
     let written = json(&out.join("result.json"));
+    let gravity = &written["inputs"][0]["reading"]["gravity"];
+    assert_eq!(gravity["by"], "as stated", "{}", written["inputs"]);
     for (name, truth) in ["bias.x", "bias.y", "bias.z"].into_iter().zip(truth) {
         let (value, u, _) = quantity(&written, name);
         // The bias walks by 1e-4 √25 s between the last rest and the end.

@@ -492,6 +492,8 @@ fn published_round_robin_is_fitted_and_the_misfit_is_said() {
         "phase",
         "--phase-u",
         "phaseuncer",
+        "--unit",
+        "1",
         "-o",
         text(&place),
     ]);
@@ -503,6 +505,100 @@ fn published_round_robin_is_fitted_and_the_misfit_is_said() {
         codes(&result).contains(&"model-does-not-describe".to_owned()),
         "{:?}",
         codes(&result)
+    );
+}
+
+/// `test model` of a table with these five columns.
+fn model_of<'a>(table: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
+    let columns = "--frequency f --modulus s --modulus-u u --phase p --phase-u v";
+    let mut all = vec!["test", "model", text(table)];
+    all.extend(columns.split(' ').chain(more.iter().copied()));
+    all
+}
+
+/// A mass at 900 Hz behind 98.0665 mV/g: what the numbers of a table are in is read, or asked for, and a recording of volts is turned back
+/// by a model of volts alone.
+#[test]
+fn known_unit_of_a_modulus_is_read_or_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let mut rows = String::new();
+    for k in 1..=40 {
+        let r = f64::from(k) * 40.0 / 900.0;
+        let (real, imaginary) = (1.0 - r * r, 0.6 * r);
+        let modulus = 98.0665 / real.hypot(imaginary);
+        let phase = -imaginary.atan2(real);
+        writeln!(rows, "{},{modulus},{},{phase},1e-3", 40 * k, 1e-3 * modulus).unwrap();
+    }
+    let table = |name: &str, header: &str| {
+        let path = place(name);
+        std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
+        path
+    };
+    let silent = table("silent.csv", "f_Hz,s,u,p_rad,v_rad");
+    let asked = refuse(&model_of(&silent, &[]));
+    assert!(
+        asked.contains("the unit of the modulus is not said"),
+        "{asked}"
+    );
+    assert!(asked.contains("--unit V/(m/s2)"), "{asked}");
+    let (headed, half) = (
+        table("headed.csv", "f_Hz,s (mV/g),u (mV/g),p_rad,v_rad"),
+        table("half.csv", "f_Hz,s_mV/g,u,p_rad,v_rad"),
+    );
+    for (name, table, more) in [
+        ("stated", &silent, &["--unit", "mV/g"][..]),
+        ("headed-out", &headed, &[][..]),
+        ("half-out", &half, &[][..]),
+    ] {
+        let out = place(name);
+        succeed(&model_of(table, &[more, &["-o", text(&out)]].concat()));
+        let result = json(&out.join("result.json"));
+        let list = result["quantities"].as_array().unwrap();
+        let s = list.iter().find(|q| q["name"] == "sensitivity").unwrap();
+        assert_eq!(s["unit"], "V/(m/s²)", "{name}");
+        let value = s["value"].as_f64().unwrap();
+        assert!((value / 0.01 - 1.0).abs() < 1e-6, "{name} {value}");
+        let read = result["inputs"][0]["reading"]["columns"][1].to_string();
+        assert!(read.contains("mV/g"), "{read}");
+    }
+    let refused = refuse(&model_of(&headed, &["--unit", "V/(m/s2)"]));
+    assert!(
+        refused.contains("the heading says mV/g, V/(m/s²) is stated"),
+        "{refused}"
+    );
+    // A pulse of 1000 m/s² in volts, by the model in volts and by one that says it is a pure number.
+    let pulse = place("pulse.csv");
+    write_shock(&pulse, "time_s,ref_m/s2,dut_V", 0.01, 4000);
+    let out = place("back");
+    let model = place("headed-out").join("result.json");
+    succeed(&[
+        "test",
+        "deconvolve",
+        text(&model),
+        text(&pulse),
+        "--column",
+        "dut",
+        "-o",
+        text(&out),
+    ]);
+    let result = json(&out.join("result.json"));
+    assert_eq!(result["quantities"][0]["unit"], "m/s²");
+    let (peak, ..) = quantity(&result, "peak");
+    assert!((peak / 1000.0 - 1.0).abs() < 0.1, "{peak}");
+    let out = place("pure");
+    succeed(&model_of(&silent, &["--unit", "1", "-o", text(&out)]));
+    let refused = refuse(&[
+        "test",
+        "deconvolve",
+        text(&out.join("result.json")),
+        text(&pulse),
+        "--column",
+        "dut",
+    ]);
+    assert!(
+        refused.contains("is in V, the model's sensitivity in 1"),
+        "{refused}"
     );
 }
 

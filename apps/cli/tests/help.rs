@@ -49,6 +49,16 @@ fn a_word_of_the_field_leads_to_its_command_and_a_misspelt_command_to_the_neares
     assert!(said.contains("use `proofmass noise RECORDING`"), "{said}");
     let said = wrong(&["tilt", "table.csv"]);
     assert!(said.contains("`proofmass test tilt"), "{said}");
+    // A term of two words, as it is written.
+    let said = wrong(&["static", "interval", "rest.csv"]);
+    assert!(
+        said.contains("`static interval` is not a command"),
+        "{said}"
+    );
+    assert!(
+        said.contains("use `proofmass calibrate RECORDING`"),
+        "{said}"
+    );
     let said = wrong(&["calibrat", "x"]);
     assert!(said.contains("'calibrate'"), "{said}");
 }
@@ -63,6 +73,10 @@ fn explain_knows_the_words_of_the_glossary() {
             "{one}"
         );
     }
+    assert_eq!(
+        stdout(&["explain", "velocity", "random", "walk"]),
+        stdout(&["explain", "VRW"])
+    );
     let all: serde_json::Value =
         serde_json::from_str(&stdout(&["explain", "bias-instability", "--json"])).expect("JSON");
     assert_eq!(all[0]["words"][0], "bias instability");

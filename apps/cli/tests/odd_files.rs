@@ -55,6 +55,67 @@ fn known_unit_and_clock_are_asked_for_and_told() {
 }
 
 #[test]
+fn known_units_are_not_asked_for_beside_one_that_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lg.csv");
+    let mut rows = "light,ax_g,ay_g,az_g\n".to_owned();
+    let mut noise = Chance(6);
+    for _ in 0..3000 {
+        let [light, x, y, z] = [0, 1, 2, 3].map(|_| 1e-3 * noise.normal());
+        writeln!(rows, "{:.6},{x:.6},{y:.6},{:.6}", 0.4 + light, 1.0 + z).unwrap();
+    }
+    std::fs::write(&path, rows).unwrap();
+    let asked = refuse(&["noise", text(&path)]);
+    assert!(asked.contains("the unit of light is not said"), "{asked}");
+    // What its neighbours are in says nothing of it.
+    assert!(asked.contains("add --unit UNIT --rate HZ"), "{asked}");
+}
+
+/// Nine to one, or nine and 78394: a table is asked about with options that its command has.
+#[test]
+fn known_comma_of_a_table_is_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("amb.csv");
+    // Whatever stands behind the comma rises and never begins with a zero.
+    let rows: String = (0..12).map(|k| format!("9,{}\n", 78394 + 37 * k)).collect();
+    std::fs::write(&path, rows).unwrap();
+    let columns = ["--output-column", "2", "--output-unit", "V"];
+    for (test, input) in [
+        ("linearity", "--acceleration"),
+        ("tilt", "--angle"),
+        ("sensitivity", "--position"),
+        ("centrifuge", "--speed"),
+    ] {
+        let radius = ["--radius", "0.1"];
+        let radius = if test == "centrifuge" {
+            &radius[..]
+        } else {
+            &[]
+        };
+        let head = ["test", test, text(&path), input, "1"];
+        let asked = refuse(&[&head, &columns[..], radius].concat());
+        assert!(asked.contains("--separator comma"), "{test}: {asked}");
+        assert!(!asked.contains('`'), "{test}: {asked}");
+        // As two columns it is read, and as one there is no second.
+        let comma = refuse(&[&head, &columns[..], radius, &["--separator", "comma"]].concat());
+        assert!(!comma.contains("decimal mark"), "{test}: {comma}");
+        let one = refuse(&[&head, &columns[..], radius, &["--decimal", "comma"]].concat());
+        assert!(one.contains("there is no column 2"), "{test}: {one}");
+    }
+    let levels = [
+        "test",
+        "levels",
+        text(&path),
+        "--level",
+        "1",
+        "--output-column",
+        "2",
+    ];
+    let asked = refuse(&[&levels[..], &["--output-u", "2"]].concat());
+    assert!(asked.contains("--separator comma"), "{asked}");
+}
+
+#[test]
 fn known_example_of_a_kind_is_calibrated() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("example");
@@ -71,6 +132,12 @@ fn known_example_of_a_kind_is_calibrated() {
     // 10 mV/(m/s²) behind a reference that reads 10.2 mV/(m/s²).
     let (value, _, expanded) = quantity(&result, "S.modulus[frequency=160]");
     assert!((value - 0.01).abs() < expanded, "{value} ± {expanded}");
+    // The command that is printed runs, whatever the kind.
+    for kind in proofmass::jobs::campaign::KINDS {
+        let place = folder.path().join(kind);
+        succeed(&["init", "--kind", kind, "-o", text(&place)]);
+        succeed(&["calibrate", text(&place)]);
+    }
     let wrong = proofmass(&["init", "--kind", "shaker", "-o", text(&place)]);
     assert_eq!(wrong.status.code(), Some(2));
 }

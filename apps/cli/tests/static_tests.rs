@@ -130,6 +130,34 @@ fn known_devices_come_out_of_their_tables_and_render_again() {
             (value - truth).abs() < tolerance.max(expanded),
             "{test} {name}: {value} {truth}"
         );
+        let by = |result: &serde_json::Value| {
+            result["inputs"][0]["reading"]["gravity"]["by"]
+                .as_str()
+                .map(str::to_owned)
+        };
+        if test == "sensitivity" {
+            let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+            assert!(
+                page.contains("The sensitivity is "),
+                "the verdict of another quantity"
+            );
+            assert!(!page.contains("Bias is "));
+        }
+        if ["tilt", "sensitivity", "zero-g"].contains(&test) {
+            assert_eq!(by(&result).as_deref(), Some("standard gravity"));
+            // The same number, stated.
+            let stated = [
+                "--gravity",
+                "9.80665",
+                "--gravity-uncertainty",
+                "1e-4",
+                "--json",
+            ];
+            let mut words = vec!["test", test, text(&input)];
+            words.extend(more.iter().chain(&stated));
+            let said = serde_json::from_slice(&succeed(&words).stdout).unwrap();
+            assert_eq!(by(&said).as_deref(), Some("as stated"));
+        }
         let again = at(&format!("{test}-again"));
         succeed(&["render", text(&out.join("result.json")), "-o", text(&again)]);
         for name in ["report.html", "readings.csv"] {
@@ -187,6 +215,13 @@ fn known_drift_between_calibrations() {
     assert!(out.join("control_chart.csv").is_file());
     let said = refuse(&["test", "stability", text(&places[0]), text(&places[1])]);
     assert!(said.contains("calibrations"), "{said}");
+    assert!(
+        said.contains("hint: give the result.json of calibrations of three days"),
+        "{said}"
+    );
+    let same = text(&places[0]);
+    let said = refuse(&["test", "stability", same, same, same]);
+    assert!(said.contains("all calibrations are of one day"), "{said}");
     // A serial number that another result does not have is no drift of one device.
     let codes = |result: &serde_json::Value| -> Vec<String> {
         let all = result["findings"].as_array().unwrap().iter();

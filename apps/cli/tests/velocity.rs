@@ -3,6 +3,7 @@
 use crate::support::axis::*;
 use crate::support::*;
 use std::fmt::Write as _;
+use std::path::Path;
 
 #[test]
 fn an_estimate_holds_the_truth_in_its_intervals() {
@@ -42,6 +43,86 @@ fn an_estimate_holds_the_truth_in_its_intervals() {
     let gain = result["extra"]["pairing"]["gain"].as_f64().unwrap();
     assert!((gain - 1.0).abs() < 0.01, "{gain}");
     assert!(!codes(&result).iter().any(|c| c == "slip"));
+}
+
+/// An accelerometer and a reference in milliseconds beside an encoder in seconds: what is stated holds for the files that do not say it.
+#[test]
+fn known_time_unit_is_that_of_the_files_without_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = axis(folder.path(), &["--duration", "3"]);
+    let (first, truth) = (place.join("recording.csv"), place.join("truth.csv"));
+    let table = |name: &str, header: &str, scale: f64, values: Vec<f64>| {
+        let mut rows = format!("{header}\n");
+        for (t, v) in column(&first, "time_s").iter().zip(values) {
+            rows += &format!("{:.6},{v}\n", scale * t);
+        }
+        let path = folder.path().join(name);
+        std::fs::write(&path, rows).unwrap();
+        path
+    };
+    let measured = || column(&first, "acceleration_m/s2");
+    let second = table("acc_ms.csv", "timestamp,a_m/s2", 1e3, measured());
+    let known = table("acc_s.csv", "time_s,a_m/s2", 1.0, measured());
+    let velocity = column(&truth, "velocity_m/s");
+    let reference = table("ref_ms.csv", "timestamp,v", 1e3, velocity);
+    let sensors = |acceleration: &Path, more: &[&str]| {
+        let mut all = run("compare", &first, &SENSORS[..6]);
+        let file = [
+            "--acceleration",
+            "a",
+            "--acceleration-file",
+            text(acceleration),
+        ];
+        all.extend(file.iter().chain(more).map(|w| (*w).to_owned()));
+        all
+    };
+    let of = |all: Vec<String>| refuse(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    let asked = of(sensors(&second, &[]));
+    assert!(asked.contains("--time-unit ms"), "{asked}");
+    assert!(asked.contains("--acceleration-rate HZ"), "{asked}");
+    let out = folder.path().join("out");
+    let beside = ["--reference", "v", "--reference-file", text(&reference)];
+    let asked = of(sensors(&known, &beside));
+    assert!(asked.contains("--reference-rate HZ"), "{asked}");
+    let stated = [
+        "--reference-unit",
+        "m/s",
+        "--time-unit",
+        "ms",
+        "-o",
+        text(&out),
+    ];
+    let all = sensors(&second, &[&beside[..], &stated].concat());
+    succeed(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    let result = json(&out.join("result.json"));
+    let read = |name: &str| {
+        let inputs = result["inputs"].as_array().unwrap();
+        let path = |i: &&serde_json::Value| i["path"].as_str().unwrap().ends_with(name);
+        inputs.iter().find(path).unwrap()["reading"].clone()
+    };
+    assert_eq!(read("recording.csv")["time"]["by"], "heading");
+    for name in ["acc_ms.csv", "ref_ms.csv"] {
+        let time = &read(name)["time"];
+        assert_eq!(
+            (&time["unit"], &time["by"]),
+            (&"ms".into(), &"person".into())
+        );
+        assert!(
+            (time["rate_hz"].as_f64().unwrap() - 1000.0).abs() < 1e-6,
+            "{time}"
+        );
+    }
+    let column = &read("ref_ms.csv")["columns"][0];
+    assert_eq!(
+        (&column["unit"], &column["unit_by"]),
+        (&"m/s".into(), &"person".into())
+    );
+    // Where every heading says it, another unit contradicts.
+    let refused = of(sensors(&known, &["--time-unit", "ms"]));
+    assert!(
+        refused.contains("the heading says s, ms is stated"),
+        "{refused}"
+    );
 }
 
 #[test]

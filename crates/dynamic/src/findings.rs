@@ -45,8 +45,8 @@ findings! {
     dampings_disagree(least: &str, least_value: f64, most: &str, most_value: f64, u: f64) =
         "dampings-disagree", [Note],
         what "the methods for the damping ratio disagree",
-        evidence "{least} {least_value:.4}, {most} {most_value:.4}, standard uncertainty of the difference {u:.4}",
-        advice "width and phase assume one oscillator and nothing else; a delay, a second mode or lines too far apart move them: prefer the fit";
+        evidence "{least} {least_value:.5}, {most} {most_value:.5}, standard uncertainty of the difference {u:.5}",
+        advice "width, peak and phase assume one oscillator that is flat below its resonance, and nothing else; a delay, a second mode, a force as the input or lines too far apart move them: prefer the fit";
 
     /// The model leaves residuals beyond the uncertainty of the data. A warning for a step, whose intervals have them.
     model_does_not_describe(response: &str, evidence: &str, consequence: &str) =

@@ -131,3 +131,41 @@ fn known_damping_ratios_that_disagree() {
     insist("dampings-disagree", &of(0.12));
     assert!(of(0.08).is_empty());
 }
+
+/// The acceleration over a force has no level at low frequencies to which the phase at resonance could refer.
+#[test]
+fn known_damping_by_phase_of_an_accelerance() {
+    use proofmass_dynamic::model::ResponseFigures;
+    let device = TransducerModel {
+        modes: vec![Mode {
+            frequency: 1200.0,
+            damping: 0.08,
+            share: 1.0,
+        }],
+        ..TransducerModel::flat(0.01)
+    };
+    let of = |power: i32| {
+        let mut points = ResponsePoints::default();
+        points.unit = "m/s²/N".into();
+        for k in 0..2000 {
+            let f = 20.0 * 150f64.powf(f64::from(k) / 1999.0);
+            let s = device.response(f) * (f / 1200.0).powi(power);
+            let u = 1e-6 * s.norm();
+            points.frequency.push(f);
+            points.value.push(s);
+            points.covariance.push([u * u, 0.0, u * u]);
+        }
+        let mut figures = ResponseFigures::of(&points, None, None).expect("figures");
+        figures.findings.clear();
+        figures.beside(0.08, 1e-4);
+        figures
+    };
+    let accelerance = of(2);
+    let phase = accelerance
+        .damping
+        .iter()
+        .find(|d| d.method == "phase at resonance");
+    assert!(phase.unwrap().damping < 0.001, "{:?}", accelerance.damping);
+    insist("dampings-disagree", &accelerance.findings);
+    assert!(of(0).findings.is_empty());
+}

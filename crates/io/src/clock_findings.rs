@@ -90,6 +90,14 @@ fn short(v: f64) -> String {
 
 fn missing(gaps: &[Gap], missing: u64) -> Option<Finding> {
     let longest = gaps.iter().max_by(|a, b| a.step_s.total_cmp(&b.step_s))?;
+    // An hour and a sample.
+    if gaps.len() == 1 && (longest.step_s - 3600.0).abs() < 5.0 {
+        return Some(findings::clock_put_forward(
+            longest.step_s,
+            longest.at_s,
+            longest.line,
+        ));
+    }
     Some(proofmass_uncertainty::findings::gaps_in_record(
         "",
         &format!(

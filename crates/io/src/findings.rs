@@ -21,6 +21,14 @@ findings! {
         evidence "{times} times, one turn is {turn:.6} s, first in line {line}",
         advice "nothing is to be done, unless two recordings were joined there";
 
+    /// One gap of an hour, as a clock has that is put forward for the summer.
+    clock_put_forward(step: f64, at: f64, line: u64) =
+        "clock-put-forward", [Warning],
+        what "the clock was put forward by an hour, or nothing was recorded for one",
+        evidence "{step:.4} s from one row to the next, after {at:.4} s (line {line}), and no other gap",
+        advice "where summer time begins that day no sample is missing: export the times in UTC, or read the two parts with --between FROM TO",
+        false_alarms "none, but of a logger that sleeps once for an hour";
+
     /// Stamps were given to packets, not to samples.
     stamps_in_bursts(scatter: f64, period: f64, rate: &str, treatment: &str) =
         "stamps-in-bursts", [Warning],

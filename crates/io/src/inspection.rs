@@ -200,7 +200,8 @@ fn inspect_inner(
     let rate = options.sampling_rate_hz;
     let time_column = match &options.time {
         Some(column) => Some(layout.find(column)?),
-        None if rate.is_some() => None,
+        // What counts the rows needs the rate beside it.
+        None if rate.is_some() && options.time_unit != Some(TimeUnit::Index) => None,
         None => time_column(&layout),
     };
     let (mut selected, units) = chosen(&layout, options, time_column)?;

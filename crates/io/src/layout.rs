@@ -4,7 +4,7 @@ pub(crate) mod sniff;
 
 use crate::column_head::ColumnHead;
 use crate::findings;
-use crate::{Error, ErrorKind, Result, Source, StreamLayout, Unit, split_heading};
+use crate::{Error, ErrorKind, Result, Source, StreamLayout, Unit, UnitRatio, split_heading};
 use proofmass_uncertainty::{DecimalMark, Finding};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -203,6 +203,20 @@ impl Layout {
         vec![findings::preamble_skipped(*line, &text, &more)]
     }
 
+    /// The rate behind a line above the data that holds the number of rows and their interval, as files of strong motion have it:
+    /// the line, its text and the rate, Hz.
+    pub(crate) fn counted_above(&self) -> Option<(u64, &str, f64)> {
+        self.passed_over.iter().find_map(|(line, text)| {
+            let mut words = text.split_whitespace();
+            let (count, interval) = (words.next()?.parse::<u64>().ok()?, words.next()?);
+            let interval = interval
+                .parse::<f64>()
+                .ok()
+                .filter(|dt| 1e-6 < *dt && *dt < 1.0)?;
+            (count > 1 && words.next().is_none()).then(|| (*line, text.as_str(), 1.0 / interval))
+        })
+    }
+
     /// Name of a column without its unit; `column 3` without a header.
     pub fn name(&self, index: usize) -> String {
         match self.header.as_ref().and_then(|h| h.get(index)) {
@@ -238,8 +252,19 @@ impl Layout {
         })
     }
 
+    /// The unit of a column that may be one over another, as that of a sensitivity, where the heading says so.
+    pub fn ratio(&self, index: usize) -> Option<UnitRatio> {
+        let heading = self.header.as_ref().and_then(|h| h.get(index));
+        let ratio = heading.and_then(|heading| UnitRatio::split_heading(heading));
+        let itself = || {
+            let (over, under) = (self.unit(index)?, Unit::One);
+            Some(UnitRatio { over, under })
+        };
+        ratio.map(|(_, ratio)| ratio).or_else(itself)
+    }
+
     /// The unit that outputs at rest may have, by the size of their norm in the head: some 9.8, 1 or 1000. Of more than three
-    /// columns any three that stand side by side may be those of an accelerometer.
+    /// columns any three that stand side by side may be those of an accelerometer; fewer have gravity where they are called accelerations.
     pub fn likely_unit(&self, columns: &[usize]) -> Option<Unit> {
         if columns.len() > 3 {
             let threes = || columns.windows(3).map(|three| self.likely_unit(three));
@@ -247,14 +272,25 @@ impl Layout {
             return acceleration.or_else(|| threes().all(|u| u.is_some()).then_some(Unit::Count));
         }
         let norm = self.norm(columns);
-        let within = if columns.len() == 3 { 0.15 } else { 0.02 };
         let whole = |&i: &usize| self.head.get(i).is_some_and(|h| h.whole);
-        let gravity = Unit::of_gravity(norm, within);
+        let called = |is: fn(&str) -> bool| columns.iter().all(|&i| is(&self.name(i)));
+        let gravity = self
+            .gravity_unit(columns)
+            .filter(|_| columns.len() == 3 || called(is_called_acceleration));
         match norm > 0.0 && columns.iter().all(whole) {
+            // 1024 counts a g are as usual as mg.
+            true if COUNTS_PER_G.contains(&norm) && gravity.is_some() => None,
             // Whole numbers may be mg; of 9.8 m/s² nothing would be left.
             true => gravity.filter(|_| norm > 100.0).or(Some(Unit::Count)),
+            false if !columns.is_empty() && called(is_called_force) => Some(Unit::Newton),
             false => gravity,
         }
+    }
+
+    /// The unit in which the norm of some columns is gravity, whatever they are called.
+    pub fn gravity_unit(&self, columns: &[usize]) -> Option<Unit> {
+        let within = if columns.len() == 3 { 0.15 } else { 0.02 };
+        Unit::of_gravity(self.norm(columns), within)
     }
 
     /// Root of the mean of the squared norm of some columns, over the head.
@@ -598,6 +634,25 @@ impl fmt::Display for ColumnRef {
             Self::Name(name) => write!(f, "\"{name}\""),
         }
     }
+}
+
+/// Whole numbers that are gravity in counts as well as in mg: nearer to 2¹⁰ than to 1000, and not above by more than five per cent.
+const COUNTS_PER_G: std::ops::Range<f64> = 1012.0..1075.0;
+
+/// Whether a name is one that accelerations have: `acc…`, `a`, `ax`, `a_z`, `x`.
+fn is_called_acceleration(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let axis = name.strip_prefix('a').unwrap_or(&name);
+    let axis = axis.trim_start_matches(['_', '.', ' ', '-']);
+    name.contains("acc") || matches!(axis, "" | "x" | "y" | "z")
+}
+
+/// Whether a name is one that forces have.
+fn is_called_force(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["force", "load", "hammer"]
+        .iter()
+        .any(|word| name.contains(word))
 }
 
 /// Whether a name is what a pattern says, in which `*` stands for anything; capitals count for nothing.

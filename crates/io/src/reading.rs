@@ -1,7 +1,7 @@
 //! How a recording was read: its columns, their units, its rate, and who said so of each.
 
 use crate::time_unit::{hertz, short, significant};
-use crate::{ClockUnit, Layout, SaidBy, Thermometer, TimeUnit, Unit};
+use crate::{ClockUnit, Layout, SaidBy, Thermometer, TimeUnit, Unit, UnitRatio};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -48,6 +48,9 @@ pub struct ReadColumn {
     pub role: Option<String>,
     /// Unit as it stands in the file, where it is known.
     pub unit: Option<Unit>,
+    /// A unit over another in its place, as a sensitivity has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ratio: Option<UnitRatio>,
     /// Who says the unit.
     pub unit_by: SaidBy,
     /// How its numbers became those of the result, such as `to m/s² by 0.5 mV/(m/s²)`.
@@ -184,6 +187,7 @@ impl Reading {
                         (None, Some(_)) => SaidBy::Person,
                         (None, None) => SaidBy::Nobody,
                     },
+                    ratio: None,
                     conversion: None,
                 }
             })
@@ -221,6 +225,7 @@ impl Reading {
             heading: layout.header.is_some().then(|| layout.name(index)),
             unit: Some(thermometer.unit),
             unit_by: thermometer.said_by,
+            ratio: None,
             conversion: None,
         }
     }
@@ -234,12 +239,23 @@ impl Reading {
         }
     }
 
+    /// States the unit of a column as one over another.
+    pub(crate) fn state_ratio(&mut self, column: usize, ratio: UnitRatio, by: SaidBy) {
+        if let Some(column) = self.columns.get_mut(column) {
+            let itself = ratio.under == Unit::One;
+            column.unit = itself.then_some(ratio.over);
+            column.ratio = (!itself).then_some(ratio);
+            column.unit_by = by;
+        }
+    }
+
     /// The reading of samples in volts, side by side in a file without headings.
     pub(crate) fn of_volts(numbers: &[usize], rate_hz: f64, rate_by: SaidBy) -> Self {
         let column = |&number: &usize| ReadColumn {
             number,
             heading: None,
             role: None,
+            ratio: None,
             conversion: None,
             unit: Some(Unit::Volt),
             unit_by: SaidBy::Person,
@@ -312,7 +328,7 @@ impl fmt::Display for Reading {
             let skipped =
                 self.columns.len() > SHOWN && i >= SHOWN - 1 && i + 1 < self.columns.len();
             let next = self.columns.get(i + 1);
-            let how = |n: &ReadColumn| (n.unit, n.unit_by, n.conversion.clone());
+            let how = |n: &ReadColumn| (n.unit, n.ratio, n.unit_by, n.conversion.clone());
             let same = |n: &ReadColumn| how(n) == how(column);
             // Behind the last one that is shown only the end of the row is.
             let ends = self.columns.len() > SHOWN && i + 2 == SHOWN;
@@ -333,7 +349,9 @@ impl fmt::Display for Reading {
             if alike || (skipped && next.is_some()) {
                 continue;
             }
-            match (column.unit, column.unit_by) {
+            let unit = column.unit.map(|unit| unit.to_string());
+            let ratio = column.ratio.map(|ratio| ratio.to_string());
+            match (unit.or(ratio), column.unit_by) {
                 (Some(unit), by) => write!(f, " in {unit} {by}")?,
                 // What one of them is was stated.
                 (None, _) if column.conversion.is_some() => write!(f, " in units of its own")?,

@@ -7,7 +7,7 @@ use crate::time_base::TimeBaseBuilder;
 use crate::time_unit::hertz;
 use crate::{
     ClockUnit, Error, ErrorKind, ReadQuantity, Reading, Result, SaidBy, Source, Thermometer,
-    TimeBase, TimeUnit, TimeWindow, Unit, split_heading,
+    TimeBase, TimeUnit, TimeWindow, Unit, UnitRatio, split_heading,
 };
 use proofmass_uncertainty::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -492,6 +492,14 @@ impl Recording {
         Ok(())
     }
 
+    /// States the unit of a signal as one over another; its numbers stay as they are.
+    pub fn state_ratio(&mut self, column: usize, ratio: UnitRatio, by: SaidBy) {
+        if let Some(own) = self.columns.get_mut(column) {
+            own.unit = Some(Unit::One);
+            self.reading.state_ratio(column, ratio, by);
+        }
+    }
+
     /// States the size of one of what a signal is recorded in, which then has the unit to which it leads.
     pub fn state_scale_of(&mut self, column: usize, factor: f64, unit: Unit) {
         self.reading.state_scale_of(column, factor, unit);
@@ -554,6 +562,10 @@ impl When {
         let time = match (&options.time, rate) {
             (Some(column), _) => Some(layout.find(column)?),
             (None, None) => time_column(layout).filter(|i| !selected.contains(i)),
+            // What counts the rows needs the rate beside it.
+            (None, Some(_)) if options.time_unit == Some(TimeUnit::Index) => {
+                time_column(layout).filter(|i| !selected.contains(i))
+            }
             (None, Some(_)) => None,
         };
         // Times that follow from a rate are not estimated from.
@@ -672,6 +684,12 @@ impl Layout {
             ),
             None => "neither a time column nor a sampling rate is known".to_owned(),
         };
+        if let Some((line, text, rate)) = self.counted_above() {
+            let rate = crate::time_unit::short(rate);
+            return Error::new(ErrorKind::Time, what).with_hint(format!(
+                "where \"{text}\" in line {line} is the number of rows and their interval in seconds, add --rate {rate} (`sampling_rate_Hz = {rate}` in a campaign); else --time COLUMN (`time = \"name or number of the column\"` in a campaign) or --rate HZ (`sampling_rate_Hz = 100` in a campaign)"
+            ));
+        }
         Error::new(ErrorKind::Time, what).with_hint("add --time COLUMN (`time = \"name or number of the column\"` in a campaign) or --rate HZ (`sampling_rate_Hz = 100` in a campaign)")
     }
 }

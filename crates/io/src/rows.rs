@@ -592,11 +592,41 @@ fn other_decimal_mark(text: &str, decimal: DecimalMark) -> bool {
     parse_number(text.as_bytes(), other_mark(decimal)).is_some()
 }
 
+/// Whether the digits before the decimal mark stand in groups of three, and no other reading is left: `1,021.13`, `1.021.130,5`.
+fn has_thousands(text: &str, decimal: DecimalMark) -> bool {
+    let (mark, other) = match decimal {
+        DecimalMark::Point => ('.', ','),
+        DecimalMark::Comma => (',', '.'),
+    };
+    let number = text.trim().trim_start_matches(['+', '-']);
+    let (whole, rest) = number.split_once(mark).unwrap_or((number, ""));
+    let digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit());
+    [other, '\'', ' ', '\u{a0}', '\u{202f}']
+        .into_iter()
+        .any(|group| {
+            let groups: Vec<&str> = whole.split(group).collect();
+            let several = groups.len() > 2 || groups.len() == 2 && number.contains(mark);
+            let first = (1..=3).contains(&groups[0].len());
+            several
+                && first
+                && digits(rest)
+                && groups.iter().all(|g| digits(g))
+                && groups[1..].iter().all(|g| g.len() == 3)
+        })
+}
+
 pub(crate) fn bad_field(text: &str, decimal: DecimalMark) -> Error {
     let lower = text
         .trim()
         .trim_start_matches(['+', '-'])
         .to_ascii_lowercase();
+    if has_thousands(text, decimal) {
+        return Error::new(
+            ErrorKind::Field,
+            format!("\"{text}\" has marks of thousands"),
+        )
+        .with_hint("export the numbers without them; only the decimal mark stands in a number");
+    }
     let (what, hint) = if text.is_empty() {
         (
             "the field is empty".to_string(),

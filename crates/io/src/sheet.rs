@@ -327,7 +327,10 @@ impl Sheet {
                         self.what
                     ),
                 )
-                .with_hint(format!("{near}valid here: {}", some_of(&self.valid))));
+                .with_hint(format!(
+                    "{near}valid here: {}",
+                    some_of(&self.valid, heading)
+                )));
         }
         Ok(())
     }
@@ -551,11 +554,21 @@ pub(crate) fn plain(heading: &str) -> String {
     text.replace(' ', "_")
 }
 
-/// Headings for a message; of many the first, since units and uncertainties repeat behind them.
-fn some_of(valid: &[String]) -> String {
+/// Headings for a message; of many those first that begin like the one that stands there, as `U_` does.
+fn some_of(valid: &[String], heading: &str) -> String {
     const MOST: usize = 12;
+    let alike = |name: &&String| {
+        let same = name
+            .chars()
+            .zip(heading.chars())
+            .take_while(|(a, b)| a == b);
+        std::cmp::Reverse(same.count())
+    };
+    let mut valid: Vec<&String> = valid.iter().collect();
+    valid.sort_by_key(alike);
     let shown = valid.len().min(MOST);
-    let list = valid[..shown].join(", ");
+    let list: Vec<&str> = valid[..shown].iter().map(|name| name.as_str()).collect();
+    let list = list.join(", ");
     match valid.len() - shown {
         0 => list,
         more => format!("{list} and {more} more, each with its unit"),
@@ -588,6 +601,21 @@ mod tests {
         assert_eq!(
             (unknown.line_number(), unknown.field()),
             (Some(2), Some("y"))
+        );
+    }
+
+    #[test]
+    fn headings_like_the_one_that_is_refused_are_named_first() {
+        let mut s = sheet("frequency_Hz,U_%\n1,2\n").unwrap();
+        s.quantity("frequency", FREQUENCY).unwrap();
+        s.quantity("sensitivity", SENSITIVITY).unwrap();
+        s.quantity("u_sensitivity", ACCELERATION_RATIO).unwrap();
+        s.quantity("U_relative", PERCENT).unwrap();
+        let refused = s.finish().unwrap_err();
+        let hint = refused.hint().unwrap();
+        assert!(
+            hint.contains("valid here: U_relative_%, U_relative_1, "),
+            "{hint}"
         );
     }
 

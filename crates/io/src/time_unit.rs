@@ -164,8 +164,8 @@ const TYPICAL: f64 = 200.0;
 /// What the head of a column says of its unit.
 enum Guess {
     Assumed(TimeUnit, &'static str),
-    /// Two units or more are possible, or none is: the likely one, and all with their rates.
-    Open(TimeUnit, Vec<(TimeUnit, f64)>),
+    /// Two units or more are possible, or none is: all with their rates, the likely one first; and whether it may count the rows.
+    Open(Vec<(TimeUnit, f64)>, bool),
 }
 
 impl ClockUnit {
@@ -210,15 +210,18 @@ impl ClockUnit {
         })
     }
 
-    /// The likely unit where it has to be asked for; `None` where it is known, assumed, or impossible.
+    /// The likely unit where it has to be asked for, and what each amounts to; `None` where it is known, assumed, or impossible.
     pub fn open(
         layout: &Layout,
         index: usize,
         stated: Option<TimeUnit>,
         rate: Option<f64>,
-    ) -> Option<TimeUnit> {
+    ) -> Option<(TimeUnit, String)> {
         let asked = Self::consider(layout, index, stated, rate, false).err()?;
-        asked.likely.map(|(unit, _)| unit)
+        let counts = asked.counts_rows.then_some(TimeUnit::Index);
+        asked
+            .likely
+            .map(|(unit, rates)| (counts.unwrap_or(unit), rates))
     }
 
     fn consider(
@@ -275,22 +278,35 @@ impl ClockUnit {
                 finding: Some(findings::time_unit_assumed(&name, why)),
                 ..known(unit, unit.per_second(None).unwrap_or(1.0), SaidBy::Nobody)
             }),
-            Guess::Open(likely, all) => {
+            Guess::Open(all, counts_rows) => {
+                let likely = all.first().map_or(TimeUnit::Second, |a| a.0);
                 let rates = all
                     .iter()
                     .map(|(unit, rate)| format!("{} as {unit}", hertz(*rate)));
                 let rates = rates.collect::<Vec<_>>().join(", ");
+                let hint = match counts_rows {
+                    true => format!(
+                        "they may count the rows: say --time-unit index (`time_unit = \"index\"` in a campaign) and --rate HZ (`sampling_rate_Hz = HZ` in a campaign); \
+                         or that is {rates}: say --time-unit {likely} (`time_unit = \"{likely}\"` in a campaign)"
+                    ),
+                    false => format!(
+                        "that is {rates}; likely it is {likely}: say --time-unit {likely} (`time_unit = \"{likely}\"` in a campaign), \
+                         or --rate HZ if the column counts something else"
+                    ),
+                };
                 let step = head.and_then(|h| h.step).unwrap_or(0.0);
                 let what = format!(
                     "the unit of the times is not said; from row to row they rise by about {}",
                     short(step)
                 );
+                let rates = match counts_rows {
+                    true => format!("{rates}, or rows counted"),
+                    false => rates,
+                };
                 Err(Open {
-                    error: Box::new(error(what).with_hint(format!(
-                        "that is {rates}; likely it is {likely}: say --time-unit {likely} (`time_unit = \"{likely}\"` in a campaign), \
-                         or --rate HZ if the column counts something else"
-                    ))),
+                    error: Box::new(error(what).with_hint(hint)),
                     likely: Some((likely, rates)),
+                    counts_rows,
                 })
             }
         }
@@ -302,6 +318,8 @@ struct Open {
     error: Box<Error>,
     /// The likely unit, and what every unit amounts to.
     likely: Option<(TimeUnit, String)>,
+    /// Whether it may count the rows, one by one from 0 or 1.
+    counts_rows: bool,
 }
 
 impl From<Error> for Open {
@@ -309,6 +327,7 @@ impl From<Error> for Open {
         Self {
             error: Box::new(error),
             likely: None,
+            counts_rows: false,
         }
     }
 }
@@ -343,6 +362,8 @@ fn guess(head: Option<&crate::column_head::ColumnHead>, events: bool) -> Guess {
     if events && !whole || !events && (SECONDS..=*USUAL.end()).contains(&rate(Second)) {
         return seconds;
     }
+    // Seconds since 1970 of a slow logger are no milliseconds of 1970.
+    let epoch = epoch.map(|(unit, _)| unit);
     let mut all: Vec<(TimeUnit, f64)> = [Second, Millisecond, Microsecond, Nanosecond]
         .into_iter()
         .chain(
@@ -352,13 +373,18 @@ fn guess(head: Option<&crate::column_head::ColumnHead>, events: bool) -> Guess {
                 .flatten(),
         )
         .map(|unit| (unit, rate(unit)))
-        .filter(|(unit, rate)| *unit == Second || (0.5..=1e6).contains(rate))
+        .filter(|(unit, rate)| {
+            *unit == Second || Some(*unit) == epoch || (0.5..=1e6).contains(rate)
+        })
         .collect();
     let distance = |rate: f64| (rate / TYPICAL).ln().abs();
     all.sort_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
-    let likely = all.first().map_or(Second, |a| a.0);
+    all.sort_by_key(|(unit, _)| Some(*unit) != epoch);
     all.truncate(3);
-    Guess::Open(likely, all)
+    // Rows that are missing make the typical step a little longer.
+    let one_by_one = whole && (1.0..1.05).contains(&step);
+    let counts_rows = !events && one_by_one && (first == 0.0 || first == 1.0);
+    Guess::Open(all, counts_rows)
 }
 
 /// A rate with three digits.

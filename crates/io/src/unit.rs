@@ -1,5 +1,6 @@
 //! Units of recorded columns and their conversion to SI.
 
+use crate::UnitRatio;
 use proofmass_core::STANDARD_GRAVITY;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -389,6 +390,10 @@ impl Unit {
                 return (text != "N" || begins(&["force", "load", "hammer", "impact"]))
                     .then_some(unit);
             }
+            Metre if text == "m" => {
+                let lengths = ["position", "displacement", "distance", "way", "travel"];
+                return begins(&lengths).then_some(unit);
+            }
             Minute | Hour | Day => {
                 return begins(&["time", "t_", "elapsed", "uptime"]).then_some(unit);
             }
@@ -396,7 +401,7 @@ impl Unit {
         }
         let ambiguous = matches!(
             text,
-            "1" | "-" | "none" | "A" | "C" | "F" | "G" | "raw" | "adc" | "m" | "K" | "gn" | "g0"
+            "1" | "-" | "none" | "A" | "C" | "F" | "G" | "raw" | "adc" | "K" | "gn" | "g0"
         );
         (!ambiguous).then_some(unit)
     }
@@ -556,10 +561,8 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
                 return (heading, None);
             }
             // `s_V/(m/s2)`: of the quotient of two units none is known.
-            if let Some(over) = inner[..at].strip_suffix('/') {
-                let apart = over.rfind(['_', ' ', ',']);
-                let name = apart.filter(|k| *k > 0 && Unit::recognise(&over[k + 1..]).is_some());
-                return (name.map_or(heading, |k| &over[..k]), None);
+            if inner[..at].ends_with('/') {
+                break;
             }
             return (inner[..at].trim_end_matches([' ', '_']), Some(unit));
         }
@@ -573,10 +576,15 @@ pub fn split_heading(heading: &str) -> (&str, Option<Unit>) {
             continue;
         }
         if let Some(unit) = Unit::recognise_suffix(heading, &heading[at + mark.len_utf8()..]) {
-            return (heading[..at].trim_end_matches([' ', '_', ',']), Some(unit));
+            return (
+                heading[..at].trim_end_matches([' ', '_', ',', '/']),
+                Some(unit),
+            );
         }
     }
-    (heading, None)
+    // The name of `s (mV/g)`, too, stands alone.
+    let ratio = UnitRatio::split_heading(heading);
+    (ratio.map_or(heading, |(name, _)| name), None)
 }
 
 #[cfg(test)]
@@ -669,6 +677,9 @@ mod tests {
             ("gyr_x_rad/s", "gyr_x", Some(RadianPerSecond)),
             ("force_N", "force", Some(Newton)),
             ("force (N)", "force", Some(Newton)),
+            ("force / N", "force", Some(Newton)),
+            ("position_m", "position", Some(Metre)),
+            ("acc_m", "acc_m", None),
             ("acc_N", "acc_N", None),
             ("acc_min", "acc_min", None),
             ("time_h", "time", Some(Hour)),

@@ -73,6 +73,94 @@ fn what_is_plain_is_assumed_and_told() {
 }
 
 #[test]
+fn slow_seconds_since_1970_are_likely_and_counted_rows_are_offered() {
+    let slow = |i: u64| (1_700_000_000 + 10 * i).to_string();
+    let refused = read(&text("timestamp,ax,ay,az", slow, 9.81), |_| {}).unwrap_err();
+    let hint = refused.hint().unwrap();
+    assert!(
+        hint.contains("likely it is s: say --time-unit s "),
+        "{hint}"
+    );
+    for first in [0, 1] {
+        let counted = |missing: u64| {
+            let count = move |i: u64| (first + i + missing * (i / 200)).to_string();
+            text("t,ax,ay,az", count, 9.81)
+        };
+        let refused = read(&counted(0), |_| {}).unwrap_err();
+        let hint = refused.hint().unwrap();
+        assert!(
+            hint.starts_with("they may count the rows: say --time-unit index "),
+            "{hint}"
+        );
+        assert!(hint.contains("1 kHz as ms, 1 Hz as s"), "{hint}");
+        // The rate beside it leaves out no row in the middle.
+        let said = read(&counted(1), |o| {
+            o.time_unit = Some(TimeUnit::Index);
+            o.sampling_rate_hz = Some(100.0);
+        });
+        let said = said.unwrap();
+        assert!((said.time.rate_hz() - 100.0).abs() < 1e-6);
+        assert_eq!(said.time.gaps().len(), 1);
+    }
+}
+
+#[test]
+fn a_clock_that_is_put_forward_is_named() {
+    let told = |pause: u64| {
+        let stamp = |i: u64| format!("{:.2}", (i + pause * (i / 200)) as f64 / 100.0);
+        let read = read(&text("t_s,ax,ay,az", stamp, 9.81), |_| {}).unwrap();
+        assert!((read.time.rate_hz() / 100.0 - 1.0).abs() < 1e-6);
+        let codes = read.findings().iter().map(|f| f.code().to_owned());
+        codes.collect::<Vec<_>>()
+    };
+    assert_eq!(told(360_000), ["clock-put-forward"]);
+    // Half an hour is a gap.
+    assert_eq!(told(180_000), ["gaps-in-record"]);
+}
+
+#[test]
+fn a_title_and_a_count_above_one_column_are_no_heading() {
+    let rows: String = (0..400)
+        .map(|k| format!("{:.2E}\n", 1e-7 * f64::from(k % 17 + 1)))
+        .collect();
+    let text = format!("test motion\n4684 0.0100\n{rows}");
+    let mut source = Source::from_bytes("motion.txt", text.clone()).unwrap();
+    let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+    assert_eq!((layout.columns, layout.header.as_deref()), (1, None));
+    let column = |rate: Option<f64>| {
+        let options = RecordingOptions {
+            columns: vec![1.into()],
+            sampling_rate_hz: rate,
+            ..RecordingOptions::default()
+        };
+        Recording::from_source(
+            Source::from_bytes("motion.txt", text.clone()).unwrap(),
+            &options,
+        )
+    };
+    let asked = column(None).unwrap_err();
+    let hint = asked.hint().unwrap();
+    assert!(
+        hint.contains("\"4684 0.0100\" in line 2 ") && hint.contains("--rate 100 "),
+        "{hint}"
+    );
+    assert_eq!(column(Some(100.0)).unwrap().samples(), 400);
+}
+
+#[test]
+fn marks_of_thousands_beside_decimals_are_called_so() {
+    let row = "0.01;1,021.13;39.81;44.31\n";
+    let text = format!("t_s;ax;ay;az\n{}", row.repeat(20));
+    let refused = read(&text, |_| {}).unwrap_err();
+    assert!(
+        refused
+            .to_string()
+            .contains("\"1,021.13\" has marks of thousands"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_clock_that_stands_still_is_named() {
     let refused = read(&text("t,ax,ay,az", |_| "12.5".into(), 9.81), |_| {}).unwrap_err();
     assert!(refused.to_string().contains("stands still"), "{refused}");
@@ -144,6 +232,41 @@ fn the_likely_unit_is_that_of_the_norm() {
     }
 }
 
+/// A force of 9.87 N in root mean square is no gravity, and 1024 counts are no 1024 mg.
+#[test]
+fn gravity_is_likely_where_an_acceleration_is_named() {
+    let layout = |heading: &str, gravity: f64| {
+        let stamp = |i: u64| format!("{:.2}", i as f64 / 100.0);
+        let mut source = Source::from_bytes("odd.csv", text(heading, stamp, gravity)).unwrap();
+        Layout::of(&mut source, &LayoutOptions::default()).unwrap()
+    };
+    for (name, unit) in [
+        ("az", Some(Unit::MetrePerSecondSquared)),
+        ("acc 1", Some(Unit::MetrePerSecondSquared)),
+        ("force", Some(Unit::Newton)),
+        ("Load cell", Some(Unit::Newton)),
+        ("light", None),
+    ] {
+        let layout = layout(&format!("t,p,q,{name}"), 9.87);
+        assert_eq!(layout.likely_unit(&[3]), unit, "{name}");
+    }
+    let rows = |gravity: u32| {
+        format!(
+            "t_s,ax,ay,az\n{}",
+            format!("0.01,1,-2,{gravity}\n").repeat(40)
+        )
+    };
+    for (gravity, unit) in [
+        (1000, Some(Unit::MilliGravity)),
+        (1024, None),
+        (4096, Some(Unit::Count)),
+    ] {
+        let mut source = Source::from_bytes("odd.csv", rows(gravity)).unwrap();
+        let layout = Layout::of(&mut source, &LayoutOptions::default()).unwrap();
+        assert_eq!(layout.likely_unit(&[1, 2, 3]), unit, "{gravity}");
+    }
+}
+
 #[test]
 fn a_stretch_is_read_and_damage_outside_of_it_is_not() {
     let mut text = text("t,ax,ay,az", |i| format!("{:.2}", i as f64 / 100.0), 9.81);
@@ -206,10 +329,7 @@ fn units_that_nobody_says_are_asked_for_together() {
         .need_units(&["--input-unit", "--output-unit"])
         .unwrap_err();
     let hint = asked.hint().unwrap();
-    assert!(
-        hint.contains("--input-unit UNIT --output-unit mg"),
-        "{hint}"
-    );
+    assert!(hint.contains("--input-unit N --output-unit mg"), "{hint}");
     recording
         .state_unit(0, Some(Unit::Newton), SaidBy::Person)
         .unwrap();

@@ -54,6 +54,9 @@ pub struct BiasJob {
     /// Local gravity; `None` where the readings are free of it, so that the sensor reads zero at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Gravity>,
+    /// Whether nobody stated it: standard gravity stands for it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub standard_gravity: bool,
     /// Direction that points up, in the frame of the sensor, at every rest that does not state its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
@@ -96,6 +99,7 @@ impl BiasJob {
         Self {
             noise,
             gravity: None,
+            standard_gravity: false,
             up: None,
             levelling: 0.0,
             mean: default_mean(),

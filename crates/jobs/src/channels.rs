@@ -4,8 +4,8 @@ use crate::recording::stretch;
 use crate::stream_choice::StreamChoice;
 use crate::trouble::{Result, Trouble};
 use proofmass_io::{
-    ColumnRef, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy, Sensitivity,
-    Source, TimeUnit, Unit,
+    ColumnRef, Error, Input, Layout, LayoutOptions, Recording, RecordingOptions, SaidBy,
+    Sensitivity, Source, TimeUnit, Unit, UnitRatio,
 };
 use proofmass_report::number::plain;
 use proofmass_uncertainty::Finding;
@@ -22,6 +22,8 @@ pub struct WantedChannel {
     pub(crate) option: Option<&'static str>,
     /// What turns it into an acceleration, with its relative standard uncertainty.
     pub(crate) sensitivity: Option<(Sensitivity, f64)>,
+    /// Its unit where that may be one over another, and who says it.
+    pub(crate) ratio: Option<(UnitRatio, SaidBy)>,
 }
 
 impl WantedChannel {
@@ -32,6 +34,7 @@ impl WantedChannel {
             unit,
             option: Some(option),
             sensitivity: None,
+            ratio: None,
         }
     }
 
@@ -57,6 +60,15 @@ impl WantedChannel {
             unit: None,
             option: None,
             sensitivity: None,
+            ratio: None,
+        }
+    }
+
+    /// In a unit that may be one over another, known before the column is read.
+    pub(crate) fn of_ratio(column: ColumnRef, ratio: UnitRatio, by: SaidBy) -> Self {
+        Self {
+            ratio: Some((ratio, by)),
+            ..Self::bare(column)
         }
     }
 }
@@ -225,9 +237,15 @@ impl ChannelReading {
         }
         let rate = self.rate.unwrap_or_else(|| recording.time.rate_hz());
         for (i, wanted) in wanted.iter().enumerate() {
+            if let Some((ratio, by)) = wanted.ratio {
+                recording.state_ratio(i, ratio, by);
+                continue;
+            }
             let bare = wanted.option.is_none().then_some(Unit::One);
             let by = bare.map_or(SaidBy::Person, |_| SaidBy::Nobody);
-            recording.state_unit(i, wanted.unit.or(bare), by)?;
+            recording
+                .state_unit(i, wanted.unit.or(bare), by)
+                .map_err(|e| by_option(e, wanted.option))?;
         }
         let options: Vec<&str> = wanted
             .iter()
@@ -258,13 +276,21 @@ impl ChannelReading {
                     read.conversion = Some(format!("to m/s² by {sensitivity} ({u})"));
                 }
             }
+            let unit = match wanted.ratio {
+                Some((ratio, _)) => {
+                    let (ratio, to_si) = ratio.si();
+                    factor = to_si;
+                    ratio.to_string()
+                }
+                None => si.to_string(),
+            };
             let data = match factor {
                 1.0 => column.data.clone(),
                 f => column.data.iter().map(|v| f * v).collect(),
             };
             channels.push(RecordedChannel {
                 name: column.name.clone(),
-                unit: si.to_string(),
+                unit,
                 data,
             });
         }
@@ -275,5 +301,17 @@ impl ChannelReading {
             input,
             name,
         })
+    }
+}
+
+/// A unit that contradicts its heading, with the option that states it.
+pub(crate) fn by_option(error: Error, option: Option<&str>) -> Error {
+    let hint = error
+        .hint()
+        .zip(option)
+        .map(|(hint, option)| hint.replace("the option that states it", option));
+    match hint {
+        Some(hint) => error.with_hint(hint),
+        None => error,
     }
 }

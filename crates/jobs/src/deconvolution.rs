@@ -16,7 +16,7 @@ use proofmass_documents::{AnyCalibration, Device, StatedQuantity};
 use proofmass_dynamic::deconvolution::{Deconvolution, Deconvolved};
 use proofmass_dynamic::model::{FitProblem, ModelFit, ModelStructure, ResponsePoints};
 use proofmass_dynamic::shock::PulseSearch;
-use proofmass_io::{Input, LARGEST_DOCUMENT, Source};
+use proofmass_io::{Input, LARGEST_DOCUMENT, Source, UnitRatio};
 use proofmass_report::{Report, scientific};
 use proofmass_signal::saturation;
 use proofmass_uncertainty::{DegreesOfFreedom, Finding, Quantity, Severity};
@@ -200,14 +200,25 @@ impl Job for DeconvolutionJob {
         watch: &dyn Watch,
     ) -> Result<DeconvolutionOutcome> {
         watch.step("inverse filter", 0, 1)?;
-        if data.unit != "1" && !data.unit.starts_with(&format!("{}/", data.channel.unit)) {
-            return Err(Trouble::data(format!(
-                "column {:?} is in {}, the model's sensitivity in {}",
-                data.channel.name, data.channel.unit, data.unit
-            ))
-            .detail(data.name)
-            .with_hint("state the unit of the column with --unit"));
-        }
+        // Output over input; a pure number is one of two accelerations.
+        let unit = match data.unit.parse::<UnitRatio>() {
+            Ok(ratio) if ratio.over.to_string() == data.channel.unit => ratio.under.to_string(),
+            _ if data.unit == "1" && data.channel.unit == "m/s²" => data.channel.unit.to_owned(),
+            _ => {
+                let hint = match data.unit {
+                    "1" => {
+                        "fit the model with the unit of its modulus: proofmass test model TABLE … --unit V/(m/s2)"
+                    }
+                    _ => "state the unit of the column with --unit, or name another column",
+                };
+                return Err(Trouble::data(format!(
+                    "column {:?} is in {}, the model's sensitivity in {}",
+                    data.channel.name, data.channel.unit, data.unit
+                ))
+                .detail(data.name)
+                .with_hint(hint));
+            }
+        };
         let record = data.channel.data;
         if record.len() > MOST {
             return Err(Trouble::data(format!(
@@ -301,15 +312,10 @@ impl Job for DeconvolutionJob {
             ));
         }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
-        // Output over input: what stands behind the stroke is the input's unit.
-        let unit = data
-            .unit
-            .split_once('/')
-            .map_or("1", |(_, input)| input.trim_matches(['(', ')']));
         Ok(DeconvolutionOutcome {
             request: *self,
             rate: data.rate,
-            unit: unit.to_owned(),
+            unit,
             result,
             plain,
             findings,

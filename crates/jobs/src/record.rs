@@ -38,6 +38,14 @@ pub(crate) fn gravity_quantity(gravity: Gravity) -> Quantity {
     }
 }
 
+/// Who says local gravity.
+pub(crate) fn said_of(standard: bool) -> &'static str {
+    match standard {
+        true => "standard gravity",
+        false => "as stated",
+    }
+}
+
 /// Local gravity and where it comes from, for the line that tells how a recording was read.
 pub(crate) fn read_gravity(gravity: Gravity, by: impl Into<String>) -> ReadGravity {
     ReadGravity {

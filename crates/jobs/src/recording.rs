@@ -119,10 +119,8 @@ impl RecordingReading {
         let Some(columns) = named.flatten() else {
             return error.into();
         };
-        let words: Vec<String> = columns
-            .iter()
-            .map(|c| format!("{:?}", c.to_string()))
-            .collect();
+        // A name brings its quotes.
+        let words: Vec<String> = columns.iter().map(ColumnRef::to_string).collect();
         let option = match columns.len() {
             1 => "--columns COLUMN",
             3 => "--columns X,Y,Z",
@@ -301,7 +299,10 @@ impl RecordingReading {
                         "column {:?} is in {own}, not in {unit}",
                         column.name
                     ))
-                    .with_hint("x, y and z need one unit; remove --unit, or correct the heading"));
+                    .with_hint(match self.unit {
+                        Some(_) => "x, y and z need one unit; remove --unit, or correct the heading",
+                        None => "x, y and z need one unit: correct the heading, or export the columns in one unit",
+                    }));
                 }
                 (Some(own), _) => common = Some(own),
                 (None, _) => {}
@@ -339,6 +340,7 @@ impl RecordingReading {
         let open = |i: &&usize| layout.unit(**i).is_none();
         let open: Vec<usize> = signals.iter().filter(open).copied().collect();
         let likely = layout.likely_unit(&open).filter(|u| u.is_acceleration());
+        let likely = likely.or_else(|| layout.gravity_unit(&open));
         if self.unit.is_none() && !open.is_empty() && likely.is_some() {
             return Err(layout.ask_unit(&open).into());
         }

@@ -32,7 +32,7 @@ use proofmass_dynamic::measured::{
 use proofmass_dynamic::model::{
     FitProblem, ModelFit, ModelStructure, ResponseFigures, ResponsePoints,
 };
-use proofmass_dynamic::modes::resonances;
+use proofmass_dynamic::modes::{Resonance, resonances};
 use proofmass_dynamic::reference_table::ReferenceTable;
 use proofmass_dynamic::required_density::RequiredDensity;
 use proofmass_report::scientific;
@@ -446,13 +446,20 @@ impl Job for ResponseJob {
         {
             figures.without_the_peak();
         }
-        if let Some(figures) = &figures {
-            findings.extend(figures.findings.iter().cloned());
-        }
         let low = response.frequency.first().copied().unwrap_or(0.0);
         let high = response.frequency.last().copied().unwrap_or(0.0);
         let smearing = spectra.as_ref().map(|s| s.smearing(self.estimator()));
         let modes = resonances(&response, smearing.as_ref(), low, high);
+        if let Some(figures) = &mut figures {
+            // Width, peak and phase are read from the first resonance where that is the highest.
+            let peak = figures.resonance.map_or(f64::NAN, |(peak, _)| peak);
+            let first = modes.first();
+            let near = |m: &&Resonance| (m.frequency / peak - 1.0).abs() < m.damping.max(0.02);
+            if let (Some(first), None) = (first.filter(near), fitted) {
+                figures.beside(first.damping, first.damping_uncertainty);
+            }
+            findings.extend(figures.findings.iter().cloned());
+        }
         findings.sort_by_key(|f| std::cmp::Reverse(f.severity()));
         let channels = [(x.name, input_unit), (y.name, y.unit)];
         Ok(ResponseOutcome {

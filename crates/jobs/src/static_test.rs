@@ -10,10 +10,10 @@ pub use single_axis::SingleAxisReadings;
 
 use crate::findings;
 use crate::outcome::{Job, Outcome, section};
-use crate::record::{Record, read_gravity};
+use crate::record::{Record, read_gravity, said_of};
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
-use proofmass_core::{STANDARD_GRAVITY, Watch};
+use proofmass_core::{Error, Watch};
 use proofmass_documents::{AnyCalibration, CalibrationFile, ResultDocument, StatedQuantity};
 use proofmass_io::{Input, LARGEST_DOCUMENT, ReadGravity, Source, Unit};
 use proofmass_report::Report;
@@ -115,6 +115,9 @@ pub struct StaticTestJob {
     pub test: StaticTest,
     /// Coverage probability of the intervals.
     pub probability: f64,
+    /// Whether nobody stated the local gravity of the test: standard gravity stands for it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub standard_gravity: bool,
 }
 
 impl StaticTestJob {
@@ -123,6 +126,7 @@ impl StaticTestJob {
         Self {
             test,
             probability: 0.95,
+            standard_gravity: false,
         }
     }
 }
@@ -202,6 +206,7 @@ impl Job for StaticTestJob {
         Ok(StaticTestOutcome {
             calibration,
             test: self.test.clone(),
+            standard_gravity: self.standard_gravity,
             probability: self.probability,
             quantities: StatedQuantity::list(&quantities, self.probability),
             findings,
@@ -231,9 +236,7 @@ impl StaticTestJob {
             }
             (StaticTest::Stability(t), History(history)) => {
                 known_tolerances(t, history)?;
-                let fit = t
-                    .fit(history)
-                    .map_err(|e| Trouble::from(e).detail(data.name))?;
+                let fit = t.fit(history).map_err(|e| no_drift(e).detail(data.name))?;
                 return Ok(StaticTestFit::History(fit));
             }
             (
@@ -257,6 +260,18 @@ impl StaticTestJob {
         Ok(StaticTestFit::Test(Box::new(
             fit.map_err(|e| Trouble::from(e).detail(data.name))?,
         )))
+    }
+}
+
+/// Why calibrations tell no drift.
+fn no_drift(error: Error) -> Trouble {
+    let hint = "give the result.json of calibrations of three days and more; each says its day";
+    match error {
+        Error::Constant { .. } => {
+            Trouble::data("all calibrations are of one day, and a drift takes time").with_hint(hint)
+        }
+        Error::TooFew { .. } => Trouble::from(error).with_hint(hint),
+        error => Trouble::from(error),
     }
 }
 
@@ -369,6 +384,7 @@ pub fn mounted_turn(source: Source) -> Result<(MountedTurn, Input)> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticTestOutcome {
     test: StaticTest,
+    standard_gravity: bool,
     probability: f64,
     quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
@@ -426,11 +442,7 @@ impl Outcome for StaticTestOutcome {
             StaticTest::ZeroG(t) => t.gravity,
             _ => return None,
         };
-        let by = match gravity.value() == STANDARD_GRAVITY {
-            true => "standard gravity",
-            false => "as stated",
-        };
-        Some(read_gravity(gravity, by))
+        Some(read_gravity(gravity, said_of(self.standard_gravity)))
     }
 
     fn model(&self) -> Option<String> {

@@ -79,6 +79,7 @@ impl Job for StepJob {
         let fit = StepFit::of(record, data.rate, data.channel.unit)
             .map_err(|e| refused(e, record, data.rate).detail(data.name))?;
         watch.step("step", 1, 1)?;
+        seen(&fit, data)?;
         let estimate = with_scale(fit.estimate, data.channel.unit, self.relative_uncertainty)?;
         let mut findings = data.findings.to_vec();
         let consequence = "damping and natural frequency come out wrong";
@@ -99,6 +100,33 @@ impl Job for StepJob {
         })
     }
 }
+
+/// By how many of its standard uncertainties a height has to differ from zero. The greatest of the steps that noise alone offers, one at
+/// every sample, reaches five with a chance of 6 × 10⁻⁷ a sample.
+const SEEN: f64 = 5.0;
+
+/// Refuses an oscillator that was fitted to noise.
+fn seen(fit: &StepFit, data: &StepData<'_>) -> Result<()> {
+    let Some(height) = fit.estimate.get("height") else {
+        return Ok(());
+    };
+    if height.value.abs() >= SEEN * height.standard_uncertainty {
+        return Ok(());
+    }
+    let expanded = StatedQuantity::new(&height, 0.95).expanded;
+    Err(Trouble::data(format!(
+        "there is no step in {:?}: the height is {} ± {} {}",
+        data.channel.name,
+        scientific(height.value, 2),
+        scientific(expanded, 2),
+        data.channel.unit
+    ))
+    .detail(data.name)
+    .with_hint(STEP_NEEDED))
+}
+
+const STEP_NEEDED: &str =
+    "a step from one level to another, the first before it and the second at the end, is needed";
 
 /// With the error of the scale in all that has the unit of the channel.
 fn with_scale(estimate: Estimate, unit: &str, relative: f64) -> Result<Estimate> {
@@ -121,14 +149,13 @@ fn with_scale(estimate: Estimate, unit: &str, relative: f64) -> Result<Estimate>
 
 /// Why no oscillator is stated, as far as the record proves it.
 fn refused(error: Error, record: &[f64], rate: f64) -> Trouble {
-    let hint = "a step from one level to another, the first before it and the second at the end, is needed";
     let plain = match error {
         Error::Unobservable { .. } => Trouble::data(
             "the step response does not determine the natural frequency: U is half of it or more. Either there is no clear step, or a first-order element describes it as well",
         ),
         _ => Trouble::from(error),
     }
-    .with_hint(hint);
+    .with_hint(STEP_NEEDED);
     if !matches!(
         error,
         Error::Unobservable { .. } | Error::NotConverged { .. }

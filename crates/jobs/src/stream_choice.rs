@@ -45,6 +45,13 @@ impl StatedMarks {
         }
     }
 
+    /// The source with what is stated of it.
+    #[must_use]
+    pub fn of(&self, mut source: Source) -> Source {
+        self.mark(&mut source);
+        source
+    }
+
     /// States them of a source.
     pub(crate) fn mark(&self, source: &mut Source) {
         source.state_layout(self.layout());

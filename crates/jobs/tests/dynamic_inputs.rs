@@ -492,3 +492,35 @@ fn known_zero_shift_and_return_of_a_device() {
     job.return_band = Some(0.0);
     assert!(job.evaluate(&data, &Unwatched).is_err());
 }
+
+/// Noise is no step, though an oscillator fits any record; one of a third of the noise, seen over a second, is.
+#[test]
+fn refuses_a_step_in_noise() {
+    let asked = |record: &[f64]| {
+        let data = StepData {
+            channel: channel("ax", "m/s²", record),
+            rate: 1000.0,
+            findings: &[],
+            name: "memory",
+        };
+        StepJob::default().evaluate(&data, &Unwatched)
+    };
+    let refused: Vec<String> = (0..20)
+        .map(|seed| {
+            let refused = asked(&noise(0.01, 3000, seed)).expect_err("there is none");
+            refused.to_string()
+        })
+        .collect();
+    let named = refused
+        .iter()
+        .filter(|r| r.starts_with("there is no step in \"ax\": the height is "));
+    assert!(named.count() > 0, "{refused:?}");
+    let step =
+        (0..3000).map(|k| 0.003 * step_response((f64::from(k) - 1000.0) / 1000.0, 5.0, 0.05));
+    let outcome = asked(&with_noise(step.collect(), 0.01, 3)).expect("a step");
+    let height = outcome.estimate().unwrap().get("height").unwrap();
+    assert!(
+        (height.value - 0.003).abs() < 5.0 * height.standard_uncertainty,
+        "{height:?}"
+    );
+}

@@ -60,18 +60,26 @@ fn line(members: &[&Finding]) -> String {
     }
 }
 
-/// What the findings say of the result as a whole.
+/// What the findings say of the result as a whole; alike ones count once, as they are one line.
 pub(crate) fn standing(findings: &[Finding]) -> String {
-    let of = |severity| findings.iter().filter(|f| f.severity() == severity).count();
-    let counted = |n: usize, word: &str| match n {
-        0 => None,
-        1 => Some(format!("one {word}")),
-        n => Some(format!("{n} {word}s")),
+    let groups = groups(findings);
+    let of = |severity| groups.iter().filter(|g| g.severity() == severity).count();
+    let counted = |severity, word: &str| {
+        let all = findings.iter().filter(|f| f.severity() == severity).count();
+        let lines = match of(severity) {
+            0 => return None,
+            1 => format!("one {word}"),
+            n => format!("{n} {word}s"),
+        };
+        Some(match all == of(severity) {
+            true => lines,
+            false => format!("{lines} ({all} times)"),
+        })
     };
     let decisions = of(Severity::Decision);
     let others = [
-        counted(of(Severity::Warning), "warning"),
-        counted(of(Severity::Note), "note"),
+        counted(Severity::Warning, "warning"),
+        counted(Severity::Note, "note"),
     ];
     let others: Vec<String> = others.into_iter().flatten().collect();
     let others = others.join(" and ");
@@ -129,11 +137,11 @@ mod tests {
         assert_eq!(groups(&same)[0].line, "the record is short, 4 times");
         assert_eq!(
             standing(&three),
-            "A decision is needed before the result is used; 2 warnings and 2 notes besides."
+            "A decision is needed before the result is used; one warning (2 times) and one note (2 times) besides."
         );
         assert_eq!(
             standing(&three[..3]),
-            "The result stands with one warning and 2 notes."
+            "The result stands with one warning and one note (2 times)."
         );
         assert_eq!(
             standing(&[]),

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 /// --dynamic` writes the same values as a recording.
 #[derive(clap::Args)]
 pub(super) struct Deconvolve {
-    /// result.json with a fitted model, or a calibration over frequency (calibration.json, table of a laboratory)
+    /// result.json with a fitted model, or its folder; or a calibration over frequency (calibration.json, table of a laboratory)
     result: PathBuf,
     /// Recording of the device
     recording: PathBuf,
@@ -42,7 +42,11 @@ impl Deconvolve {
         let folder = self
             .delivery
             .begin(DeconvolutionOutcome::KIND, &[&self.result, &self.recording])?;
-        let model = FittedModel::read(Source::open(&self.result)?, self.model, None)?;
+        let model = FittedModel::read(
+            Source::open(StoredResult::place(&self.result))?,
+            self.model,
+            None,
+        )?;
         let recording = self.channel.read(&self.recording)?;
         let mut job = DeconvolutionJob::default();
         job.corner = self.corner;

@@ -6,7 +6,7 @@ use crate::delivery::Delivery;
 use crate::{Failure, Outcome};
 use proofmass::io::{ColumnRef, Source, Unit};
 use proofmass::jobs::linearity::{LinearityJob, LinearityOutcome, RecordedLevels};
-use proofmass::jobs::{Job, Outcome as _, StoredResult, WantedChannel};
+use proofmass::jobs::{Job, Outcome as _, StatedMarks, StoredResult, WantedChannel};
 use std::path::PathBuf;
 
 /// Linearity over the amplitude at one frequency.
@@ -32,6 +32,8 @@ pub(super) struct Levels {
     #[arg(long, value_name = "COLUMN")]
     output_u: ColumnRef,
     #[command(flatten)]
+    marks: StatedMarks,
+    #[command(flatten)]
     delivery: Delivery,
 }
 
@@ -49,7 +51,7 @@ impl Levels {
             ),
             WantedChannel::new(self.output_u.clone(), self.output_unit, "--output-unit"),
         ];
-        let levels = RecordedLevels::read(Source::open(&self.table)?, &columns)?;
+        let levels = RecordedLevels::read(self.marks.of(Source::open(&self.table)?), &columns)?;
         let outcome = LinearityJob::default().evaluate(&levels.data()?, &Progress::new())?;
         let title = format!("Linearity over the level, {}", named(&self.table));
         let record = record(title, vec![levels.input()]);

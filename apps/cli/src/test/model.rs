@@ -6,9 +6,9 @@ use crate::delivery::Delivery;
 use crate::number_arguments::{band, not_negative, positive};
 use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
-use proofmass::io::{ColumnRef, Source};
+use proofmass::io::{ColumnRef, Source, UnitRatio};
 use proofmass::jobs::response::{ModelJob, PointColumns, RecordedPoints, ResponseOutcome};
-use proofmass::jobs::{Job, Outcome as _, StoredResult};
+use proofmass::jobs::{Job, Outcome as _, StatedMarks, StoredResult};
 use std::path::PathBuf;
 
 /// Fit a model (modes, delay, filters) to a frequency response.
@@ -41,9 +41,9 @@ pub(super) struct Model {
     /// Unit of phase and its uncertainty, where the headings do not say it [default: rad]
     #[arg(long, value_enum)]
     phase_unit: Option<PhaseUnit>,
-    /// Unit of the modulus, for the report
-    #[arg(long, value_name = "UNIT", default_value = "1")]
-    unit: String,
+    /// Unit of the modulus, where the heading does not say it: V/(m/s2), mV/g, count/g, …; 1 for a pure number
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<UnitRatio>,
     /// Relative standard uncertainty of the reference, in per cent, common to all points
     #[arg(long, value_name = "PERCENT", value_parser = not_negative, default_value = "0")]
     reference_uncertainty: f64,
@@ -56,6 +56,8 @@ pub(super) struct Model {
     /// Coverage factor of the expanded uncertainties (U_…) in the table of a certificate
     #[arg(short = 'k', long = "coverage-factor", alias = "coverage", value_name = "K", value_parser = crate::number_arguments::coverage_factor)]
     coverage: Option<f64>,
+    #[command(flatten)]
+    marks: StatedMarks,
     #[command(flatten)]
     delivery: Delivery,
 }
@@ -91,11 +93,21 @@ impl Model {
             ("phase-u", &self.phase_u),
         ];
         if named.iter().all(|(_, column)| column.is_none()) {
-            if self.phase_unit.is_some() {
-                return Err(Failure::new(
-                    "--phase-unit says the unit of a column that --phase names, and none is named",
-                )
-                .hint("name all five columns (--frequency, --modulus, --modulus-u, --phase, --phase-u), or write the unit into the heading, as phase_rad"));
+            let stated = [
+                (self.phase_unit.is_some(), "phase", "phase_rad"),
+                (self.unit.is_some(), "modulus", "sensitivity_V/(m/s2)"),
+            ];
+            let of_none = stated.iter().find(|(stated, ..)| *stated);
+            if let Some((_, column, heading)) = of_none {
+                let option = if *column == "phase" {
+                    "--phase-unit"
+                } else {
+                    "--unit"
+                };
+                return Err(Failure::new(format!(
+                    "{option} says the unit of a column that --{column} names, and none is named",
+                ))
+                .hint(format!("name all five columns (--frequency, --modulus, --modulus-u, --phase, --phase-u), or write the unit into the heading, as {heading}")));
             }
             let source = Source::open(&self.table)?;
             return Ok(RecordedPoints::of_calibration(source, self.coverage)?);
@@ -120,9 +132,9 @@ impl Model {
             phase,
             phase_uncertainty,
             degrees: self.phase_unit == Some(PhaseUnit::Deg),
-            unit: self.unit.clone(),
+            unit: self.unit,
         };
-        let source = Source::open(&self.table)?;
+        let source = self.marks.of(Source::open(&self.table)?);
         Ok(RecordedPoints::of_table(source, &columns)?)
     }
 }

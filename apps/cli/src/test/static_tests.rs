@@ -10,7 +10,7 @@ use proofmass::jobs::static_test::{
     ReadingColumns, StaticTest, StaticTestFiles, StaticTestJob, StaticTestOutcome,
 };
 use proofmass::jobs::velocity::SensorAxis;
-use proofmass::jobs::{Job, Outcome as _, RecordingReading, StoredResult};
+use proofmass::jobs::{Job, Outcome as _, RecordingReading, StatedMarks, StoredResult};
 use proofmass::statics::static_test::{
     Centrifuge, Linearity, Mounting, Orthogonality, Sensitivity, Stability, Tilt, ZeroG,
 };
@@ -24,13 +24,15 @@ struct Readings {
     #[command(flatten)]
     columns: ReadingColumns,
     #[command(flatten)]
+    marks: StatedMarks,
+    #[command(flatten)]
     delivery: Delivery,
 }
 
 impl Readings {
-    fn run(self, input: &ColumnRef, test: StaticTest) -> Result<Outcome, Failure> {
-        answer(&self.delivery, &[&self.table], test, |test| {
-            let table = Source::open(&self.table)?;
+    fn run(self, input: &ColumnRef, job: StaticTestJob) -> Result<Outcome, Failure> {
+        answer(&self.delivery, &[&self.table], job, |test| {
+            let table = self.marks.of(Source::open(&self.table)?);
             let files = StaticTestFiles::readings(table, test, input, &self.columns)?;
             Ok(files)
         })
@@ -41,14 +43,21 @@ impl Readings {
 fn answer(
     delivery: &Delivery,
     paths: &[&Path],
-    test: StaticTest,
+    job: StaticTestJob,
     read: impl FnOnce(&StaticTest) -> Result<StaticTestFiles, Failure>,
 ) -> Result<Outcome, Failure> {
     let folder = delivery.begin(StaticTestOutcome::KIND, paths)?;
-    let files = read(&test)?;
-    let outcome = StaticTestJob::new(test).evaluate(&files.data(), &Progress::new())?;
+    let files = read(&job.test)?;
+    let outcome = job.evaluate(&files.data(), &Progress::new())?;
     let record = files.record(Some(clock::today()));
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
+}
+
+/// A test in the field of gravity.
+fn under(gravity: &GravityArguments, test: StaticTest) -> StaticTestJob {
+    let mut job = StaticTestJob::new(test);
+    job.standard_gravity = gravity.is_standard();
+    job
 }
 
 /// Bias, sensitivity, misalignment of one axis turned through known angles.
@@ -74,7 +83,8 @@ impl TiltTest {
         let mut test = Tilt::new(self.gravity.value()?);
         test.zero_uncertainty = self.zero_uncertainty.to_radians();
         test.full_scale = self.full_scale;
-        self.readings.run(&self.angle, StaticTest::Tilt(test))
+        let job = under(&self.gravity, StaticTest::Tilt(test));
+        self.readings.run(&self.angle, job)
     }
 }
 
@@ -170,8 +180,8 @@ impl SensitivityTest {
         let mut test = Sensitivity::new(self.gravity.value()?);
         test.levelling = self.levelling.to_radians();
         test.reading = self.reading_uncertainty;
-        self.readings
-            .run(&self.position, StaticTest::Sensitivity(test))
+        let job = under(&self.gravity, StaticTest::Sensitivity(test));
+        self.readings.run(&self.position, job)
     }
 }
 
@@ -202,8 +212,8 @@ impl LinearityTest {
         test.scale_uncertainty = 1e-2 * self.scale_uncertainty;
         test.full_scale = self.full_scale;
         test.largest_order = usize::from(self.order);
-        self.readings
-            .run(&self.acceleration, StaticTest::Linearity(test))
+        let job = StaticTestJob::new(StaticTest::Linearity(test));
+        self.readings.run(&self.acceleration, job)
     }
 }
 
@@ -253,7 +263,8 @@ impl CentrifugeTest {
         test.misalignment = self.misalignment.to_radians();
         test.inclination = self.inclination.to_radians();
         test.full_scale = self.full_scale;
-        self.readings.run(&self.speed, StaticTest::Centrifuge(test))
+        let job = StaticTestJob::new(StaticTest::Centrifuge(test));
+        self.readings.run(&self.speed, job)
     }
 }
 
@@ -282,7 +293,8 @@ impl ZeroGTest {
         test.up = self.up as usize;
         test.levelling = self.levelling.to_radians();
         let paths: [&Path; 1] = [&self.recording];
-        answer(&self.delivery, &paths, StaticTest::ZeroG(test), |_| {
+        let job = under(&self.gravity, StaticTest::ZeroG(test));
+        answer(&self.delivery, &paths, job, |_| {
             let recording = Source::open(&self.recording)?;
             Ok(StaticTestFiles::rest(recording, &self.reading)?)
         })
@@ -300,8 +312,8 @@ pub(super) struct OrthogonalityTest {
 
 impl OrthogonalityTest {
     pub(super) fn run(self) -> Result<Outcome, Failure> {
-        let test = StaticTest::Orthogonality(Orthogonality::default());
-        answer(&self.delivery, &[&self.calibration], test, |_| {
+        let job = StaticTestJob::new(StaticTest::Orthogonality(Orthogonality::default()));
+        answer(&self.delivery, &[&self.calibration], job, |_| {
             let calibration = Source::open(&self.calibration)?;
             Ok(StaticTestFiles::calibration(calibration)?)
         })
@@ -340,7 +352,8 @@ impl StabilityTest {
         test.tolerances = self.tolerance;
         test.longest_interval = self.longest_interval;
         let paths: Vec<&Path> = self.results.iter().map(PathBuf::as_path).collect();
-        answer(&self.delivery, &paths, StaticTest::Stability(test), |_| {
+        let job = StaticTestJob::new(StaticTest::Stability(test));
+        answer(&self.delivery, &paths, job, |_| {
             let sources = self.results.iter().map(Source::open);
             let sources = sources.collect::<Result<Vec<_>, _>>()?;
             Ok(StaticTestFiles::history(sources)?)

@@ -120,6 +120,34 @@ impl ResponseFigures {
         self.findings.clear();
     }
 
+    /// Holds every damping that was read by itself against that of an oscillator fitted to the lines of the same peak: one that is twice as
+    /// large, or half, is named where nothing else disagrees.
+    pub fn beside(&mut self, damping: f64, standard_uncertainty: f64) {
+        let apart_from_fit = |reading: &&DampingReading| {
+            let u = reading.standard_uncertainty.hypot(standard_uncertainty);
+            let ratio = reading.damping / damping;
+            !(0.5..=2.0).contains(&ratio) && (reading.damping - damping).abs() > 3.0 * u
+        };
+        let (true, Some(reading)) = (
+            self.findings.is_empty(),
+            self.damping.iter().find(apart_from_fit),
+        ) else {
+            return;
+        };
+        let u = reading.standard_uncertainty.hypot(standard_uncertainty);
+        let (own, fit) = (
+            (reading.method.as_str(), reading.damping),
+            ("fit to its lines", damping),
+        );
+        let (least, most) = if own.1 < fit.1 {
+            (own, fit)
+        } else {
+            (fit, own)
+        };
+        let finding = findings::dampings_disagree(least.0, least.1, most.0, most.1, u);
+        self.findings.push(finding);
+    }
+
     fn resonance(
         &mut self,
         f: &[f64],

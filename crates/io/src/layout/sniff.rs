@@ -89,6 +89,12 @@ pub(super) fn layout(head: &[u8], complete: bool, options: &LayoutOptions) -> Re
             preamble.push(line);
             continue;
         }
+        // A row of numbers is no heading, and what stands above it is a title.
+        if options.header.is_none() && shape.is_several_numbers(line.text) {
+            preamble.append(&mut headings);
+            preamble.push(line);
+            continue;
+        }
         let full = fits(&fields, columns);
         let numbers = fields.iter().filter(|f| is_number(f, decimal)).count();
         if !full {

@@ -3,10 +3,11 @@
 use super::{AxisNoise, BiasData, BiasJob, page};
 use crate::firmware::Firmware;
 use crate::outcome::{Outcome, section};
-use crate::record::Record;
+use crate::record::{Record, read_gravity, said_of};
 use crate::trouble::Result;
 use proofmass_core::{BiasFilter, Error};
 use proofmass_documents::{FirmwareBlock, StatedQuantity};
+use proofmass_io::ReadGravity;
 use proofmass_report::Report;
 use proofmass_static::{AxisTrack, BiasTrack, Segment};
 use proofmass_uncertainty::Finding;
@@ -148,6 +149,11 @@ impl Outcome for BiasOutcome {
 
     fn findings(&self) -> &[Finding] {
         &self.findings
+    }
+
+    fn gravity(&self) -> Option<ReadGravity> {
+        let said = said_of(self.request.standard_gravity);
+        self.request.gravity.map(|g| read_gravity(g, said))
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {

@@ -127,7 +127,7 @@ impl Draft {
                 };
                 if let Some(unit) = self.time_unit {
                     line(format!("time_unit = \"{unit}\""));
-                } else if let Some(unit) = likely() {
+                } else if let Some((unit, _)) = likely() {
                     line(format!(
                         "# time_unit = \"{unit}\"             # likely, by the size of the steps; or s, ms, us, ns, min, h, d, index"
                     ));
@@ -437,12 +437,14 @@ impl Unsaid<'_> {
     /// What neither the recording nor anybody says: what it is, the option and the line of a campaign that say it.
     pub(crate) fn list(&self, layout: &Layout) -> Result<Vec<(String, String, String)>> {
         let mut list = Vec::new();
-        let own = |i: &usize| layout.unit(*i).is_some();
-        if self.unit.is_none() && !self.signals.iter().all(own) {
-            let likely = layout.likely_unit(self.signals);
+        // Of those alone whose heading does not say it.
+        let signals = self.signals.iter().copied();
+        let open: Vec<usize> = signals.filter(|i| layout.unit(*i).is_none()).collect();
+        if self.unit.is_none() && !open.is_empty() {
+            let likely = layout.likely_unit(&open);
             let word = likely.map_or("UNIT", Unit::ascii);
             list.push((
-                layout.ask_unit(self.signals).to_string(),
+                layout.ask_unit(&open).to_string(),
                 format!("--unit {word}"),
                 format!("unit = \"{word}\""),
             ));
@@ -462,14 +464,19 @@ impl Unsaid<'_> {
                     ClockUnit::of(layout, index, self.time_unit, self.rate_hz, false)
                 {
                     let open = ClockUnit::open(layout, index, self.time_unit, self.rate_hz);
-                    let Some(unit) = open else {
+                    let Some((unit, rates)) = open else {
                         return Err(error);
                     };
-                    list.push((
-                        error.to_string(),
+                    let mut said = [
                         format!("--time-unit {unit}"),
                         format!("time_unit = \"{unit}\""),
-                    ));
+                    ];
+                    if unit == TimeUnit::Index {
+                        said[0].push_str(" --rate HZ");
+                        said[1].push_str(", sampling_rate_Hz = HZ");
+                    }
+                    let [option, key] = said;
+                    list.push((format!("{error}, which is {rates}"), option, key));
                 }
             }
             None => {}

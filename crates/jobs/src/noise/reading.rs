@@ -237,8 +237,11 @@ impl NoiseReading {
         }
         let signals = selected.len();
         let mut reading = Reading::of(&layout, &selected, None, None, self.rate);
+        let counted = self.time_unit == Some(TimeUnit::Index);
         let clock = match (self.rate, self.time_index(&layout)?) {
-            (Some(rate), time) if time.is_none() || self.time.is_none() => BlockClock::steady(rate),
+            (Some(rate), time) if time.is_none() || self.time.is_none() && !counted => {
+                BlockClock::steady(rate)
+            }
             (rate, Some(index)) => {
                 selected.push(index);
                 let unit = ClockUnit::of(&layout, index, self.time_unit, rate, false)

@@ -6,8 +6,11 @@ use crate::frequency_response;
 use crate::trouble::{Result, Trouble};
 use proofmass_documents::AnyCalibration;
 use proofmass_dynamic::model::ResponsePoints;
-use proofmass_io::{ColumnRef, Input, Source, Unit};
+use proofmass_io::{
+    ColumnRef, Error, ErrorKind, Input, Layout, LayoutOptions, SaidBy, Source, Unit, UnitRatio,
+};
 use proofmass_uncertainty::Finding;
+use std::path::Path;
 
 /// Columns of a table of points.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +27,32 @@ pub struct PointColumns {
     pub phase_uncertainty: ColumnRef,
     /// Whether the phases are in degrees where their headings do not say it; else in radians.
     pub degrees: bool,
-    /// Unit of the modulus.
-    pub unit: String,
+    /// Unit of the modulus and its uncertainty, where their headings do not say it.
+    pub unit: Option<UnitRatio>,
+}
+
+impl PointColumns {
+    /// Unit of the modulus and who says it.
+    fn unit_of_modulus(&self, layout: &Layout, file: &Path) -> Result<(UnitRatio, SaidBy)> {
+        let find = layout.find(&self.modulus);
+        let index = find.map_err(|e| Trouble::from(e.at(file)))?;
+        let refuse = |what: String, hint: &str| {
+            let error = Error::new(ErrorKind::Column, what).at(file);
+            Err(error.column(layout.name(index)).with_hint(hint).into())
+        };
+        match (layout.ratio(index), self.unit) {
+            (Some(own), Some(stated)) if own != stated => refuse(
+                format!("the heading says {own}, {stated} is stated"),
+                "leave --unit out, or correct the heading: the heading counts",
+            ),
+            (Some(own), _) => Ok((own, SaidBy::Heading)),
+            (None, Some(stated)) => Ok((stated, SaidBy::Person)),
+            (None, None) => refuse(
+                "the unit of the modulus is not said".to_owned(),
+                "say --unit V/(m/s2), or mV/g, count/g, (m/s2)/N, …, 1 for a pure number; the heading may say it too, as s_V/(m/s2) or s (mV/g)",
+            ),
+        }
+    }
 }
 
 /// Points with where they are from.
@@ -41,16 +68,25 @@ impl RecordedPoints {
     /// Reads a table with a line for each point.
     ///
     /// # Errors
-    /// As [`ChannelReading::read`]; an uncertainty that is not positive.
-    pub fn of_table(source: Source, columns: &PointColumns) -> Result<Self> {
+    /// As [`ChannelReading::read`]; a modulus whose unit nobody says, or that has another one than its uncertainty; an uncertainty that is
+    /// not positive.
+    pub fn of_table(mut source: Source, columns: &PointColumns) -> Result<Self> {
         let angle = |column: &ColumnRef| match columns.degrees {
             true => WantedChannel::new(column.clone(), Some(Unit::Degree), "--phase-unit"),
             false => WantedChannel::assumed(column.clone(), Unit::Radian),
         };
+        let layout = Layout::of(&mut source, &LayoutOptions::default())?;
+        let (unit, by) = columns.unit_of_modulus(&layout, source.name())?;
+        let index = layout.find(&columns.modulus_uncertainty);
+        let own = index.ok().and_then(|index| layout.ratio(index));
+        let u_modulus = columns.modulus_uncertainty.clone();
         let wanted = [
             WantedChannel::assumed(columns.frequency.clone(), Unit::Hertz),
-            WantedChannel::bare(columns.modulus.clone()),
-            WantedChannel::bare(columns.modulus_uncertainty.clone()),
+            WantedChannel::of_ratio(columns.modulus.clone(), unit, by),
+            match own {
+                Some(own) => WantedChannel::of_ratio(u_modulus, own, SaidBy::Heading),
+                None => WantedChannel::of_ratio(u_modulus, unit, by),
+            },
             angle(&columns.phase),
             angle(&columns.phase_uncertainty),
         ];
@@ -58,13 +94,21 @@ impl RecordedPoints {
         let [f, modulus, u_modulus, phase, u_phase] = table.channels.as_slice() else {
             return Err(Trouble::data("five columns are needed").detail(&table.name));
         };
+        if u_modulus.unit != modulus.unit {
+            return Err(Trouble::data(format!(
+                "the modulus is in {}, its uncertainty in {}",
+                modulus.unit, u_modulus.unit
+            ))
+            .detail(&table.name)
+            .with_hint("give both in one unit, or correct the headings"));
+        }
         let points = ResponsePoints::polar(
             f.data.clone(),
             &modulus.data,
             &u_modulus.data,
             &phase.data,
             &u_phase.data,
-            &columns.unit,
+            &modulus.unit,
         )
         .map_err(|e| Trouble::from(e).detail(&table.name))?;
         Ok(Self {

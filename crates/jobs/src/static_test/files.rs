@@ -1,6 +1,7 @@
 //! What a static test is made of, as files have it.
 
 use super::{StaticTest, StaticTestData, StaticTestInput, dated_document, document};
+use crate::channels::by_option;
 use crate::findings;
 use crate::record::Record;
 use crate::recording::RecordingReading;
@@ -99,7 +100,9 @@ impl StaticTestFiles {
         let input = recording.columns.first().filter(|c| c.unit.is_none());
         let open = input.and_then(|c| plain(c, usual).err());
         recording.state_unit(0, Some(usual), SaidBy::Nobody)?;
-        recording.state_unit(1, columns.output_unit, SaidBy::Person)?;
+        recording
+            .state_unit(1, columns.output_unit, SaidBy::Person)
+            .map_err(|e| by_option(e, Some("--output-unit")))?;
         let needed = recording
             .need_units(&["", "--output-unit"])
             .map_err(Trouble::from);

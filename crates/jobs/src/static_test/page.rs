@@ -1,7 +1,7 @@
 //! The page of a static test.
 
 use super::{StaticTest, StaticTestFit, StaticTestOutcome};
-use crate::page::answer::label;
+use crate::page::answer::{label, stated, with_unit};
 use crate::page::columns::filed;
 use proofmass_report::number::{freedom, two_digits};
 use proofmass_report::{
@@ -77,6 +77,9 @@ fn test(mut page: Report, fit: &StaticFit, outcome: &StaticTestOutcome) -> Repor
             two_digits(1e2 * share)
         ));
     }
+    if matches!(outcome.test, StaticTest::Sensitivity(_)) {
+        page = named_for(page, "sensitivity", outcome);
+    }
     let mut page = page.section(result.summarised());
     if !fit.readings.is_empty() {
         let of = |f: fn(&ReadingResidual) -> f64| fit.readings.iter().map(f).collect::<Vec<f64>>();
@@ -96,6 +99,16 @@ fn test(mut page: Report, fit: &StaticFit, outcome: &StaticTestOutcome) -> Repor
     }
     page.section(budget(fit))
         .section(Section::filed([readings(fit)]))
+}
+
+/// The page of a test that is named for one of its quantities begins with that.
+fn named_for(page: Report, name: &str, outcome: &StaticTestOutcome) -> Report {
+    let (first, others): (Vec<_>, Vec<_>) = outcome.quantities.iter().partition(|q| q.name == name);
+    let page = match first.first() {
+        Some(q) => page.verdict(format!("The {name} is {}.", with_unit(q))),
+        None => page,
+    };
+    page.answers(first.into_iter().chain(others).map(stated))
 }
 
 /// Angles in degrees first, as they are typed.

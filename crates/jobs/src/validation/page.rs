@@ -110,7 +110,7 @@ fn table(attitudes: &[AttitudeCheck]) -> Table {
     fields.extend([
         value("‖a‖ − g", "mm/s²", 2, |a| 1e3 * a.residual),
         value("u", "mm/s²", 2, |a| 1e3 * a.standard_uncertainty),
-        value("│‖a‖ − g│/g", "%", 4, |a| 1e2 * a.relative),
+        value("size of (‖a‖ − g)/g", "%", 4, |a| 1e2 * a.relative),
         Field::shown("0.1 % rule", "", |a: &Row| rule(a).into()),
     ]);
     Table::of("Standstills", fields, attitudes)

@@ -49,6 +49,17 @@ impl ValidationRecording {
     ) -> Result<Self> {
         let name = recording.name().display().to_string();
         let (calibration, of_calibration) = CalibrationFile::from_source(calibration)?;
+        let mut recording = recording;
+        // A stream that is chosen is opened once, and its columns are looked for by the reader.
+        if reading.choice.source.is_none() && !reading.choice.raw {
+            reading.choice.marks.mark(&mut recording);
+            let layout = Layout::of(&mut recording, &LayoutOptions::default())?;
+            let any = calibration.clone().into();
+            for column in reading.signals(&any)? {
+                let found = layout.find(&column);
+                found.map_err(|e| reading.not_of_calibration(e, &any).detail(name.clone()))?;
+            }
+        }
         let mut recording = Recording::from_source(recording, &reading.options(&calibration)?)?;
         let columns = recording.reading().columns.iter();
         let selected: Vec<usize> = columns.map(|c| c.number - 1).collect();

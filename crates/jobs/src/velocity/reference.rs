@@ -4,7 +4,7 @@ use super::reading::Samples;
 use super::sensors::{AxisRecordings, stated_unit, unknown_unit};
 use crate::findings;
 use crate::trouble::Trouble;
-use proofmass_io::{Recording, Unit};
+use proofmass_io::{Recording, SaidBy, Unit};
 use proofmass_motion::OnLines;
 
 /// A reference velocity: its column, and its file where it has one of its own.
@@ -84,6 +84,17 @@ pub struct Reference {
 }
 
 impl Reference {
+    /// States the unit of its column, where the heading does not say it.
+    pub(super) fn state_unit(
+        &self,
+        recording: &mut Recording,
+        column: usize,
+    ) -> Result<(), Trouble> {
+        let own = &recording.columns[column];
+        let unit = stated_unit(recording, own, (self.unit, "--reference-unit"))?;
+        Ok(recording.state_unit(column, unit, SaidBy::Person)?)
+    }
+
     /// The reference in m/s, or rad/s, with its times.
     pub(super) fn samples(
         &self,
@@ -95,7 +106,8 @@ impl Reference {
         let missing = recording.missing(column);
         let column = &recording.columns[column];
         let name = &column.name;
-        let unit = stated_unit(recording, column, (self.unit, "--reference-unit"))?
+        let unit = column
+            .unit
             .ok_or_else(|| unknown_unit(recording, column, "add --reference-unit m/s, km/h, …"))?;
         let (si, factor) = unit.si();
         let due = if angular {

@@ -7,6 +7,7 @@ use super::reference::Reference;
 use super::turning::Turning;
 use super::{AxisData, VelocityMap};
 use crate::apply::calibration_of_band;
+use crate::channels::by_option;
 use crate::frequency_response::read_calibration;
 use crate::record::Record;
 use crate::recording::stretch;
@@ -17,8 +18,8 @@ use crate::trouble::Trouble;
 use proofmass_core::Watch;
 use proofmass_documents::{AnyCalibration, CalibrationFile};
 use proofmass_io::{
-    Absent, ColumnRef, Input, Layout, LayoutOptions, RecordedColumn, Recording, RecordingOptions,
-    SaidBy, Source as Bytes, TimeUnit, Unit,
+    Absent, ClockUnit, ColumnRef, Error, Input, Layout, LayoutOptions, RecordedColumn, Recording,
+    RecordingOptions, SaidBy, Source as Bytes, TimeUnit, Unit,
 };
 use proofmass_motion::{
     LowCorner, MotionRecord, ReadingSource, Stamped, Timing, Ungapped, align, common_start,
@@ -244,6 +245,18 @@ pub(super) fn unknown_unit(recording: &Recording, column: &RecordedColumn, hint:
         .with_hint(hint)
 }
 
+/// An error about a file beside the recording, whose clock has options of its own.
+fn of_second(error: Error, of: &str) -> Trouble {
+    let hint = error.hint().map(|hint| {
+        hint.replace("--rate", &format!("--{of}-rate"))
+            .replace("--time COLUMN", &format!("--{of}-time COLUMN"))
+    });
+    match hint {
+        Some(hint) => error.with_hint(hint).into(),
+        None => error.into(),
+    }
+}
+
 /// Both sensors of an axis in SI on one time base, as a store held them.
 #[derive(Clone, Debug)]
 pub struct AxisRecordings {
@@ -370,13 +383,21 @@ impl AxisSensors {
             absent[of_reading..of_reading + of_acceleration.len()].fill(Absent::Empty);
         }
         let mut source = self.choice.stream_of(store.open(&self.recording)?);
-        let options = self.options(&mut source, true, columns, self.time.as_deref(), self.rate)?;
+        let one_file = together && reference.is_none_or(|r| r.file.is_none());
+        let (mut options, mut lacking) =
+            self.options(&mut source, true, columns, self.time.as_deref(), self.rate)?;
+        if !lacking && !one_file {
+            // What this heading says, another file may lack.
+            options.time_unit = None;
+        }
         let mut main = Recording::from_source_sparse(source, &options, &absent)?;
         for column in 0..of_reading {
             // With a scale the unit is that to which it leads; counts are said by what a turn or a metre has of them.
             match (self.reading.scale, self.reading.unit) {
                 (Some(scale), Some(unit)) => main.state_scale_of(column, scale, unit),
-                (None, unit) => main.state_unit(column, unit, SaidBy::Person)?,
+                (None, unit) => main
+                    .state_unit(column, unit, SaidBy::Person)
+                    .map_err(|e| by_option(e, Some("--unit")))?,
                 _ => {}
             }
             let index = self.reading.index.is_some() && column + 1 == of_reading;
@@ -387,11 +408,16 @@ impl AxisSensors {
         }
         if together {
             for column in of_reading..of_yaw {
-                main.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
+                main.state_unit(column, self.acceleration_unit, SaidBy::Person)
+                    .map_err(|e| by_option(e, Some("--acceleration-unit")))?;
             }
         }
         if self.turning.yaw_rate.is_some() {
             main.state_unit(of_yaw, self.turning.yaw_rate_unit, SaidBy::Person)?;
+        }
+        if let Some(reference) = with_reference {
+            let last = main.columns.len() - 1;
+            reference.state_unit(&mut main, last)?;
         }
         let mut inputs = vec![main.input()];
         let mut findings = main.findings().to_vec();
@@ -467,17 +493,21 @@ impl AxisSensors {
             Some(name) => {
                 let stream = self.acceleration_source.as_deref();
                 let mut source = store.open(name)?.with_stream(stream, self.choice.raw);
-                let options = self.options(
+                let (options, lacks) = self.options(
                     &mut source,
                     false,
                     of_acceleration.clone(),
                     self.acceleration_time.as_deref(),
                     self.acceleration_rate,
                 )?;
+                lacking |= lacks;
                 let absent = vec![Absent::Empty; of_acceleration.len()];
-                let mut other = Recording::from_source_sparse(source, &options, &absent)?;
+                let mut other = Recording::from_source_sparse(source, &options, &absent)
+                    .map_err(|e| of_second(e, "acceleration"))?;
                 for column in 0..absent.len() {
-                    other.state_unit(column, self.acceleration_unit, SaidBy::Person)?;
+                    other
+                        .state_unit(column, self.acceleration_unit, SaidBy::Person)
+                        .map_err(|e| by_option(e, Some("--acceleration-unit")))?;
                 }
                 findings.extend(other.findings().iter().cloned());
                 inputs.push(other.input());
@@ -645,16 +675,28 @@ impl AxisSensors {
                     let column = ColumnRef::from_word(&reference.column);
                     let time = reference.time.as_deref();
                     let mut source = store.open(name)?;
-                    let options =
+                    let (options, lacks) =
                         self.options(&mut source, false, vec![column], time, reference.rate)?;
+                    lacking |= lacks;
                     let absent = [Absent::EmptyOrNan];
-                    let other = Recording::from_source_sparse(source, &options, &absent)?;
+                    let mut other = Recording::from_source_sparse(source, &options, &absent)
+                        .map_err(|e| of_second(e, "reference"))?;
+                    reference.state_unit(&mut other, 0)?;
                     bench.inputs.push(other.input());
                     let own = super::clock::clock(&other, &main, origin, false);
                     reference.samples(&other, &own, 0, angular)?
                 }
             };
             reference.attach(&mut bench, &samples)?;
+        }
+        // No file needed it: it holds for the first, whose heading it must not contradict.
+        if let (Some(_), false, None) = (self.time_unit, lacking, self.rate) {
+            let named = self.time.as_deref().map(ColumnRef::from_word);
+            let named = named.and_then(|column| main.layout.find(&column).ok());
+            if let Some(index) = named.or_else(|| main.layout.time_column()) {
+                ClockUnit::of(&main.layout, index, self.time_unit, None, false)
+                    .map_err(|e| e.at(&main.path))?;
+            }
         }
         Ok(bench)
     }
@@ -862,6 +904,7 @@ impl AxisSensors {
             .collect())
     }
 
+    /// How a file is read, and whether it lacks the unit of its times.
     fn options(
         &self,
         source: &mut Bytes,
@@ -869,7 +912,7 @@ impl AxisSensors {
         columns: Vec<ColumnRef>,
         time: Option<&str>,
         rate: Option<f64>,
-    ) -> Result<RecordingOptions, Trouble> {
+    ) -> Result<(RecordingOptions, bool), Trouble> {
         let time = time.map(ColumnRef::from_word);
         // --time-unit is for headings that do not say it; one of several files may.
         let layout = Layout::of(source, &LayoutOptions::default())?;
@@ -882,15 +925,18 @@ impl AxisSensors {
             None => layout.time_column(),
         };
         let told = at.is_some_and(|i| layout.unit(i).is_some_and(Unit::is_time));
-        Ok(RecordingOptions {
+        let options = RecordingOptions {
             layout: LayoutOptions::default(),
             columns,
             time,
-            time_unit: self.time_unit.filter(|_| rate.is_none() && (main || !told)),
+            time_unit: self
+                .time_unit
+                .filter(|unit| (rate.is_none() || *unit == TimeUnit::Index) && (main || !told)),
             sampling_rate_hz: rate,
             events: self.reading.edges() && main,
             ..RecordingOptions::default()
-        })
+        };
+        Ok((options, at.is_some() && !told && rate.is_none()))
     }
 
     /// Acceleration along the motion in m/s², where the file holds one.

@@ -123,3 +123,15 @@ fn known_what_is_stated_makes_odd_files_right() {
         assert!(line.contains("50 Hz as stated"), "{reader}: {line}");
     }
 }
+
+#[test]
+fn refuses_a_recording_without_the_columns_of_the_calibration() {
+    for refused in readers::without_columns_of_the_calibration() {
+        let said = said(&refused);
+        assert!(
+            said.contains(r#"made with the columns "a", "b", "c", and"#),
+            "{said}"
+        );
+        assert!(said.contains("--columns X,Y,Z"), "{said}");
+    }
+}

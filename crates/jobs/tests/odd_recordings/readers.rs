@@ -389,3 +389,19 @@ fn waveform(odd: &Odd, said: &Said) -> Answer {
     answer.line = answer.line.replace(" as x ", " ");
     Ok(answer)
 }
+
+/// A recording without the columns of the calibration: what `validate` and `apply` say of it.
+pub fn without_columns_of_the_calibration() -> [Trouble; 2] {
+    let all = Odd::all();
+    let odd = all.iter().find(|odd| odd.name == "seconds.csv").unwrap();
+    let mut file = calibration();
+    file.columns = Some(["a", "b", "c"].map(ColumnRef::from).to_vec());
+    let json = file.to_json().unwrap();
+    let reading = RecordingReading::default();
+    let of_file = Source::from_bytes("c.json", json).unwrap();
+    let validated = ValidationRecording::read(of_file, source(odd), &reading, None);
+    let (calibration, mut bytes) = (AnyCalibration::from(file), Vec::new());
+    let data = ApplyData::new(&calibration, source(odd), Destination::Bytes(&mut bytes));
+    let applied = ApplyJob::default().evaluate(&data, &Unwatched);
+    [validated.err().unwrap(), applied.err().unwrap()]
+}

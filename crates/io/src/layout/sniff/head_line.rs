@@ -53,14 +53,11 @@ impl Shape {
     /// Whether a line is numbers of another kind than the rows: more of them than the one column, one with its unit, or a
     /// whole number ten times as large as all the fractions below it.
     pub(super) fn is_above_data(&self, text: &[u8]) -> bool {
-        let pieces: Vec<&[u8]> = text
-            .split(|b| b.is_ascii_whitespace() || matches!(b, b';' | b'|'))
-            .filter(|p| !p.is_empty())
-            .collect();
+        let pieces = pieces(text);
         let number = |p: &&[u8]| is_number(p, self.decimal);
         if self.columns == 1 && pieces.len() > 1 {
             let unit = |p: &[u8]| Unit::recognise(&String::from_utf8_lossy(p)).is_some();
-            return pieces.iter().all(number)
+            return self.is_several_numbers(text)
                 || (pieces.len() == 2 && number(&pieces[0]) && unit(pieces[1]));
         }
         let fields = split(text, self.separator);
@@ -71,4 +68,17 @@ impl Shape {
                 most.is_some_and(|most| is_whole(f) && value > LARGER * most)
             })
     }
+
+    /// Whether a line above one column holds several numbers, as the number of rows and their interval.
+    pub(super) fn is_several_numbers(&self, text: &[u8]) -> bool {
+        let pieces = pieces(text);
+        self.columns == 1 && pieces.len() > 1 && pieces.iter().all(|p| is_number(p, self.decimal))
+    }
+}
+
+/// What stands between blanks, semicolons and strokes.
+fn pieces(text: &[u8]) -> Vec<&[u8]> {
+    text.split(|b| b.is_ascii_whitespace() || matches!(b, b';' | b'|'))
+        .filter(|p| !p.is_empty())
+        .collect()
 }

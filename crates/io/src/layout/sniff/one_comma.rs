@@ -59,7 +59,7 @@ pub(super) fn is_decimal_mark(
     )
     .line(content[first].number)
     .with_hint(
-        "say --decimal comma (`decimal = \"comma\"` in a campaign) where it is the decimal mark, --separator comma (`separator`) where it separates",
+        "say --decimal comma (`decimal = \"comma\"` in a campaign) where it is the decimal mark, --separator comma (`separator = \"comma\"` in a campaign) where it separates",
     ))
 }
 
