@@ -475,24 +475,34 @@ fn known_units_that_were_stated() {
     }
 }
 
-/// Three rows of two thousand are missing: what is used of the recording is in the verdict.
+/// Three rows of two thousand are missing: they are bridged, and told. Of a file whose clock restarts one part is used, which is in the verdict.
 #[test]
 fn law_a_gap_is_told_with_what_is_used() {
-    let store = Memory::new().file(
-        "axis.csv",
-        table(|k, count, a| (!(601..604).contains(&k)).then_some((count, a))),
-    );
-    let loaded = counted().load(&store, None, &Unwatched).unwrap();
-    let data = loaded.data();
-    assert!(
-        data.recorded
-            .is_some_and(|[from, to]| from == 0.0 && to > 1.99)
-    );
-    let outcome = VelocityEstimateJob::default()
-        .evaluate(&data, &Unwatched)
-        .unwrap();
-    let page = support::page(&outcome);
-    assert!(page.contains("only 0.604 s to"), "{page}");
+    let estimated = |missing: std::ops::Range<usize>| {
+        let store = Memory::new().file(
+            "axis.csv",
+            table(|k, count, a| (!missing.contains(&k)).then_some((count, a))),
+        );
+        let loaded = counted().load(&store, None, &Unwatched).unwrap();
+        let data = loaded.data();
+        let recorded = data.recorded;
+        let outcome = VelocityEstimateJob::default()
+            .evaluate(&data, &Unwatched)
+            .unwrap();
+        let told = outcome
+            .findings()
+            .iter()
+            .any(|f| f.code() == "gaps-in-record");
+        assert!(told, "{:?}", outcome.findings());
+        (recorded, support::page(&outcome))
+    };
+    let (recorded, page) = estimated(601..604);
+    assert_eq!(recorded, None);
+    assert!(!page.contains("s is used"), "{page}");
+    // More is missing than the samples beside it say anything of.
+    let (recorded, page) = estimated(301..1900);
+    assert!(recorded.is_some_and(|[from, to]| from == 0.0 && to > 1.99));
+    assert!(page.contains("only 0.000 s to 0.300 s"), "{page}");
     assert!(!page.contains("over the whole recording"));
 }
 

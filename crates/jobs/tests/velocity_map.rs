@@ -54,7 +54,8 @@ fn coverage_behind_two_stages() {
 fn coverage_where_rows_are_missing() {
     let lost = [
         ("% of the cells empty", 8000),
-        ("half of the cells empty", 8000),
+        // Among so many some dozen follow one another, which is a gap.
+        ("half of the cells empty", 7900),
         ("% of the rows lost", 8000),
         ("bursts of 10 rows lost", 7800),
         ("3 ms lost", 8000),

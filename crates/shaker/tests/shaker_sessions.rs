@@ -231,7 +231,8 @@ fn known_step_between_two_sessions_is_named() {
         ..TWO
     };
     let (findings, _) = calibrated(&stepped, 620_000);
-    let told = with("sessions-differ", &findings).expect("named");
+    let told = findings.iter().find(|f| f.code() == "sessions-differ");
+    let told = told.expect("named");
     assert_eq!(told.severity(), Severity::Decision);
     assert!(told.evidence_text().contains("output y"), "{told}");
     for accused in [
@@ -290,7 +291,13 @@ fn law_what_is_declared_is_not_told() {
 fn refuses_to_compare_what_the_runs_do_not_tell() {
     let none = SpuriousTable::default();
     let of = |rows: &[PhasorRow]| joint(rows, &none, &budget(None)).expect("a fit");
-    let word = |fit: &Fit| with("sessions-not-compared", &fit.findings).expect("a word");
+    let word = |fit: &Fit| {
+        let said = fit
+            .findings
+            .iter()
+            .find(|f| f.code() == "sessions-not-compared");
+        said.cloned().expect("a word")
+    };
     // All of one session.
     let one = of(&exact(&["a"], &[80.0, 160.0]));
     assert!(one.reproducibility.is_none());

@@ -180,15 +180,7 @@ impl HoledClock {
             tick.push(k + passed);
         }
         let n = time.len() as f64;
-        let middle = tick.iter().map(|i| *i as f64).sum::<f64>() / n;
-        let mean = time.iter().map(|t| t - time[0]).sum::<f64>() / n;
-        let (mut top, mut bottom) = (0.0, 0.0);
-        for (t, i) in time.iter().zip(&tick) {
-            let off = *i as f64 - middle;
-            top += off * (t - time[0] - mean);
-            bottom += off * off;
-        }
-        let step = top / bottom;
+        let step = 1.0 / clock.rate_hz;
         let mut of = Self {
             step,
             tick,
