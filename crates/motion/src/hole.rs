@@ -231,6 +231,9 @@ impl MotionRecord {
             false => String::new(),
         };
         let treatment = match left {
+            _ if share > MANY && blind.is_empty() => {
+                ": lines bridge so much of the acceleration that the interval may be too narrow"
+            }
             0 => ": lines bridge the acceleration, and the interval is wider there",
             _ => {
                 ": lines bridge the acceleration where gaps are short, and long ones are left out of the velocity"
@@ -259,6 +262,8 @@ impl MotionRecord {
     }
 }
 
+/// Share of the samples above which lines in place of accelerations lose of the motion and of its noise by what the noise is known.
+const MANY: f64 = 0.2;
 /// Share of the samples below which holes that are bridged are no more than noted.
 const NOTED: f64 = 0.02;
 
