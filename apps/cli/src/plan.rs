@@ -48,17 +48,16 @@ impl Plan {
             true => Campaign::open_contained(&self.campaign)?,
             false => Campaign::open(&self.campaign)?,
         };
-        if let Campaign::MultiPosition(_) = campaign {
+        let kind = campaign.result_kind();
+        if let Campaign::MultiPosition(campaign) = &campaign {
             if self.best.is_some() || !self.sizes.is_empty() {
                 return Err(Failure::new(
                     "attitudes of a sensor held by hand are not chosen among configurations",
                 )
                 .hint("leave out --best and --sizes: the plan lists the attitudes to add"));
             }
-            let folder = self
-                .delivery
-                .begin(campaign.result_kind(), &[&self.campaign])?;
-            let result = campaign.evaluate(Some(clock::today()), &Progress::new())?;
+            let folder = self.delivery.begin(kind, &[&self.campaign])?;
+            let result = campaign.plan(Some(clock::today()), &Progress::new())?;
             return self.delivery.deliver(folder, &result);
         }
         let folder = self.delivery.begin(PlanOutcome::KIND, &[&self.campaign])?;

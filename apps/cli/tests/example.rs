@@ -189,6 +189,13 @@ fn law_validation_on_another_recording_of_the_same_sensor_is_consistent() {
 fn known_plan_of_a_recording_held_by_hand_lists_what_to_add() {
     let said = succeed(&["plan", EXAMPLE]);
     let said = String::from_utf8(said.stdout).unwrap();
+    // The answer is that of the plan, above what there is so far.
+    let verdict = said.find("4 further standstills lower the expanded uncertainties to ");
+    let residual = said.find("Birge ratio");
+    assert!(
+        verdict.is_some() && verdict < residual.or(Some(said.len())),
+        "{said}"
+    );
     assert!(
         said.contains("Further standstills that tell most"),
         "{said}"

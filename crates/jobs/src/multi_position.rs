@@ -83,6 +83,9 @@ pub struct MultiPositionJob {
     /// Standstills that are left out, by label or by number counted from one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub exclude: Vec<String>,
+    /// Whether the page opens with the standstills to add, as that of a plan does.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub plan: bool,
 }
 
 impl MultiPositionJob {
@@ -101,6 +104,7 @@ impl MultiPositionJob {
             temperature: None,
             largest_uncertainty: None,
             exclude: Vec::new(),
+            plan: false,
         }
     }
 

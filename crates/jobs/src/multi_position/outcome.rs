@@ -22,6 +22,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MultiPositionOutcome {
     pub(super) method: MethodModel,
+    pub(super) planned: bool,
     pub(super) probability: f64,
     pub(super) unit: Unit,
     pub(super) quantities: Vec<StatedQuantity>,
@@ -101,6 +102,7 @@ impl MultiPositionOutcome {
         let quantities = fit.quantities();
         Self {
             method: job.method,
+            planned: job.plan,
             probability: job.probability,
             unit: data.unit,
             quantities: StatedQuantity::list(quantities.iter().chain([&gravity]), job.probability),

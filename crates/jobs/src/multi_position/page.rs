@@ -28,7 +28,25 @@ pub(super) fn add(page: Report, outcome: &MultiPositionOutcome) -> Report {
             counted(fit),
             concise(gravity.value(), gravity.standard_uncertainty()),
         ))
-        .verdict(verdict(fit))
+        .verdict(match outcome.planned {
+            true => practice::planned(&outcome.next_attitudes).unwrap_or_else(|| verdict(fit)),
+            false => verdict(fit),
+        });
+    let mut next = practice::next(fit, &outcome.next_attitudes);
+    if let (Some(section), Some([hold, rate])) = (next.as_mut(), outcome.shortest_hold) {
+        *section = std::mem::take(section).paragraph(practice::hold(hold, rate));
+    }
+    if let Some(section) = next.take_if(|_| outcome.planned) {
+        page = page.answers(practice::tiles(outcome)).section(
+            section
+                .figure(
+                    "Directions that were measured, and those to add, numbered",
+                    practice::directions(fit, &outcome.next_attitudes),
+                )
+                .summarised(),
+        );
+    }
+    let mut page = page
         .section(
             Section::new("Result")
                 .key_figures(key_figures(fit))
@@ -37,10 +55,7 @@ pub(super) fn add(page: Report, outcome: &MultiPositionOutcome) -> Report {
         )
         .section(model(fit, outcome.method == MethodModel::Ferraris))
         .section(practice::section(fit, &outcome.reading));
-    if let Some(mut section) = practice::next(fit, &outcome.next_attitudes) {
-        if let Some([hold, rate]) = outcome.shortest_hold {
-            section = section.paragraph(practice::hold(hold, rate));
-        }
+    if let Some(section) = next {
         page = page.section(section.summarised());
     }
     page = page.section(agreement(outcome)).section(budget(fit));

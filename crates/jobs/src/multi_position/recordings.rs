@@ -2,7 +2,9 @@
 
 use super::{MultiPositionData, MultiPositionJob, Readings};
 use crate::campaign::{FileIs, GravityInput, MultiPositionCampaign, RowsAre};
+use crate::outcome::Job as _;
 use crate::record::{Record, read_gravity};
+use crate::stored_result::StoredResult;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Gravity, Watch};
 use proofmass_io::{ColumnRef, Input, ReadGravity, Recording, SegmentRow, Unit};
@@ -32,6 +34,18 @@ pub struct MultiPositionRecordings {
 }
 
 impl MultiPositionCampaign {
+    /// What there is so far, evaluated for what to add to it.
+    ///
+    /// # Errors
+    /// As [`Campaign::evaluate`](crate::campaign::Campaign::evaluate).
+    pub fn plan(&self, date: Option<String>, watch: &dyn Watch) -> Result<StoredResult> {
+        let files = self.load(watch)?;
+        let mut job = self.job(&files)?;
+        job.plan = true;
+        let record = self.record(&files, date);
+        StoredResult::new(record, &job.evaluate(&files.data(), watch)?)
+    }
+
     /// Reads the recordings and the table of standstills.
     ///
     /// # Errors

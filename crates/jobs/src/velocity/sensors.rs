@@ -925,18 +925,18 @@ impl AxisSensors {
             None => layout.time_column(),
         };
         let told = at.is_some_and(|i| layout.unit(i).is_some_and(Unit::is_time));
+        // Beside a rate the times are not read, but where they count the rows.
+        let read = rate.is_none() || self.time_unit == Some(TimeUnit::Index);
         let options = RecordingOptions {
             layout: LayoutOptions::default(),
             columns,
             time,
-            time_unit: self
-                .time_unit
-                .filter(|unit| (rate.is_none() || *unit == TimeUnit::Index) && (main || !told)),
+            time_unit: self.time_unit.filter(|_| read && (main || !told)),
             sampling_rate_hz: rate,
             events: self.reading.edges() && main,
             ..RecordingOptions::default()
         };
-        Ok((options, at.is_some() && !told && rate.is_none()))
+        Ok((options, at.is_some() && !told && read))
     }
 
     /// Acceleration along the motion in m/s², where the file holds one.

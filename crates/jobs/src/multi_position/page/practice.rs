@@ -1,9 +1,10 @@
 //! The result in the units of practice: mg, percent, degrees, K⁻¹, and what a compensated reading is worth.
 
+use crate::multi_position::MultiPositionOutcome;
 use crate::page::measures::lines;
 use crate::page::{AXES, MG};
 use proofmass_report::number::{rounded, two_digits};
-use proofmass_report::{Cell, Field, Section, Table};
+use proofmass_report::{Cell, Field, KeyFigure, Section, SpherePlot, Table};
 use proofmass_static::{
     CompensatedReading, Ferraris, Limiting, Misfit, MultiPositionFit, NextAttitude, WithoutSuspects,
 };
@@ -78,6 +79,69 @@ pub(super) fn next(fit: &MultiPositionFit, next: &[NextAttitude]) -> Option<Sect
         next.len(),
         1e2 * expected,
     )))
+}
+
+/// The next direction, as it is held.
+fn pointing(attitude: &NextAttitude) -> String {
+    let [x, y, z] = attitude.direction;
+    format!("x {x:+.2}, y {y:+.2}, z {z:+.2}").replace('-', "−")
+}
+
+/// What the further standstills are worth, and which is the next.
+pub(super) fn planned(next: &[NextAttitude]) -> Option<String> {
+    let (first, last) = (next.first()?, next.last()?);
+    let to = 1e2 * last.expected;
+    Some(match last.expected <= WORTH {
+        true => format!(
+            "{} further standstills lower the expanded uncertainties to {to:.0} % in the mean square. The next: what points up at {}.",
+            next.len(),
+            pointing(first)
+        ),
+        false => format!(
+            "Further standstills hardly help: {} would lower the expanded uncertainties to {to:.0} % in the mean square.",
+            next.len()
+        ),
+    })
+}
+
+/// What a plan opens with.
+pub(super) fn tiles(outcome: &MultiPositionOutcome) -> Vec<KeyFigure> {
+    let next = &outcome.next_attitudes;
+    let measured = outcome.calibration.fit.poses().len();
+    let mut tiles = vec![KeyFigure::new(
+        "standstills so far",
+        measured.to_string(),
+        "",
+    )];
+    tiles.extend(next.last().map(|last| {
+        let share = format!("{:.0}", 1e2 * last.expected);
+        let name = format!("U after {} more, over now", next.len());
+        KeyFigure::new(name, share, "%").note("mean square of all quantities")
+    }));
+    tiles.extend(next.first().map(|first| {
+        KeyFigure::new("the next", pointing(first), "")
+            .note("what points up, in the axes of the sensor")
+    }));
+    tiles.extend(outcome.shortest_hold.map(|[hold, _]| {
+        KeyFigure::new("hold each for", format!("{hold:.1}"), "s").note("or longer")
+    }));
+    tiles
+}
+
+/// Where the sensor was held, and where it is to be held next.
+pub(super) fn directions(fit: &MultiPositionFit, next: &[NextAttitude]) -> SpherePlot {
+    let mut sphere = SpherePlot::new("U after over now", "%");
+    for residual in fit.residuals() {
+        sphere = sphere.point(residual.acceleration, 100.0, "");
+    }
+    for (k, attitude) in next.iter().enumerate() {
+        sphere = sphere.point(
+            attitude.direction,
+            1e2 * attitude.expected,
+            format!("+{}", k + 1),
+        );
+    }
+    sphere
 }
 
 /// How long each attitude must be held.
