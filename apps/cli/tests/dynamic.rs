@@ -524,11 +524,17 @@ fn known_unit_of_a_modulus_is_read_or_asked_for() {
     let place = |name: &str| folder.path().join(name);
     let mut rows = String::new();
     for k in 1..=40 {
-        let r = f64::from(k) * 40.0 / 900.0;
+        let r = f64::from(k) * 400.0 / 9000.0;
         let (real, imaginary) = (1.0 - r * r, 0.6 * r);
         let modulus = 98.0665 / real.hypot(imaginary);
         let phase = -imaginary.atan2(real);
-        writeln!(rows, "{},{modulus},{},{phase},1e-3", 40 * k, 1e-3 * modulus).unwrap();
+        writeln!(
+            rows,
+            "{},{modulus},{},{phase},1e-3",
+            400 * k,
+            1e-3 * modulus
+        )
+        .unwrap();
     }
     let table = |name: &str, header: &str| {
         let path = place(name);
