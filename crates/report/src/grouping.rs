@@ -64,17 +64,10 @@ fn line(members: &[&Finding]) -> String {
 pub(crate) fn standing(findings: &[Finding]) -> String {
     let groups = groups(findings);
     let of = |severity| groups.iter().filter(|g| g.severity() == severity).count();
-    let counted = |severity, word: &str| {
-        let all = findings.iter().filter(|f| f.severity() == severity).count();
-        let lines = match of(severity) {
-            0 => return None,
-            1 => format!("one {word}"),
-            n => format!("{n} {word}s"),
-        };
-        Some(match all == of(severity) {
-            true => lines,
-            false => format!("{lines} ({all} times)"),
-        })
+    let counted = |severity, word: &str| match of(severity) {
+        0 => None,
+        1 => Some(format!("one {word}")),
+        n => Some(format!("{n} {word}s")),
     };
     let decisions = of(Severity::Decision);
     let others = [
@@ -137,11 +130,11 @@ mod tests {
         assert_eq!(groups(&same)[0].line, "the record is short, 4 times");
         assert_eq!(
             standing(&three),
-            "A decision is needed before the result is used; one warning (2 times) and one note (2 times) besides."
+            "A decision is needed before the result is used; one warning and one note besides."
         );
         assert_eq!(
             standing(&three[..3]),
-            "The result stands with one warning and one note (2 times)."
+            "The result stands with one warning and one note."
         );
         assert_eq!(
             standing(&[]),

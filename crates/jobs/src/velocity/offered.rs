@@ -100,7 +100,7 @@ mod tests {
             "columns of the file: time, enc, acc; such as --position enc --acceleration acc"
         );
         assert!(of("t,speed_kmh,a").ends_with("; such as --speed speed --acceleration a"));
-        assert!(of("t,position_m,counts").ends_with("; such as --position position_m"));
+        assert!(of("t,position_m,counts").ends_with("; such as --position position"));
         assert_eq!(of("p,q,r"), "columns of the file: p, q, r");
     }
 }
