@@ -30,7 +30,9 @@ fn say_absent(room: &str) -> Result<(), Failure> {
 impl Explain {
     pub(crate) fn run(mut self) -> Result<Outcome, Failure> {
         if let Some(word) = &mut self.code {
-            *word = [&[word.clone()], &self.more[..]].concat().join(" ");
+            *word = [std::slice::from_ref(word), &self.more[..]]
+                .concat()
+                .join(" ");
         }
         let found = match self.code.as_deref() {
             None => findings::explanations(),
