@@ -5,7 +5,10 @@ use num_complex::Complex64;
 use proofmass_documents::AnyCalibration;
 use proofmass_dynamic::FrequencyResponse;
 use proofmass_jobs::comparison::{ComparisonData, ComparisonJob, ComparisonOutcome};
-use proofmass_jobs::{Job, Outcome, StoredResult, Trouble, Unwatched, frequency_response};
+use proofmass_jobs::frequency_response::ResponseDocument;
+use proofmass_jobs::{
+    Job, Memory, Outcome, Store, StoredResult, Trouble, Unwatched, frequency_response,
+};
 
 const F: [f64; 4] = [10.0, 80.0, 160.0, 1000.0];
 
@@ -47,6 +50,18 @@ fn response(result: &StoredResult) -> FrequencyResponse {
         }
         _ => panic!("another kind"),
     }
+}
+
+/// Its calibration.json as `compare` reads it.
+fn document(result: &StoredResult) -> ResponseDocument {
+    let files = result.files().expect("files");
+    let (_, bytes) = files
+        .iter()
+        .find(|(name, _)| name == "calibration.json")
+        .expect("calibration.json");
+    let store = Memory::new().file("calibration.json", bytes.clone());
+    let source = store.open("calibration.json").expect("the file");
+    frequency_response::read_document(source, None).expect("a document")
 }
 
 fn compare(
@@ -111,6 +126,23 @@ fn published_differences_of_two_mountings_without_the_reference_of_both() {
         z.modulus_en < -3.0 && z.modulus_en_independent.is_some_and(|e| e > -1.1),
         "{z:?}"
     );
+}
+
+#[test]
+fn known_files_that_two_calibrations_were_computed_from() {
+    let table = "frequency_Hz,ratio,u_ratio\n10,1.01,0.001\n1000,1.01,0.001\n";
+    let files = [("mounting.csv", table)];
+    let one = document(&glued("[mounting]\nfile = \"mounting.csv\"\n", &files));
+    let other = document(&screwed());
+    assert!(frequency_response::files_of_both(&[one.clone(), other]).is_none());
+    let again = document(&glued(
+        "[mounting]\nfile = \"mounting.csv\"\ndescription = \"a stud\"\n",
+        &files,
+    ));
+    let said = frequency_response::files_of_both(&[one, again]).expect("two files");
+    assert_eq!(said.code(), "files-of-both");
+    assert!(said.what().contains("mounting.csv"), "{said}");
+    assert!(!said.what().contains("campaign.toml"), "{said}");
 }
 
 #[test]
