@@ -32,7 +32,7 @@ use proofmass_shaker::recording::Quality;
 use proofmass_shaker::single_axis::{ComparisonBudget, ComparisonRow};
 use proofmass_shaker::transverse::{Motion, SeatUncertainty};
 use proofmass_static::StillWindow;
-use proofmass_uncertainty::DegreesOfFreedom;
+use proofmass_uncertainty::{Component, Covariance, DegreesOfFreedom, Effect, Estimate, Influence};
 use std::sync::{Arc, OnceLock};
 
 /// A campaign of a simulation, in memory.
@@ -401,6 +401,21 @@ pub fn bias(kind: &str) {
     });
 }
 
+fn of_one_bench(factor: f64) -> FrequencyResponse {
+    let of = |key: &str, u: f64| {
+        let covariance = Covariance::from_standard_uncertainties(&[u, u]).expect("a covariance");
+        Influence::normal(key, key, Effect::Joint { covariance })
+    };
+    let components = vec![
+        Component::new("modulus", "V/(m/s²)", factor),
+        Component::new("phase", "rad", 0.0),
+    ];
+    let influences = vec![of("reference.calibration", 0.002), of("reading", 0.001)];
+    let estimate = Estimate::new(components, influences).expect("an estimate");
+    FrequencyResponse::from_polar("z", &[(80.0, &estimate), (160.0, &estimate)], None)
+        .expect("a response")
+}
+
 pub fn comparison(kind: &str) {
     let ours = FrequencyResponse::try_from(&certificate()).expect("a response");
     let mut lines = certificate().points().to_vec();
@@ -420,6 +435,18 @@ pub fn comparison(kind: &str) {
     assert!(first < 0.0);
     stands_on_the_page(&result, first);
     assert!(in_the_terminal(&result).contains("by up to 1.2 %"));
+    // Two calibrations of one bench, whose reference is one error of both.
+    let [glued, screwed] = [0.99, 1.0].map(of_one_bench);
+    check(kind, &|watch| {
+        let data = ComparisonData {
+            responses: &[&glued, &screwed],
+            names: &["glued", "screwed"],
+            findings: &[],
+        };
+        let mut job = ComparisonJob::default();
+        job.common = vec!["reference".into()];
+        ask(job, &AnyData::Comparison(data), watch)
+    });
     let several = check(kind, &|watch| {
         let data = ComparisonData {
             responses: &[&ours, &theirs, &ours],
