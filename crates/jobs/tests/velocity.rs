@@ -2,12 +2,13 @@
 
 use crate::support;
 use proofmass_jobs::velocity::{
-    AxisData, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob, VelocityMapJob,
-    VelocityTuneJob,
+    AxisData, AxisRecordings, AxisSensors, Reference, VelocityCompareJob, VelocityEstimateJob,
+    VelocityMapJob, VelocityTuneJob,
 };
 use proofmass_jobs::{Job, Memory, Outcome, TroubleKind, Unwatched};
 use proofmass_motion::{LowCorner, Method, MotionRecord, ReadingSource};
 use proofmass_rig::{AxisMotion, AxisRecording, DrivenAxis};
+use proofmass_uncertainty::Finding;
 
 fn recording() -> AxisRecording {
     let mut axis = DrivenAxis::new(AxisMotion::servo(5.0));
@@ -475,35 +476,39 @@ fn known_units_that_were_stated() {
     }
 }
 
-/// Three rows of two thousand are missing: they are bridged, and told. Beside a gap of most of them one part is used, which is in the verdict.
+/// Three rows of two thousand are missing: all of the recording is used. Four hundred are: they are left out, and what must be in one piece
+/// says which part it is; both are in the verdict.
 #[test]
 fn law_a_gap_is_told_with_what_is_used() {
-    let estimated = |missing: std::ops::Range<usize>| {
+    let load = |gap: std::ops::Range<usize>| {
         let store = Memory::new().file(
             "axis.csv",
-            table(|k, count, a| (!missing.contains(&k)).then_some((count, a))),
+            table(|k, count, a| (!gap.contains(&k)).then_some((count, a))),
         );
-        let loaded = counted().load(&store, None, &Unwatched).unwrap();
-        let data = loaded.data();
-        let recorded = data.recorded;
-        let outcome = VelocityEstimateJob::default()
-            .evaluate(&data, &Unwatched)
-            .unwrap();
-        let told = outcome
-            .findings()
-            .iter()
-            .any(|f| f.code() == "gaps-in-record");
-        assert!(told, "{:?}", outcome.findings());
-        (recorded, support::page(&outcome))
+        counted().load(&store, None, &Unwatched).unwrap()
     };
-    let (recorded, page) = estimated(601..604);
-    assert_eq!(recorded, None);
-    assert!(!page.contains("s is used"), "{page}");
-    // More is missing than the samples beside it say anything of.
-    let (recorded, page) = estimated(301..1900);
-    assert!(recorded.is_some_and(|[from, to]| from.abs() < 1e-9 && to > 1.99));
-    assert!(page.contains("only 0.000 s to 0.300 s"), "{page}");
-    assert!(!page.contains("over the whole recording"));
+    let estimated = |loaded: &AxisRecordings| {
+        let job = VelocityEstimateJob::default();
+        job.evaluate(&loaded.data(), &Unwatched).unwrap()
+    };
+    let short = load(601..604);
+    assert!(short.data().recorded.is_none());
+    let outcome = estimated(&short);
+    assert_eq!(outcome.result().stated().count(), 2000);
+    let page = support::page(&outcome);
+    assert!(!page.contains("Samples are missing:"), "{page}");
+    let told = |f: &&Finding| f.code() == "gaps-in-record";
+    let told = outcome.findings().iter().find(told).unwrap();
+    assert!(told.evidence_text().starts_with("3 of 2000 samples"));
+
+    let long = load(601..1001);
+    let outcome = estimated(&long);
+    assert_eq!(outcome.result().left_out, [601..1001]);
+    let page = support::page(&outcome);
+    assert!(page.contains("0.601 s to 1.000 s is left out"), "{page}");
+    let tuned = VelocityTuneJob::default();
+    let page = support::page(&tuned.evaluate(&long.data(), &Unwatched).unwrap());
+    assert!(page.contains("only 1.001 s to"), "{page}");
 }
 
 /// The start that is not compared is told beside the winner.

@@ -179,43 +179,63 @@ impl HoledClock {
             }
             tick.push(k + passed);
         }
-        let n = time.len() as f64;
+        let allowed = 0.4 * clock.resolution_s + 1e-6 / clock.rate_hz + coarse(time);
+        // The rate is that which every reader states.
         let step = 1.0 / clock.rate_hz;
-        let mut of = Self {
-            step,
+        let through = Self::through(time, tick, allowed)?;
+        (through.scatter <= MOST * step).then_some(Self { step, ..through })
+    }
+
+    /// The line of least squares through stamps over their ticks.
+    fn through(time: &[f64], tick: Vec<usize>, allowed: f64) -> Option<Self> {
+        let n = time.len() as f64;
+        let middle = tick.iter().map(|i| *i as f64).sum::<f64>() / n;
+        let mean = time.iter().map(|t| t - time[0]).sum::<f64>() / n;
+        let (mut top, mut bottom) = (0.0, 0.0);
+        for (t, i) in time.iter().zip(&tick) {
+            let off = *i as f64 - middle;
+            top += off * (t - time[0] - mean);
+            bottom += off * off;
+        }
+        let mut through = Self {
+            step: top / bottom,
             tick,
             scatter: 0.0,
-            allowed: 0.4 * clock.resolution_s + 1e-6 * step + coarse(time),
+            allowed,
         };
-        let even = of.times(time);
+        let even = through.times(time);
         let square = time.iter().zip(&even).map(|(t, e)| (t - e) * (t - e));
-        of.scatter = (square.sum::<f64>() / n).sqrt();
-        (step > 0.0 && of.scatter <= MOST * step).then_some(of)
+        through.scatter = (square.sum::<f64>() / n).sqrt();
+        (through.step > 0.0).then_some(through)
     }
 
     /// The same for stamps that lie on it as far as their digits tell.
     pub fn of(time: &[f64]) -> Option<Self> {
-        Self::behind(time).filter(|clock| clock.scatter <= clock.allowed)
+        let (clock, slips) = clock::read(time, None).ok()?;
+        let digit = clock.resolution_s * clock.rate_hz;
+        // Stamps in whole steps are the ticks themselves; by digits of half a step and more a tick may be missed unseen.
+        match digit {
+            _ if slips.is_empty() => None,
+            _ if (digit - 1.0).abs() < 1e-3 => Self::known(time, clock.resolution_s),
+            _ if digit > 0.5 => None,
+            _ => Self::behind(time).filter(|clock| clock.scatter <= clock.allowed),
+        }
     }
 
     /// The same for times on a clock whose step is known, however many are missing; `None` where none is, and where they do not lie on it.
     pub fn known(time: &[f64], step: f64) -> Option<Self> {
-        let first = *time.first()?;
-        let tick: Vec<usize> = time
-            .iter()
-            .map(|t| ((t - first) / step).round() as usize)
-            .collect();
-        let slack = 1e-6 * step + coarse(time);
-        let off = |(t, i): (&f64, &usize)| (t - first - step * *i as f64).abs();
-        let scatter = time.iter().zip(&tick).map(off).fold(0.0, f64::max);
-        let holed = tick.windows(2).any(|w| w[1] > w[0] + 1);
-        let each = tick.windows(2).all(|w| w[1] > w[0]);
-        (holed && each && scatter <= slack).then_some(Self {
-            step,
-            tick,
-            scatter,
-            allowed: slack,
-        })
+        let mut tick = vec![0usize];
+        for w in time.windows(2) {
+            let ahead = ((w[1] - w[0]) / step).round();
+            if !(ahead >= 1.0) {
+                return None;
+            }
+            tick.push(tick[tick.len() - 1] + ahead as usize);
+        }
+        let holed = tick.len() == time.len() && tick[tick.len() - 1] + 1 > tick.len();
+        let clock = Self::through(time, tick, 1e-6 * step + coarse(time)).filter(|_| holed)?;
+        let same = (clock.step / step - 1.0).abs() < 1e-4;
+        (same && clock.scatter <= clock.allowed).then_some(clock)
     }
 
     /// The stamps that a record at all ticks is made of: the most that follow one another with no more ticks missing than three for
@@ -529,9 +549,10 @@ mod tests {
         let even: Vec<f64> = (0..3000).map(|k| f64::from(k) / 300.0).collect();
         assert_eq!(HoledClock::of(&even), None);
         assert_eq!(HoledClock::known(&even, 1.0 / 300.0), None);
-        // Half of the rows: only beside a step that is known.
+        // Half of the rows, in whole steps: the unit of all of them.
         let half: Vec<usize> = (0..3000).filter(|k| (k * 7919) % 101 < 50).collect();
         let times: Vec<f64> = half.iter().map(|k| *k as f64 / 300.0).collect();
+        assert!(HoledClock::of(&times).is_none_or(|clock| clock.tick == half));
         assert_eq!(
             HoledClock::known(&times, 1.0 / 300.0)
                 .expect("a clock")
