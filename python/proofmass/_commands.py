@@ -539,6 +539,7 @@ def compare(
     *,
     probability: float = 0.95,
     coverage_factor: float | None = None,
+    common: str | Sequence[str | int | float] | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -556,6 +557,8 @@ def compare(
         calibrations: Two calibrations or more; of two, differences are the first less the second.
         probability: Probability of the expanded uncertainties.
         coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a laboratory.
+        common: Of two: entries of their budgets that are one error of both, such as reference where one standard with
+            one calibration is behind both.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -948,7 +951,7 @@ def bias(
     initial: float = 1,
     up: str | None = None,
     levelling: float = 0,
-    gravity: float = 9.80665,
+    gravity: float | None = None,
     gravity_uncertainty: float | None = None,
     segments: Data | None = None,
     threshold: float = 6,
@@ -983,7 +986,7 @@ def bias(
         up: Direction that points up at rest: +x … -z, X,Y,Z in the frame of the sensor, or `none` for readings free
             of gravity [default: from the table of segments].
         levelling: Standard uncertainty of that direction, in degrees.
-        gravity: Local gravity in m/s².
+        gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
         segments: Table of rests (columns start, end; up_x, up_y, up_z or direction) instead of searching for them.

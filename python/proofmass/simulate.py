@@ -65,6 +65,7 @@ def shaker(
     ideal_table: bool = False,
     sensor: str | None = None,
     drive: str = "sine",
+    sessions: int = 1,
     repeats: int = 10,
     fault: str | Sequence[str | int | float] | None = None,
     wedge_motion: Data | None = None,
@@ -84,6 +85,8 @@ def shaker(
         ideal_table: A table and wedges that move along the excitation alone.
         sensor: The device as a digital sensor with files of its own, by whose clock it samples: own, shared.
         drive: How a recording is driven: sine (one frequency each), multi-sine or stepped (all frequencies in one).
+        sessions: Sessions that the mountings are measured in, in turn; each has gains of its own, by 0.1 % and 1
+            mrad.
         repeats: Repeats of every vibrometer reading.
         fault: Something that goes wrong, for practice: swapped-cables, inverted-channel, clipped, wrong-frequency,
             wrong-mounting, missing-run, double-run; in the run in the middle, or in run 17 with `swapped-cables:17`.

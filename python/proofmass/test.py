@@ -113,12 +113,14 @@ def tilt(
     output_unit: str | None = None,
     temperature: str | int | None = None,
     uncertainty_column: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
     zero_uncertainty: float = 0,
     full_scale: float | None = None,
-    gravity: float = 9.80665,
+    gravity: float | None = None,
     gravity_uncertainty: float | None = None,
     watch: Watch | None = None,
 ) -> Result:
@@ -132,12 +134,15 @@ def tilt(
         temperature: Column of temperatures in °C.
         uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
             ratios count.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         zero_uncertainty: Standard uncertainty of the zero of the angles, in degrees.
         full_scale: Full scale of the output in its unit [default: twice its largest deviation from the bias].
-        gravity: Local gravity in m/s².
+        gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
@@ -154,12 +159,14 @@ def sensitivity(
     output_unit: str | None = None,
     temperature: str | int | None = None,
     uncertainty_column: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
     levelling: float = 0,
     reading_uncertainty: float | None = None,
-    gravity: float = 9.80665,
+    gravity: float | None = None,
     gravity_uncertainty: float | None = None,
     watch: Watch | None = None,
 ) -> Result:
@@ -175,12 +182,15 @@ def sensitivity(
         temperature: Column of temperatures in °C.
         uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
             ratios count.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
         levelling: Standard uncertainty of the levelling, in degrees.
         reading_uncertainty: Standard uncertainty of one reading in its unit, where each position is read once.
-        gravity: Local gravity in m/s².
+        gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
@@ -194,7 +204,7 @@ def zero_g(
     *,
     up: str = "z",
     levelling: float = 0,
-    gravity: float = 9.80665,
+    gravity: float | None = None,
     gravity_uncertainty: float | None = None,
     columns: str | Sequence[str | int | float] | None = None,
     unit: str | None = None,
@@ -217,7 +227,7 @@ def zero_g(
         recording: Recording of three axes at rest.
         up: Axis that points up. One of x, y, z.
         levelling: Standard uncertainty of the levelling, in degrees.
-        gravity: Local gravity in m/s².
+        gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
         columns: Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1); `convert` and
@@ -271,6 +281,8 @@ def linearity(
     output_unit: str | None = None,
     temperature: str | int | None = None,
     uncertainty_column: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -291,6 +303,9 @@ def linearity(
         temperature: Column of temperatures in °C.
         uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
             ratios count.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -312,6 +327,8 @@ def centrifuge(
     output_unit: str | None = None,
     temperature: str | int | None = None,
     uncertainty_column: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -337,6 +354,9 @@ def centrifuge(
         temperature: Column of temperatures in °C.
         uncertainty_column: Column of standard uncertainties of the outputs, which weigh the readings; only their
             ratios count.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -963,11 +983,13 @@ def model(
     phase: str | None = None,
     phase_u: str | None = None,
     phase_unit: str | None = None,
-    unit: str = "1",
+    unit: str | None = None,
     reference_uncertainty: float = 0,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     coverage_factor: float | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -989,11 +1011,14 @@ def model(
         phase_u: Column of its standard uncertainty.
         phase_unit: Unit of phase and its uncertainty, where the headings do not say it [default: rad]. One of rad,
             deg.
-        unit: Unit of the modulus, for the report.
+        unit: Unit of the modulus, where the heading does not say it: V/(m/s2), mV/g, count/g, …; 1 for a pure number.
         reference_uncertainty: Relative standard uncertainty of the reference, in per cent, common to all points.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         coverage_factor: Coverage factor of the expanded uncertainties (U_…) in the table of a certificate.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -1011,6 +1036,8 @@ def levels(
     output_u: str,
     level_unit: str | None = None,
     output_unit: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
@@ -1027,6 +1054,9 @@ def levels(
         output_u: Column of its standard uncertainty.
         level_unit: Its unit, where the heading does not say it.
         output_unit: Its unit and that of its uncertainty, where the headings do not say it.
+        separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
+            whitespace.
+        decimal: Decimal mark of a text, where its look does not tell: point, comma.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
@@ -1064,8 +1094,8 @@ def deconvolve(
     covariance; `proofmass apply --dynamic` writes the same values as a recording.
 
     Args:
-        result: result.json with a fitted model, or a calibration over frequency (calibration.json, table of a
-            laboratory).
+        result: result.json with a fitted model, or its folder; or a calibration over frequency (calibration.json,
+            table of a laboratory).
         recording: Recording of the device.
         column: Column of the sensor, by name or number (from 1) [default: the only one beside the time].
         unit: Unit of the column, where the heading does not say it.
