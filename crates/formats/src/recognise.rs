@@ -240,7 +240,7 @@ mod tests {
         let refusal = parquet.refusal();
         assert!(refusal.to_string().contains("a Parquet file"));
         let hint = refusal.hint().unwrap();
-        assert!(hint.contains("--features parquet") && hint.contains("CSV"));
+        assert!(hint.contains("the feature parquet") && hint.contains("CSV"));
     }
 
     #[test]

@@ -448,7 +448,7 @@ fn refuses_parquet_where_it_is_not_built_and_devices_elsewhere() {
     );
     if !PARQUET {
         let told = refused(&job(ConvertFormat::Parquet), &[b"a\n1\n2\n"]);
-        assert!(told.contains("--features parquet"), "{told}");
+        assert!(told.contains("the feature parquet"), "{told}");
     }
     for (table, said) in [
         (&b"file,serial\n"[..], "one row per line"),
