@@ -1,6 +1,7 @@
 //! The two rigorous methods and what they give.
 
 mod angles;
+mod bending;
 mod delays;
 mod drift;
 mod excess;
@@ -337,6 +338,12 @@ fn reported(
     ));
     findings.extend(excess::finding(declared));
     let identifiability = Identifiability::new(declared, &frequencies, budget);
+    let mut shared = shared_effects(adjustment)?;
+    shared.extend(bending::shared(
+        adjustment,
+        &supported.rows,
+        &supported.spurious,
+    ));
     let fit = Fit {
         frequencies,
         chi_squared: declared.chi_squared,
@@ -344,7 +351,7 @@ fn reported(
         runs,
         angles: angles::estimates(adjustment, rows, &supported.budget),
         findings,
-        shared: Some(shared_effects(adjustment)?),
+        shared: Some(shared),
         identifiability,
         components: supported.components.clone(),
         drifts: vec![],
@@ -476,6 +483,7 @@ fn frequency_fit(
             },
         });
     }
+    influences.extend(bending::influence(adjustment, f, rows, &supported.spurious)?);
     influences.extend(unread(adjustment, f, rows, &influences, &sensitivity)?);
     let estimate = Estimate::new(
         components("S", budget.output.sensitivity(), &sensitivity),

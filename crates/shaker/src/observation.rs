@@ -215,13 +215,10 @@ const WEDGE: f64 = 3800.0;
 /// Share of it from which on the motion is taken to grow no more.
 const NEAREST: f64 = 0.9;
 
-/// Share of the bending that is left to everything else, in variance, where the runs tell of less.
-const LEAST: f64 = 1e-6;
-
 /// How far the face of a wedge may move more than the table, relative to that, where nobody measured it and nobody states anything: along the
-/// excitation r²/(1 − r²), r the frequency over its first natural frequency ([`WEDGE`]). Each wedge by itself, and never less than
-/// that: that several agree does not tell that none bends.
-fn bending(entry: &Spurious, axis: usize) -> f64 {
+/// excitation r²/(1 − r²), r the frequency over its first natural frequency ([`WEDGE`]). It is no part of the
+/// ratio that is adjusted but of the uncertainty of the result: that several wedges agree does not tell that none bends.
+pub(crate) fn bending(entry: &Spurious, axis: usize) -> f64 {
     let stiff = axis < 2 || entry.basis[axis] != Basis::Assumed || entry.inclination < 1e-6;
     if stiff {
         return 0.0;
@@ -484,9 +481,7 @@ impl SpuriousTable {
         let u = self.shared[share as usize][way(axis)];
         match (share, second) {
             (Share::Own, _) => {
-                let [rr, ri, ii] = entry.covariance[axis];
-                let bending = bending(entry, axis).powi(2);
-                root([rr + bending, ri, ii + bending])[second]
+                root(entry.covariance[axis])[second]
             }
             (_, 0) => Complex64::new(u, 0.0),
             _ => Complex64::new(0.0, u),
@@ -504,11 +499,7 @@ impl SpuriousTable {
             for axis in 0..3 {
                 if entry.basis[axis] != Basis::Measured {
                     let factor = factors[way(axis)];
-                    let bending = bending(entry, axis).powi(2);
-                    let [rr, ri, ii] = entry.covariance[axis];
-                    // What is scaled is the whole, of which the bending stays.
-                    let part = |v: f64| (factor * (v + bending) - bending).max(LEAST * bending);
-                    entry.covariance[axis] = [part(rr), factor * ri, part(ii)];
+                    entry.covariance[axis] = entry.covariance[axis].map(|v| factor * v);
                 }
             }
         }
