@@ -298,6 +298,17 @@ fn refuses_damaged_tables_by_file_and_line() {
     for (said, words) in [
         (damaged(runs(|_| String::new())), ["runs.csv", "is empty"]),
         (
+            damaged(|folder| {
+                edit(&folder.join("campaign.toml"), |t| {
+                    format!("{t}[[correction]]\nlabel = \"first\"\nfile = \"spurious.csv\"\n")
+                });
+                // Radians where degrees belong.
+                let table = "inclination_deg,frequency_Hz,x_ratio_%,x_phase_deg,u_x_ratio_%\n0.61,80,0.1,20,0.01\n";
+                std::fs::write(folder.join("spurious.csv"), table).expect("correction");
+            }),
+            ["no line of a wedge", "degrees"],
+        ),
+        (
             damaged(runs(|t| t.lines().take(1).collect())),
             ["runs.csv", "no rows"],
         ),

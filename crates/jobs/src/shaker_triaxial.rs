@@ -268,6 +268,7 @@ impl ShakerTriaxialCampaign {
         // Small tables before the large recordings: their mistakes are told at once.
         let certificate = Certificate::of_reference(&self.source, self.reference.as_ref())?;
         let corrections = self.read_corrections()?;
+        self.meets(&corrections, &table.runs)?;
         let budget = self.read_budget()?;
         let plan = self.read_plan()?;
         let frequencies = frequencies(&table);

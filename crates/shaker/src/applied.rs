@@ -3,7 +3,7 @@
 use super::budget::Acts;
 use super::campaign::ShakerCampaign;
 use super::geometry::{Configuration, Seat};
-use super::observation::{PhasorRow, Share, SpuriousTable};
+use super::observation::{Correction, PhasorRow, Share, SpuriousTable, bending};
 use super::screening::with_motion;
 use super::spurious::pooled;
 use crate::{Budget, observations};
@@ -38,6 +38,8 @@ pub struct AppliedAcceleration {
     pub run: String,
     /// Session in which it was measured.
     pub session: Option<String>,
+    /// Label of the correction whose motion it has; `none` without one.
+    pub correction: String,
     /// Frequency, Hz.
     pub frequency: f64,
     /// How the device was mounted.
@@ -49,7 +51,7 @@ pub struct AppliedAcceleration {
 }
 
 /// The acceleration of every run of a campaign along the axes of its device, before the runs are asked about their angles: at the drawn
-/// mounting, with the motion of the first correction, or what is assumed where there is none.
+/// mounting, with the motion of each correction, or what is assumed where there is none.
 ///
 /// Uncertain are the reference, the angles of the budget and the motion of the bench. a = a_ref R(α, ω) (x′, y′, 1 + z′).
 ///
@@ -59,18 +61,30 @@ pub struct AppliedAcceleration {
 /// As [`observations`].
 pub fn applied(campaign: &ShakerCampaign) -> Result<Vec<AppliedAcceleration>, Error> {
     let seen = observations(campaign)?;
-    let (corrections, _) = pooled(&campaign.corrections);
-    let places = seen.rows.iter();
-    let places = places.map(|r| (r.configuration.inclination, r.frequency));
-    let table = corrections.first().map(|c| c.table.clone());
-    let table = table.unwrap_or_default();
-    let table = table.completed(places, campaign.unmeasured_motion);
-    let budget = with_motion(&seen.budget, &table, &seen.rows)?;
-    let of = |row: &PhasorRow| of_row(row, &table, &budget);
-    Ok(seen.rows.iter().map(of).collect())
+    let (mut corrections, _) = pooled(&campaign.corrections);
+    if corrections.is_empty() {
+        corrections.push(Correction::none());
+    }
+    let mut all = Vec::with_capacity(corrections.len() * seen.rows.len());
+    for correction in corrections {
+        let places = seen.rows.iter();
+        let places = places.map(|r| (r.configuration.inclination, r.frequency));
+        let table = correction
+            .table
+            .completed(places, campaign.unmeasured_motion);
+        let budget = with_motion(&seen.budget, &table, &seen.rows)?;
+        let of = |row: &PhasorRow| of_row(row, &correction.label, &table, &budget);
+        all.extend(seen.rows.iter().map(of));
+    }
+    Ok(all)
 }
 
-fn of_row(row: &PhasorRow, motion: &SpuriousTable, budget: &Budget) -> AppliedAcceleration {
+fn of_row(
+    row: &PhasorRow,
+    correction: &str,
+    motion: &SpuriousTable,
+    budget: &Budget,
+) -> AppliedAcceleration {
     let one = Complex64::new(1.0, 0.0);
     let entry = motion.get(row.configuration.inclination, row.frequency);
     let mut e = entry.map_or([Complex64::new(0.0, 0.0); 3], |s| s.ratio);
@@ -105,6 +119,9 @@ fn of_row(row: &PhasorRow, motion: &SpuriousTable, budget: &Budget) -> AppliedAc
                 causes.push((moved, entry.dof));
             }
         }
+        let bent = bending(entry, 2) * size;
+        let moved = m.map(|axis| Complex64::new(bent * axis[2], 0.0));
+        causes.push((moved, DegreesOfFreedom::INFINITE));
     }
     let components = std::array::from_fn(|i| {
         [|z: Complex64| z.re, |z: Complex64| z.im].map(|of: fn(Complex64) -> f64| {
@@ -113,7 +130,7 @@ fn of_row(row: &PhasorRow, motion: &SpuriousTable, budget: &Budget) -> AppliedAc
                 .map(|(c, dof)| (of(c[i]).abs(), *dof))
                 .filter(|(u, _)| *u > 0.0)
                 .collect();
-            let u = each.iter().map(|(u, _)| u * u).sum::<f64>().sqrt();
+            let u = each.iter().fold(0.0, |sum, (u, _)| sum + u * u).sqrt();
             AppliedPart {
                 value: of(a[i]),
                 standard_uncertainty: u,
@@ -127,6 +144,7 @@ fn of_row(row: &PhasorRow, motion: &SpuriousTable, budget: &Budget) -> AppliedAc
     AppliedAcceleration {
         run: row.run.clone(),
         session: row.session.clone(),
+        correction: correction.to_owned(),
         frequency: row.frequency,
         configuration: row.configuration,
         reference: size,
@@ -194,7 +212,7 @@ mod tests {
     #[test]
     fn published_component_along_x_of_configuration_41() {
         let (row, table, budget) = published();
-        let applied = of_row(&row, &table, &budget);
+        let applied = of_row(&row, "own", &table, &budget);
         let [in_phase, _] = applied.components[0];
         assert_eq!(format!("{:.3}", in_phase.value), "2.130");
         let square = in_phase.standard_uncertainty.powi(2);
@@ -213,7 +231,7 @@ mod tests {
         inputs.push(ShakerInput::new("lean", Acts::Lean, 0.003, &[]));
         inputs.push(ShakerInput::new("phase", Acts::ReferencePhase, 0.01, &[]));
         let budget = Budget::new(inputs).expect("a budget");
-        let applied = of_row(&row, &table, &budget);
+        let applied = of_row(&row, "own", &table, &budget);
         let entry = table.entries[0].clone();
         let mut chance = rand_xoshiro::Xoshiro256PlusPlus::seed_from_u64(11);
         let trials = 20_000;

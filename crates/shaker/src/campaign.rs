@@ -20,7 +20,7 @@ use super::fit::{
     UNMEASURED_MOTION, VarianceComponent, complex, joint,
 };
 use super::geometry::Configuration;
-use super::observation::{Correction, PhasorRow, SpuriousTable, UnmeasuredAt, ascending};
+use super::observation::{Correction, PhasorRow, UnmeasuredAt, ascending};
 use super::published::{self, MagnitudeRow, PublishedFit, SpuriousMagnitude};
 use super::screening::{MOTION, Observations, is_certified, observations, with_motion};
 use super::spurious::pooled;
@@ -219,10 +219,7 @@ pub fn calibrate(campaign: &ShakerCampaign) -> Result<ShakerCalibration, Error> 
         budget,
         mut findings,
     } = observations(campaign)?;
-    let none = [Correction {
-        label: "none".to_owned(),
-        table: SpuriousTable::default(),
-    }];
+    let none = [Correction::none()];
     let (pooled, scatter) = pooled(&campaign.corrections);
     findings.extend(scatter);
     let corrections: &[Correction] = if pooled.is_empty() { &none } else { &pooled };

@@ -523,6 +523,16 @@ pub struct Correction {
     pub table: SpuriousTable,
 }
 
+impl Correction {
+    /// That of a campaign without one.
+    pub(crate) fn none() -> Self {
+        Self {
+            label: "none".to_owned(),
+            table: SpuriousTable::default(),
+        }
+    }
+}
+
 /// Across the excitation (0) or along it (1).
 pub(crate) fn way(axis: usize) -> usize {
     usize::from(axis == 2)

@@ -3,7 +3,7 @@
 use super::CampaignFile;
 use super::shaker::{
     BudgetSource, CampaignPlan, CertificateTable, ConditionerTable, Mounting, MountingTable,
-    OutputRecording, PhasorQuantity, RunTable, RunsTable, ShakerBudget, ShakerRecording,
+    OutputRecording, PhasorQuantity, RunTable, RunsTable, ShakerBudget, ShakerRecording, ShakerRun,
     SpuriousFile, TriaxialDatasheet, read_runs,
 };
 use super::shaker_single::{REFERENCES, reference_fits};
@@ -482,6 +482,38 @@ impl ShakerTriaxialCampaign {
     pub(crate) fn waveform_options(&self) -> Result<WaveformOptions> {
         let names = of_the_bench(&Self::CHANNELS, self.output_recording.as_ref());
         waveform_options(&self.source, self.recording.as_ref(), &names)
+    }
+
+    /// Refuses a correction of which no line is of a wedge and a frequency of the runs: nothing would be corrected by it.
+    ///
+    /// # Errors
+    /// With the first line of the table and the first run.
+    pub(crate) fn meets(&self, corrections: &[SpuriousFile], runs: &[ShakerRun<Mounting>]) -> Result<()> {
+        for SpuriousFile { correction, .. } in corrections {
+            let table = &correction.table;
+            let met = |r: &ShakerRun<Mounting>| {
+                let inclination = r.seat.configuration.inclination;
+                table.get(inclination, r.frequency_hz).is_some()
+            };
+            let (Some(line), Some(run)) = (table.entries.first(), runs.first()) else {
+                continue;
+            };
+            if runs.iter().any(met) {
+                continue;
+            }
+            let said = format!(
+                "the table of \"{}\" has no line of a wedge and a frequency of the runs: its first is of {:.4}° at {} Hz, the first run of {:.4}° at {} Hz",
+                correction.label,
+                line.inclination.to_degrees(),
+                line.frequency,
+                run.seat.configuration.inclination.to_degrees(),
+                run.frequency_hz
+            );
+            return Err(self.source.refuse("correction", "file", said).with_hint(
+                "check its columns of inclination (degrees) and frequency (hertz), or name the table that was measured on this bench",
+            ));
+        }
+        Ok(())
     }
 
     /// Reads the tables of spurious motion.

@@ -342,13 +342,9 @@ fn residuals(results: &[MethodResult], unit: &str) -> Table {
     });
     let mut fields = begin(|r: &Row<'_>| r.0);
     fields.push(Field::new("run", |r: &Row<'_>| r.1.run.as_str().into()));
-    if results
-        .iter()
-        .flat_map(|r| &r.runs)
-        .any(|r| r.session.is_some())
-    {
-        let session = |r: &Row<'_>| r.1.session.as_deref().into();
-        fields.push(Field::new("session", session));
+    let mut runs = results.iter().flat_map(|r| &r.runs);
+    if runs.any(|r| r.session.is_some()) {
+        fields.push(session(|r: &Row<'_>| r.1.session.as_deref()));
     }
     for (k, axis) in AXES.into_iter().enumerate() {
         fields.push(filed(format!("direction_{axis}"), move |r: &Row<'_>| {
@@ -374,6 +370,11 @@ fn residuals(results: &[MethodResult], unit: &str) -> Table {
     Table::of("", fields, rows)
 }
 
+/// The session of a run, where the table of runs has them.
+fn session<'a, R: 'a>(of: impl for<'r> Fn(&'r R) -> Option<&'r str> + 'a) -> Field<'a, R> {
+    Field::new("session", move |r| of(r).into())
+}
+
 /// A number, where it exists.
 fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
@@ -397,7 +398,7 @@ fn phasors(runs: &[RunInput], acceleration: bool, output: OutputUnit) -> Table {
     let of_outputs = ascii(output.symbol());
     let mut fields = mounted(|r: &R| (r.run.as_str(), r.frequency, r.configuration));
     if runs.iter().any(|r| r.session.is_some()) {
-        fields.push(Field::new("session", |r: &R| r.session.as_deref().into()));
+        fields.push(session(|r: &R| r.session.as_deref()));
     }
     for (k, name) in CHANNELS.into_iter().enumerate() {
         let unit = match (k, acceleration) {
@@ -429,8 +430,11 @@ fn applied(runs: &[AppliedAcceleration]) -> Table {
     type R = AppliedAcceleration;
     let mut fields = mounted(|r: &R| (r.run.as_str(), r.frequency, r.configuration));
     if runs.iter().any(|r| r.session.is_some()) {
-        fields.push(Field::new("session", |r: &R| r.session.as_deref().into()));
+        fields.push(session(|r: &R| r.session.as_deref()));
     }
+    fields.push(Field::new("correction", |r: &R| {
+        r.correction.as_str().into()
+    }));
     fields.push(filed("reference_m/s2", |r: &R| r.reference));
     for (i, axis) in AXES.into_iter().enumerate() {
         for (k, part) in ["real", "imaginary"].into_iter().enumerate() {
@@ -511,6 +515,9 @@ fn recordings(runs: &[RunInput]) -> Table {
             r.quality.distortion.map(|d| 100.0 * d)
         }),
     ];
+    if runs.iter().any(|r| r.session.is_some()) {
+        fields.push(session(|r: &R| r.session.as_deref()));
+    }
     for (k, name) in CHANNELS.into_iter().enumerate() {
         fields.push(filed(format!("snr_{name}_dB"), move |r: &R| {
             finite(*r.quality.signal_to_noise.get(k)?)
