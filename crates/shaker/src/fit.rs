@@ -483,7 +483,12 @@ fn frequency_fit(
             },
         });
     }
-    influences.extend(bending::influence(adjustment, f, rows, &supported.spurious)?);
+    influences.extend(bending::influence(
+        adjustment,
+        f,
+        rows,
+        &supported.spurious,
+    )?);
     influences.extend(unread(adjustment, f, rows, &influences, &sensitivity)?);
     let estimate = Estimate::new(
         components("S", budget.output.sensitivity(), &sensitivity),

@@ -480,9 +480,7 @@ impl SpuriousTable {
         let (axis, second) = (part / 2, part % 2);
         let u = self.shared[share as usize][way(axis)];
         match (share, second) {
-            (Share::Own, _) => {
-                root(entry.covariance[axis])[second]
-            }
+            (Share::Own, _) => root(entry.covariance[axis])[second],
             (_, 0) => Complex64::new(u, 0.0),
             _ => Complex64::new(0.0, u),
         }

@@ -488,7 +488,11 @@ impl ShakerTriaxialCampaign {
     ///
     /// # Errors
     /// With the first line of the table and the first run.
-    pub(crate) fn meets(&self, corrections: &[SpuriousFile], runs: &[ShakerRun<Mounting>]) -> Result<()> {
+    pub(crate) fn meets(
+        &self,
+        corrections: &[SpuriousFile],
+        runs: &[ShakerRun<Mounting>],
+    ) -> Result<()> {
         for SpuriousFile { correction, .. } in corrections {
             let table = &correction.table;
             let met = |r: &ShakerRun<Mounting>| {
