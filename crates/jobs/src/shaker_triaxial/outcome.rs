@@ -8,6 +8,7 @@ use crate::record::Record;
 use crate::sensor_clock::SensorClock;
 use crate::trouble::Result;
 use proofmass_documents::{AnyCalibration, StatedQuantity};
+use proofmass_dynamic::FrequencyResponse;
 use proofmass_io::Unit;
 use proofmass_report::Report;
 use proofmass_shaker::datasheet::Datasheet;
@@ -43,6 +44,16 @@ pub struct ShakerTriaxialOutcome {
 }
 
 impl ShakerTriaxialOutcome {
+    /// The first result as a response over frequency. Phases that nobody read, or that count from another one at every frequency, make
+    /// none.
+    pub(super) fn response(&self) -> Result<Option<FrequencyResponse>> {
+        let own = self.clock.is_some_and(|c| c.clock == SampleClock::Own);
+        match self.calibration.results.first() {
+            Some(principal) if !self.moduli && !own => Ok(principal.frequency_response()?),
+            _ => Ok(None),
+        }
+    }
+
     pub(super) fn new(
         job: &ShakerTriaxialJob,
         data: &ShakerTriaxialData<'_>,
@@ -130,16 +141,12 @@ impl Outcome for ShakerTriaxialOutcome {
         let Some(principal) = self.calibration.results.first() else {
             return Ok(None);
         };
-        // Phases that nobody read, or that count from another one at every frequency, are no response over frequency.
-        if self.moduli || self.clock.is_some_and(|c| c.clock == SampleClock::Own) {
-            return Ok(None);
-        }
         let unit = match self.budget.output {
             OutputUnit::Volt => Unit::Volt,
             OutputUnit::Acceleration => Unit::MetrePerSecondSquared,
             OutputUnit::Count => Unit::Count,
         };
-        Ok(principal.frequency_response()?.map(|response| {
+        Ok(self.response()?.map(|response| {
             let model = tables::word(principal.method);
             frequency_response::to_file(&response, model, unit, record).into()
         }))

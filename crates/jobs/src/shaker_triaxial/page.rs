@@ -7,6 +7,7 @@ mod contested;
 mod curves;
 mod datasheet;
 mod digits;
+mod firmware;
 mod matrices;
 mod mounting;
 mod transverse;
@@ -64,6 +65,8 @@ fn sections(
     if rigorous {
         list.push(Some(curves::section(result, unit)));
         list.push(Some(matrices::section(result, unit)));
+        let shown = representative(result).map(|f| f.frequency);
+        list.push(firmware::section(outcome, result, shown));
     }
     list.extend([
         Some(frame()),
