@@ -137,11 +137,11 @@ impl Bias {
         job.levelling = self.levelling.to_radians();
         job.threshold = self.threshold;
         job.mean = self.mean;
-        let outcome = job.evaluate(&recording.data(), &watch)?;
+        let record = recording.record(Some(clock::today()));
+        let outcome = job.answer(&recording.data(), &record.inputs, &watch)?;
         let rests = outcome.rests().len();
         let ending = if rests == 1 { "" } else { "s" };
         console::note(format!("{rests} rest{ending}"));
-        let record = recording.record(Some(clock::today()));
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

@@ -118,8 +118,8 @@ impl Drift {
         if let Some(file) = &self.calibration {
             results.take_calibration(Source::open(file)?, &mut job)?;
         }
-        let outcome = job.evaluate(&(), &Progress::new())?;
         let record = results.record(Some(clock::today()));
+        let outcome = job.answer(&(), &record.inputs, &Progress::new())?;
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
@@ -140,8 +140,8 @@ where
     let folder = delivery.begin(J::Outcome::KIND, &paths)?;
     let watch = Progress::new();
     let recordings: AxisRecordings = sensors.load(&Folder::new(""), reference, &watch)?;
-    let outcome = job.evaluate(&recordings.data(), &watch)?;
     let record = recordings.record(Some(clock::today()));
+    let outcome = job.answer(&recordings.data(), &record.inputs, &watch)?;
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 

@@ -56,6 +56,56 @@ pub(crate) fn read_gravity(gravity: Gravity, by: impl Into<String>) -> ReadGravi
     }
 }
 
+/// Files that were read each in its own way and open a page or a message.
+pub(crate) const READINGS: usize = 3;
+
+/// How each recording was read, in one line each; files that were read alike share a line.
+fn readings(inputs: &[Input]) -> Vec<String> {
+    let mut groups: Vec<(&str, usize, &Reading)> = Vec::new();
+    for input in inputs {
+        let Some(reading) = input.reading.as_deref() else {
+            continue;
+        };
+        match groups.iter_mut().find(|g| g.2 == reading) {
+            Some(group) => group.1 += 1,
+            None => groups.push((&input.path, 0, reading)),
+        }
+    }
+    let line = |&(path, more, reading): &(&str, usize, &Reading)| match more {
+        0 => reading.line(path),
+        more => reading.line(&format!("{path} and {more} more")),
+    };
+    groups.iter().map(line).collect()
+}
+
+/// The first files by name, and how many more there are.
+pub(crate) fn named(names: &[&str]) -> String {
+    /// Files that are named.
+    const NAMED: usize = 4;
+    match names {
+        [first @ .., _] if first.len() >= NAMED => {
+            let more = names.len() - NAMED;
+            format!("{} and {more} more", names[..NAMED].join(", "))
+        }
+        all => all.join(", "),
+    }
+}
+
+/// What a message begins with: how the recordings were read, else which files, which have no columns to tell.
+pub(crate) fn what_was_read(inputs: &[Input]) -> Vec<String> {
+    let mut lines = readings(inputs);
+    if lines.is_empty() && !inputs.is_empty() {
+        let files: Vec<&str> = inputs.iter().map(|i| i.path.as_str()).collect();
+        lines = vec![named(&files)];
+    }
+    if lines.len() > READINGS {
+        let more = lines.len() - READINGS;
+        lines.truncate(READINGS);
+        lines.push(format!("{more} more"));
+    }
+    lines
+}
+
 impl Record {
     /// The title that was given, or one from the name of the device: `Calibration of …`.
     pub fn title(&self, of: &str, without: &str) -> String {
@@ -75,25 +125,8 @@ impl Record {
 
     /// How each recording was read, in one line each: what a page and a summary begin with.
     pub fn readings(&self) -> Vec<(String, String)> {
-        // Files that were read alike share a line.
-        let mut groups: Vec<(&str, usize, &Reading)> = Vec::new();
-        for input in &self.inputs {
-            let Some(reading) = input.reading.as_deref() else {
-                continue;
-            };
-            match groups.iter_mut().find(|g| g.2 == reading) {
-                Some(group) => group.1 += 1,
-                None => groups.push((&input.path, 0, reading)),
-            }
-        }
-        let line = |&(path, more, reading): &(&str, usize, &Reading)| match more {
-            0 => reading.line(path),
-            more => reading.line(&format!("{path} and {more} more")),
-        };
-        groups
-            .iter()
-            .map(|group| ("Read".to_owned(), line(group)))
-            .collect()
+        let lines = readings(&self.inputs).into_iter();
+        lines.map(|line| ("Read".to_owned(), line)).collect()
     }
 
     /// Label and value of what is known of device and conditions.

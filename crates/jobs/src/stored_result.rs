@@ -3,7 +3,7 @@
 use crate::findings;
 use crate::outcome::{Outcome, QUANTITIES};
 use crate::page::answer::answer_first;
-use crate::record::Record;
+use crate::record::{READINGS, Record, named};
 use crate::trouble::{Result, Trouble};
 use proofmass_documents::{
     AnyCalibration, RESULT_VERSION, ResultDocument, StatedQuantity, TrialFile,
@@ -80,20 +80,6 @@ pub(crate) fn result_extra_schemas(
             generator.subschema_for::<proofmass_documents::Ambient>(),
         ),
     ]
-}
-
-/// Files that were read each in its own way and open the page; more stand with the conditions.
-const READINGS: usize = 3;
-
-/// The first files by name, and how many more there are.
-fn named(inputs: &[(String, String)]) -> String {
-    /// Files that are named.
-    const NAMED: usize = 4;
-    let names: Vec<&str> = inputs.iter().take(NAMED).map(|i| i.0.as_str()).collect();
-    match inputs.len() - names.len() {
-        0 => names.join(", "),
-        more => format!("{} and {more} more", names.join(", ")),
-    }
 }
 
 impl StoredResult {
@@ -303,9 +289,10 @@ impl StoredResult {
         }
         let mut readings = self.record.readings().into_iter();
         let inputs = self.record.digests();
+        let files: Vec<&str> = inputs.iter().map(|(path, _)| path.as_str()).collect();
         // Tables, results and requests have no columns to tell; what was read is said all the same.
         if readings.len() == 0 && !inputs.is_empty() {
-            page = page.reading_at_least(named(&inputs));
+            page = page.reading_at_least(named(&files));
         }
         for (_, first) in readings.by_ref().take(READINGS) {
             page = page.reading(first);

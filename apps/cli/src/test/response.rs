@@ -226,7 +226,10 @@ impl Common {
         let mut findings = data.findings.to_vec();
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         data.findings = &findings;
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let mut files = recordings.inputs();
+        files.extend(certificate.as_ref().map(|c| c.input.clone()));
+        files.extend(others.into_iter().map(|(_, input)| input));
+        let outcome = job.answer(&data, &files, &Progress::new())?;
         let title = match paths {
             [first, _, ..] => format!(
                 "Frequency response, {} and {} more",
@@ -238,9 +241,6 @@ impl Common {
                 named(Path::new(recordings.name()))
             ),
         };
-        let mut files = recordings.inputs();
-        files.extend(certificate.map(|c| c.input));
-        files.extend(others.into_iter().map(|(_, input)| input));
         let record = record(title, files);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

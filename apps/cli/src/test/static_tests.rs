@@ -48,8 +48,8 @@ fn answer(
 ) -> Result<Outcome, Failure> {
     let folder = delivery.begin(StaticTestOutcome::KIND, paths)?;
     let files = read(&job.test)?;
-    let outcome = job.evaluate(&files.data(), &Progress::new())?;
     let record = files.record(Some(clock::today()));
+    let outcome = job.answer(&files.data(), &record.inputs, &Progress::new())?;
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
@@ -148,8 +148,8 @@ impl MountingTest {
         test.bias = self.bias_uncertainty;
         test.straightness = self.straightness.to_radians();
         let job = StaticTestJob::new(StaticTest::Mounting(test));
-        let outcome = job.evaluate(&files.data(), &Progress::new())?;
         let record = files.record(Some(clock::today()));
+        let outcome = job.answer(&files.data(), &record.inputs, &Progress::new())?;
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
