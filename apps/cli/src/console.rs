@@ -17,24 +17,42 @@ use std::time::{Duration, Instant};
 
 /// Prints a report as text, as wide as the terminal, with colour where a person looks at it.
 pub(crate) fn show(report: &Report) -> Result<(), Failure> {
-    show_as(report, false)
+    show_as(report, Shown::WHOLE)
 }
 
-fn show_as(report: &Report, filed: bool) -> Result<(), Failure> {
+/// What of a result is printed.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown {
+    /// Whether it was written to a folder.
+    pub(crate) filed: bool,
+    /// Whether every table is printed, not the opening alone.
+    pub(crate) details: bool,
+}
+
+impl Shown {
+    /// Everything of what no folder holds.
+    pub(crate) const WHOLE: Self = Self {
+        filed: false,
+        details: true,
+    };
+}
+
+fn show_as(report: &Report, shown: Shown) -> Result<(), Failure> {
     let out = std::io::stdout();
     let options = terminal::Options {
         width: width(),
         colour: out.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty()),
-        filed,
+        filed: shown.filed,
+        details: shown.details,
     };
     print(&terminal::render(report, &options)?)
 }
 
-/// Prints the summary of a result, which was written to a folder or not; a host is given the result itself.
-pub(crate) fn show_result(result: &StoredResult, filed: bool) -> Result<(), Failure> {
+/// Prints the summary of a result; a host is given the result itself.
+pub(crate) fn show_result(result: &StoredResult, shown: Shown) -> Result<(), Failure> {
     match host::tell(|host| host.result(result.clone())) {
         true => Ok(()),
-        false => show_as(&result.summary(), filed),
+        false => show_as(&result.summary(), shown),
     }
 }
 
