@@ -53,7 +53,10 @@ impl Delivery {
                 "there is nothing to sign: no folder is written",
             )
             .hint("name one with -o FOLDER")),
-            None => Ok(None),
+            None => {
+                console::reading(inputs);
+                Ok(None)
+            }
         }
     }
 
@@ -84,6 +87,7 @@ impl Delivery {
                 litter.display()
             ));
         }
+        console::reading(inputs);
         Ok(folder)
     }
 
