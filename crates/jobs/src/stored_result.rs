@@ -82,6 +82,22 @@ pub(crate) fn result_extra_schemas(
     ]
 }
 
+/// Input files whose digests are printed one by one; of more, paper has the digest of their list.
+const FEW: usize = 12;
+
+/// One digest for all inputs: that of their lines as `sha256sum` writes them.
+fn digest_of_list(inputs: &[(String, String)]) -> String {
+    let lines: String = inputs
+        .iter()
+        .map(|(path, digest)| format!("{digest}  {path}\n"))
+        .collect();
+    format!(
+        "{} files. SHA-256 of their list, a line `digest  name` for each in the order of result.json: {}.",
+        inputs.len(),
+        proofmass_io::sha256(&[lines.as_bytes()])
+    )
+}
+
 impl StoredResult {
     /// The file of a result: itself, or result.json of a folder.
     pub fn place(path: &std::path::Path) -> std::path::PathBuf {
@@ -300,7 +316,11 @@ impl StoredResult {
         page.meta = [readings.collect(), self.record.meta(), page.meta].concat();
         page = page.findings(self.findings().iter().cloned());
         if !inputs.is_empty() {
-            page = page.section(Section::new("Inputs").inputs(&inputs));
+            let mut section = Section::new("Inputs");
+            if inputs.len() > FEW {
+                section = section.paragraph(digest_of_list(&inputs));
+            }
+            page = page.section(section.inputs(&inputs));
         }
         page.footer(self.record.software.to_string())
     }

@@ -311,6 +311,19 @@ fn law_what_is_looked_up_is_not_printed_on_paper() {
     assert_eq!(page.matches("<details class=\"off-paper\">").count(), 2);
     assert!(page.contains("<details class=\"off-paper\">\n<summary><h3>Whole</h3></summary>"));
     assert!(page.contains(".off-paper > div { display: none; }"));
+    let inputs = |count: usize| {
+        let files: Vec<_> = (0..count)
+            .map(|n| (format!("{n}.csv"), "0".repeat(64)))
+            .collect();
+        let report = Report::new("Test").section(Section::new("Inputs").inputs(&files));
+        html::render(&report.of(Place::Page)).unwrap()
+    };
+    let off = |page: String| page.matches("<details class=\"off-paper\">").count();
+    assert_eq!(
+        (off(inputs(12)), off(inputs(13))),
+        (0, 1),
+        "digests of many files"
+    );
 }
 
 proofmass_uncertainty::findings! {
