@@ -131,6 +131,7 @@ impl Bias {
         let mut job = BiasJob::new(noise);
         job.gravity = gravity;
         job.standard_gravity = gravity.is_some() && self.gravity.is_standard();
+        job.place = self.gravity.place();
         if let Some(Up::Along(up)) = self.up {
             job.up = Some(up);
         }

@@ -57,6 +57,7 @@ fn answer(
 fn under(gravity: &GravityArguments, test: StaticTest) -> StaticTestJob {
     let mut job = StaticTestJob::new(test);
     job.standard_gravity = gravity.is_standard();
+    job.place = gravity.place();
     job
 }
 
