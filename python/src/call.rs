@@ -106,7 +106,9 @@ impl Call {
             _ => "data",
         };
         let hint = trouble.hint().map(str::to_owned);
-        Some((kind, trouble.to_string(), trouble.place().to_vec(), hint))
+        let read = trouble.read().iter().map(|line| format!("Read  {line}"));
+        let place = read.chain(trouble.place().iter().cloned()).collect();
+        Some((kind, trouble.to_string(), place, hint))
     }
 
     #[getter]

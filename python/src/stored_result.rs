@@ -103,6 +103,7 @@ impl StoredResult {
             width,
             colour: false,
             filed: true,
+            details: true,
         };
         terminal::render(&self.0.summary(), &options).map_err(refused)
     }

@@ -131,17 +131,18 @@ impl Bias {
         let mut job = BiasJob::new(noise);
         job.gravity = gravity;
         job.standard_gravity = gravity.is_some() && self.gravity.is_standard();
+        job.place = self.gravity.place();
         if let Some(Up::Along(up)) = self.up {
             job.up = Some(up);
         }
         job.levelling = self.levelling.to_radians();
         job.threshold = self.threshold;
         job.mean = self.mean;
-        let outcome = job.evaluate(&recording.data(), &watch)?;
+        let record = recording.record(Some(clock::today()));
+        let outcome = job.answer(&recording.data(), &record.inputs, &watch)?;
         let rests = outcome.rests().len();
         let ending = if rests == 1 { "" } else { "s" };
         console::note(format!("{rests} rest{ending}"));
-        let record = recording.record(Some(clock::today()));
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

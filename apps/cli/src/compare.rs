@@ -3,7 +3,7 @@
 use crate::console::Progress;
 use crate::delivery::Delivery;
 use crate::{Failure, Outcome, clock, console};
-use proofmass::io::Source;
+use proofmass::io::{Input, Source};
 use proofmass::jobs::comparison::{ComparisonData, ComparisonJob, ComparisonOutcome};
 use proofmass::jobs::{Job, Outcome as _, Record, StoredResult, frequency_response};
 use std::path::{Path, PathBuf};
@@ -79,11 +79,12 @@ impl Compare {
         let mut job = ComparisonJob::default();
         job.probability = self.probability;
         job.common = self.common;
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let inputs: Vec<Input> = documents.iter().map(|d| d.input.clone()).collect();
+        let outcome = job.answer(&data, &inputs, &Progress::new())?;
         console::note(format!("{} points compared", outcome.points()));
         let record = Record {
             date: Some(clock::today()),
-            inputs: documents.into_iter().map(|d| d.input).collect(),
+            inputs,
             ..Record::default()
         };
         self.delivery

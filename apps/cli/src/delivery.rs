@@ -1,5 +1,6 @@
 //! Where the results of a command go: a folder, standard output, the exit code.
 
+use crate::console::Shown;
 use crate::{Failure, Outcome, console, host};
 use proofmass::io::{LARGEST_DOCUMENT, OutputFolder, SigningKey, Source};
 use proofmass::jobs::{RESULT, StoredResult};
@@ -20,6 +21,9 @@ pub(crate) struct Delivery {
     /// Print result.json instead of the summary
     #[arg(long)]
     json: bool,
+    /// Print every table of the summary, not the opening alone
+    #[arg(long, conflicts_with = "json")]
+    details: bool,
     /// Exit with code 3 when a finding needs a decision
     #[arg(long)]
     strict: bool,
@@ -49,7 +53,10 @@ impl Delivery {
                 "there is nothing to sign: no folder is written",
             )
             .hint("name one with -o FOLDER")),
-            None => Ok(None),
+            None => {
+                console::reading(inputs);
+                Ok(None)
+            }
         }
     }
 
@@ -80,6 +87,7 @@ impl Delivery {
                 litter.display()
             ));
         }
+        console::reading(inputs);
         Ok(folder)
     }
 
@@ -100,7 +108,11 @@ impl Delivery {
         if self.json {
             console::print_json(&result.to_json()?)?;
         } else {
-            console::show_result(result, place.is_some())?;
+            let shown = Shown {
+                filed: place.is_some(),
+                details: self.details,
+            };
+            console::show_result(result, shown)?;
         }
         if let Some(place) = place {
             console::note(format!("written: {}", place.display()));

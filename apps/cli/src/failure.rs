@@ -40,6 +40,9 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for read in self.0.read() {
+            writeln!(f, "Read  {}", Visible(read))?;
+        }
         writeln!(
             f,
             "\x1b[1;31merror[{}]\x1b[0m: {}",

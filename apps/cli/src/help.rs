@@ -149,6 +149,7 @@ const HEADINGS: &[(&str, &[Group])] = &[
             (
                 "Encoder, resolver or wheel",
                 &[
+                    "columns",
                     "position",
                     "speed",
                     "quadrature",

@@ -58,7 +58,10 @@ impl Inspect {
                 .map_err(|e| Failure::new(format!("the inspection cannot be written: {e}")))?;
             console::print_json(&json)?;
         } else {
-            console::show_result(&StoredResult::new(Record::default(), &outcome)?, false)?;
+            console::show_result(
+                &StoredResult::new(Record::default(), &outcome)?,
+                console::Shown::WHOLE,
+            )?;
         }
         if let Some(path) = plot {
             console::note(format!("written: {}", path.display()));

@@ -370,19 +370,47 @@ mod tests {
         ("test temperature", &["columns", "unit"]),
         (
             "test random",
-            &["input", "input-unit", "output-column", "output-unit"],
+            &[
+                "columns",
+                "unit",
+                "input",
+                "input-unit",
+                "output-column",
+                "output-unit",
+            ],
         ),
         (
             "test impact",
-            &["input", "input-unit", "output-column", "output-unit"],
+            &[
+                "columns",
+                "unit",
+                "input",
+                "input-unit",
+                "output-column",
+                "output-unit",
+            ],
         ),
         (
             "test sweep",
-            &["input", "input-unit", "output-column", "output-unit"],
+            &[
+                "columns",
+                "unit",
+                "input",
+                "input-unit",
+                "output-column",
+                "output-unit",
+            ],
         ),
         (
             "test steps",
-            &["input", "input-unit", "output-column", "output-unit"],
+            &[
+                "columns",
+                "unit",
+                "input",
+                "input-unit",
+                "output-column",
+                "output-unit",
+            ],
         ),
         (
             "test shock",
@@ -393,19 +421,43 @@ mod tests {
         ("test deconvolve", &["column", "unit"]),
         (
             "velocity estimate",
-            &["position", "unit", "acceleration", "acceleration-unit"],
+            &[
+                "columns",
+                "position",
+                "unit",
+                "acceleration",
+                "acceleration-unit",
+            ],
         ),
         (
             "velocity compare",
-            &["position", "unit", "acceleration", "acceleration-unit"],
+            &[
+                "columns",
+                "position",
+                "unit",
+                "acceleration",
+                "acceleration-unit",
+            ],
         ),
         (
             "velocity tune",
-            &["position", "unit", "acceleration", "acceleration-unit"],
+            &[
+                "columns",
+                "position",
+                "unit",
+                "acceleration",
+                "acceleration-unit",
+            ],
         ),
         (
             "velocity map",
-            &["position", "unit", "acceleration", "acceleration-unit"],
+            &[
+                "columns",
+                "position",
+                "unit",
+                "acceleration",
+                "acceleration-unit",
+            ],
         ),
     ];
 

@@ -31,8 +31,8 @@ impl Modes {
             read.push(other);
         }
         let folder = self.delivery.begin(ModesOutcome::KIND, &read)?;
-        let outcome = file.job.evaluate(&file.data(), &Progress::new())?;
         let record = file.record(Some(clock::today()));
+        let outcome = (file.job).answer(&file.data(), &record.inputs, &Progress::new())?;
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

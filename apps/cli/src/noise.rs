@@ -183,8 +183,9 @@ impl Noise {
             (outcome, recording.finish()?)
         } else {
             let recording = self.reading.read(source)?;
-            let outcome = job.evaluate(&recording.data(), &watch)?;
-            (outcome, recording.input())
+            let input = recording.input();
+            let read = std::slice::from_ref(&input);
+            (job.answer(&recording.data(), read, &watch)?, input)
         };
         drop(watch);
         if let Some(yaml) = &self.imu_yaml {

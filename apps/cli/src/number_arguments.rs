@@ -1,7 +1,8 @@
-//! Numbers as options.
+//! Numbers as options, and pairs of columns and units.
 
 use crate::Failure;
 use clap::error::{ContextKind, ContextValue};
+use proofmass::io::{ColumnRef, Unit};
 use std::error::Error;
 
 /// What is wrong with the text of an option that stands for a number, in the words of a person.
@@ -39,6 +40,27 @@ fn refused(text: &str, wanted: &str) -> String {
     match with_a_point(text) {
         Some(number) => format!("the decimal mark is the point: {number}"),
         None => format!("{text:?} is no {wanted}"),
+    }
+}
+
+/// Two columns, by name or number.
+pub(crate) fn two_columns(text: &str) -> Result<[ColumnRef; 2], String> {
+    match text.split(',').map(str::trim).collect::<Vec<_>>()[..] {
+        [first, second] if !first.is_empty() && !second.is_empty() => {
+            Ok([first, second].map(ColumnRef::from_word))
+        }
+        _ => Err(format!("{text:?} is no pair of columns, such as 2,3")),
+    }
+}
+
+/// One unit of two columns, or one of each.
+pub(crate) fn two_units(text: &str) -> Result<[Unit; 2], String> {
+    let units = text.split(',').map(|unit| unit.trim().parse::<Unit>());
+    let units: Vec<Unit> = units.collect::<Result<_, _>>().map_err(|e| e.to_string())?;
+    match units[..] {
+        [both] => Ok([both; 2]),
+        [first, second] => Ok([first, second]),
+        _ => Err(format!("{text:?} is neither a unit nor a pair of units")),
     }
 }
 

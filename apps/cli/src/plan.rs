@@ -75,7 +75,7 @@ impl Plan {
         };
         let (mut job, inputs) = campaign.plan_job(self.frequency)?;
         (job.best, job.sizes) = (self.best, self.sizes);
-        let outcome = job.evaluate(&(), &Progress::new())?;
+        let outcome = job.answer(&(), &inputs, &Progress::new())?;
         let record = Record {
             title: campaign.title().map(str::to_owned),
             date: Some(clock::today()),

@@ -82,11 +82,11 @@ impl Validate {
         if let (Some(value), Some(u)) = (self.gravity, self.gravity_uncertainty) {
             job.gravity = Some(Gravity::given(value, u)?);
         }
-        let outcome = job.evaluate(&recording.data(), &watch)?;
+        let record = recording.record(Some(clock::today()));
+        let outcome = job.answer(&recording.data(), &record.inputs, &watch)?;
         let standstills = outcome.validation().attitudes.len();
         let ending = if standstills == 1 { "" } else { "s" };
         console::note(format!("{standstills} standstill{ending} found"));
-        let record = recording.record(Some(clock::today()));
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

@@ -56,7 +56,7 @@ impl Velocity {
                 answer(&job, &c.sensors, None, &c.delivery)
             }
             Question::Map(c) => {
-                let turn = c.turn.or(c.sensors.reading.turn()).ok_or_else(|| {
+                let turn = c.turn.or(c.sensors.axis.reading.turn()).ok_or_else(|| {
                     Failure::new("the distance of one turn is not known")
                         .hint("add --turn METRES, or --radius METRES, or --angular")
                 })?;
@@ -118,30 +118,53 @@ impl Drift {
         if let Some(file) = &self.calibration {
             results.take_calibration(Source::open(file)?, &mut job)?;
         }
-        let outcome = job.evaluate(&(), &Progress::new())?;
         let record = results.record(Some(clock::today()));
+        let outcome = job.answer(&(), &record.inputs, &Progress::new())?;
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }
 }
 
+/// The sensors of an axis, and the short way to name their columns.
+#[derive(clap::Args)]
+struct Sensors {
+    #[command(flatten)]
+    axis: AxisSensors,
+    /// Columns of position and acceleration in one: --position and --acceleration
+    #[arg(long, value_name = "POSITION,ACCELERATION", value_delimiter = ',', num_args = 1..=2, conflicts_with_all = ["position", "acceleration", "speed", "quadrature", "resolver"])]
+    columns: Vec<String>,
+}
+
+impl Sensors {
+    /// The columns where they belong; one alone is an encoder without an accelerometer.
+    fn named(&self) -> AxisSensors {
+        let mut axis = self.axis.clone();
+        if let [position, acceleration @ ..] = &self.columns[..] {
+            axis.reading.position = Some(vec![position.clone()]);
+            axis.acceleration = acceleration.to_vec();
+        }
+        axis
+    }
+}
+
 fn answer<J>(
     job: &J,
-    sensors: &AxisSensors,
+    sensors: &Sensors,
     reference: Option<&Reference>,
     delivery: &Delivery,
 ) -> Result<Outcome, Failure>
 where
     J: for<'a> Job<Data<'a> = proofmass::jobs::velocity::AxisData<'a>>,
 {
+    let sensors = &sensors.named();
     let mut files = sensors.files();
     files.extend(reference.and_then(|r| r.file.as_deref()));
     let paths: Vec<&Path> = files.into_iter().map(Path::new).collect();
     let folder = delivery.begin(J::Outcome::KIND, &paths)?;
     let watch = Progress::new();
     let recordings: AxisRecordings = sensors.load(&Folder::new(""), reference, &watch)?;
-    let outcome = job.evaluate(&recordings.data(), &watch)?;
     let record = recordings.record(Some(clock::today()));
+    let outcome = job.answer(&recordings.data(), &record.inputs, &watch)?;
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
@@ -152,7 +175,7 @@ where
 #[derive(clap::Args)]
 struct Estimate {
     #[command(flatten)]
-    sensors: AxisSensors,
+    sensors: Sensors,
     /// Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned]
     #[arg(long, value_name = "METHOD")]
     method: Option<Method>,
@@ -172,7 +195,7 @@ struct Estimate {
 #[derive(clap::Args)]
 struct Compare {
     #[command(flatten)]
-    sensors: AxisSensors,
+    sensors: Sensors,
     #[command(flatten)]
     reference: Option<Reference>,
     /// Sampling rates in hertz, to which the recording is thinned [default: its own]
@@ -195,7 +218,7 @@ struct Compare {
 #[derive(clap::Args)]
 struct Tune {
     #[command(flatten)]
-    sensors: AxisSensors,
+    sensors: Sensors,
     /// Whether the accelerometer's offset is a state of the filter
     #[arg(long, value_enum, default_value = "automatic")]
     offset: Offset,
@@ -402,7 +425,7 @@ impl Integrator {
 #[derive(clap::Args)]
 struct Map {
     #[command(flatten)]
-    sensors: AxisSensors,
+    sensors: Sensors,
     /// Distance or angle of one turn, in m or rad [default: by --angular or --radius]
     #[arg(long, value_name = "M|RAD")]
     turn: Option<f64>,

@@ -976,3 +976,39 @@ fn an_output_in_a_wrong_unit_of_acceleration_is_doubted() {
         assert!(!healthy.contains("gain-not-one"), "{name}");
     }
 }
+
+#[test]
+fn law_columns_and_units_are_named_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("noise.csv");
+    let mut chance = Chance(9);
+    let mut rows = "t_s,reference,device\n".to_owned();
+    for i in 0..8192 {
+        let x = chance.normal();
+        rows.push_str(&format!("{},{x},{}\n", f64::from(i) / 1024.0, 0.5 * x));
+    }
+    std::fs::write(&path, rows).unwrap();
+    let asked = |words: &[&str]| {
+        let call = &["test", "random", text(&path), "--json"];
+        let output = succeed(&[call, words].concat());
+        let mut result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        result["inputs"][0]["reading"].take()
+    };
+    let long = asked(&[
+        "--input",
+        "reference",
+        "--output-column",
+        "device",
+        "--input-unit",
+        "g",
+        "--output-unit",
+        "V",
+    ]);
+    assert_eq!(long["columns"][1]["unit"], "V", "{long}");
+    assert_eq!(
+        asked(&["--columns", "reference,device", "--unit", "g,V"]),
+        long
+    );
+    let alone = proofmass(&["test", "random", text(&path), "--columns", "reference"]);
+    assert!(stderr(&alone).contains("no pair of columns"));
+}

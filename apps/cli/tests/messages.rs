@@ -108,6 +108,49 @@ fn refuses_wrong_calls_with_what_to_type() {
 }
 
 #[test]
+fn law_a_refusal_of_what_was_read_begins_with_how_it_was_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rest.csv");
+    std::fs::write(&path, at_rest(3000, seconds)).unwrap();
+    let rest = text(&path);
+    let place = &["--latitude", "45.07", "--height", "239"];
+    for (call, known) in [
+        (
+            [&["calibrate", rest], &place[..]].concat(),
+            &["ax", "m/s²", "100 Hz", "g = "][..],
+        ),
+        (
+            vec!["test", "shock", rest, "--column", "ax"],
+            &["ax", "m/s²", "100 Hz"],
+        ),
+        (
+            vec!["test", "step", rest, "--column", "ax"],
+            &["ax", "m/s²", "100 Hz"],
+        ),
+        (
+            vec![
+                "test",
+                "impact",
+                rest,
+                "--input",
+                "ax",
+                "--output-column",
+                "ay",
+            ],
+            &["ax", "ay", "m/s²", "100 Hz"],
+        ),
+    ] {
+        let said = refused(&call);
+        let first = said.lines().next().unwrap();
+        assert!(first.starts_with("Read  "), "{call:?}: {said}");
+        assert!(said.contains("error["), "{call:?}: {said}");
+        for word in [&["rest.csv"], known].concat() {
+            assert!(first.contains(word), "{call:?}: no {word} in: {first}");
+        }
+    }
+}
+
+#[test]
 fn known_times_of_day_are_a_clock() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("day.csv");

@@ -78,7 +78,7 @@ fn folder(terms: &str) -> tempfile::TempDir {
 #[test]
 fn known_calibration_over_temperature() {
     let folder = folder("[terms]\nbias = 1\nscale = 1\nreference_degC = 25\n");
-    let said = succeed(&["calibrate", text(folder.path())]);
+    let said = succeed(&["calibrate", text(folder.path()), "--details"]);
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
     assert!(said.contains("Models side by side"), "{said}");
     assert!(said.contains("triangular, b(T), K(T)"), "{said}");

@@ -266,3 +266,26 @@ fn law_orthogonality_of_a_calibration_is_stated() {
     assert!(u > 0.0 && angle.abs() < 1f64.to_radians());
     assert!((error - 9.80665 * angle.sin()).abs() < 1e-12);
 }
+
+#[test]
+fn known_gravity_of_a_place_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let rest = folder.path().join("rest.csv");
+    let mut chance = Chance(5);
+    let mut rows = "t_s,ax_m/s2,ay_m/s2,az_m/s2\n".to_owned();
+    for i in 0..2000 {
+        let [x, y, z] = [0.0, 0.0, 9.806].map(|mean| mean + 1e-3 * chance.normal());
+        rows.push_str(&format!("{:.2},{x},{y},{z}\n", f64::from(i) / 100.0));
+    }
+    std::fs::write(&rest, rows).unwrap();
+    let call = &["test", "zero-g", text(&rest)];
+    let place = &["--latitude", "45.07", "--height", "239"];
+    let output = succeed(&[call, &place[..], &["--json"]].concat());
+    let result: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let gravity = &result["inputs"][0]["reading"]["gravity"];
+    assert_eq!(gravity["by"], "by latitude 45.07° and height 239 m");
+    assert_eq!(gravity["normal_at"][0], 45.07);
+    assert!(gravity["standard_uncertainty"].as_f64().unwrap() < 0.001);
+    let both = proofmass(&[call, &place[..], &["--gravity", "9.8"]].concat());
+    assert!(!both.status.success());
+}

@@ -173,7 +173,7 @@ fn known_self_heating() {
     let mut words = vec!["test", "temperature", text(&recording), "-o", text(&out)];
     words.extend(COLUMNS);
     words.extend(["--warm-up", "60"]);
-    let said = succeed(&words);
+    let said = succeed(&[&words[..], &["--details"]].concat());
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
     assert!(said.contains("self-heating of z"), "{said}");
     let result = json(&out.join("result.json"));

@@ -45,6 +45,7 @@ fn published_end_gauge_gum_h1() {
     let output = folder.path().join("result");
     let run = succeed(&[
         "uncertainty",
+        "--details",
         text(&example("end-gauge.toml")),
         "-o",
         text(&output),
@@ -368,12 +369,12 @@ fn known_method_of_the_statement() {
             "u = 1.1 V², interval 0.0 to 3.9 V², p = 95 %, by Monte Carlo",
         ),
     ] {
-        let run = succeed(&["uncertainty", text(&path), "--method", method]);
+        let run = succeed(&["uncertainty", text(&path), "--method", method, "--details"]);
         let said = String::from_utf8_lossy(&run.stdout).into_owned();
         let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
         assert_says(&said, &[line, "By the law of propagation"]);
     }
-    let run = succeed(&["uncertainty", text(&path), "-k", "2"]);
+    let run = succeed(&["uncertainty", text(&path), "-k", "2", "--details"]);
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_says(&said, &["y = (1.2 ± 2.1) V², k = 2.00", "by Monte Carlo"]);
@@ -393,7 +394,13 @@ fn known_probability_of_a_fixed_factor() {
          output = [{ name = \"y\", unit = \"V\", expression = \"a\" }, { name = \"z\", unit = \"V\", expression = \"n * b\" }]\n",
     )
     .unwrap();
-    let run = succeed(&["uncertainty", text(&path), "--coverage-factor", "2"]);
+    let run = succeed(&[
+        "uncertainty",
+        text(&path),
+        "--coverage-factor",
+        "2",
+        "--details",
+    ]);
     let said = String::from_utf8_lossy(&run.stdout);
     // Two-sided probabilities of 2 u at ν = 2 and of the normal distribution.
     assert_says(
@@ -431,7 +438,7 @@ fn what_is_asked_beside_the_outputs() {
         "--draws",
         text(&draws),
     ];
-    let run = succeed(&[&asked[..], &["-o", text(&output)]].concat());
+    let run = succeed(&[&asked[..], &["-o", text(&output), "--details"]].concat());
     let said = String::from_utf8_lossy(&run.stdout).into_owned();
     assert_says(
         &said,

@@ -148,6 +148,17 @@ pub enum Absent {
     EmptyOrNan,
 }
 
+/// A number with four significant digits, without needless zeros.
+fn brief(value: f64) -> String {
+    let size = value.abs().max(f64::MIN_POSITIVE).log10().floor();
+    let places = (3.0 - size).clamp(0.0, 12.0) as usize;
+    let text = format!("{value:.places$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
 impl Recording {
     /// Values that are held at most, all chosen columns together: 4 GiB.
     pub const MOST_VALUES: usize = 1 << 29;
@@ -385,7 +396,8 @@ impl Recording {
                     if finding.code() == "time-unit-assumed" {
                         let (duration, rate) = (base.duration_s(), base.rate_hz());
                         *finding = finding.clone().with_evidence(|_| {
-                            format!("{rows} samples in {duration:.6} s, {rate:.6} Hz")
+                            let [duration, rate] = [duration, rate].map(brief);
+                            format!("{rows} samples in {duration} s, {rate} Hz")
                         });
                     }
                 }

@@ -179,7 +179,8 @@ macro_rules! jobs {
                             $used
                         };
                         let data = data.ok_or_else(|| self.needs(stringify!($data)))?;
-                        StoredResult::new(record, &job.evaluate(data, watch)?)
+                        let outcome = job.answer(data, &record.inputs, watch)?;
+                        StoredResult::new(record, &outcome)
                     })*
                 }
             }

@@ -57,6 +57,9 @@ pub struct BiasJob {
     /// Whether nobody stated it: standard gravity stands for it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub standard_gravity: bool,
+    /// Latitude in degrees and height in metres, where the gravity is the normal one of a place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<[f64; 2]>,
     /// Direction that points up, in the frame of the sensor, at every rest that does not state its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
@@ -100,6 +103,7 @@ impl BiasJob {
             noise,
             gravity: None,
             standard_gravity: false,
+            place: None,
             up: None,
             levelling: 0.0,
             mean: default_mean(),

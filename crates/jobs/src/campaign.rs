@@ -108,7 +108,9 @@ macro_rules! kinds {
                         let files = campaign.load(watch)?;
                         let record = campaign.record(&files, date);
                         let ($given, $files, $watching) = (campaign, &files, watch);
-                        StoredResult::new(record, &$outcome?)
+                        let outcome = (|| $outcome)();
+                        let outcome = outcome.map_err(|t| t.read_as(&record.inputs))?;
+                        StoredResult::new(record, &outcome)
                     })*
                 }
             }

@@ -183,7 +183,8 @@ impl DeconvolutionJob {
             findings: &findings,
             name: &recording.name,
         };
-        self.evaluate(&data, watch)
+        let inputs = [model.input.clone(), recording.input.clone()];
+        self.answer(&data, &inputs, watch)
     }
 }
 

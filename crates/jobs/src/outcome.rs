@@ -4,7 +4,7 @@ use crate::record::Record;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::Watch;
 use proofmass_documents::{AnyCalibration, StatedQuantity};
-use proofmass_io::ReadGravity;
+use proofmass_io::{Input, ReadGravity};
 use proofmass_report::Report;
 use proofmass_uncertainty::{Estimate, Finding, Severity};
 use serde::Serialize;
@@ -24,6 +24,20 @@ pub trait Job: Serialize + DeserializeOwned {
     /// # Errors
     /// What is wrong with request or data; [`TroubleKind::Cancelled`](crate::TroubleKind::Cancelled) when `watch` wanted it to stop.
     fn evaluate(&self, data: &Self::Data<'_>, watch: &dyn Watch) -> Result<Self::Outcome>;
+
+    /// The same where the files behind the data are known: a refusal begins with how they were read.
+    ///
+    /// # Errors
+    /// As [`Self::evaluate`].
+    fn answer(
+        &self,
+        data: &Self::Data<'_>,
+        inputs: &[Input],
+        watch: &dyn Watch,
+    ) -> Result<Self::Outcome> {
+        let outcome = self.evaluate(data, watch);
+        outcome.map_err(|trouble| trouble.read_as(inputs))
+    }
 }
 
 /// The answer of a job, typed; [`StoredResult`](crate::StoredResult) is what is written of it and read again.

@@ -2,7 +2,7 @@
 
 use proofmass_core::Gravity;
 use proofmass_documents::{Ambient, Device};
-use proofmass_io::{Input, ReadGravity, Reading, Software};
+use proofmass_io::{Input, ReadGravity, Software};
 use proofmass_uncertainty::{DegreesOfFreedom, Quantity};
 use serde::{Deserialize, Serialize};
 
@@ -38,11 +38,18 @@ pub(crate) fn gravity_quantity(gravity: Gravity) -> Quantity {
     }
 }
 
-/// Who says local gravity.
-pub(crate) fn said_of(standard: bool) -> &'static str {
-    match standard {
-        true => "standard gravity",
-        false => "as stated",
+/// Local gravity with who says it: nobody, a place, or whoever stated the value.
+pub(crate) fn gravity_of(gravity: Gravity, standard: bool, place: Option<[f64; 2]>) -> ReadGravity {
+    let by = match (standard, place) {
+        (true, _) => "standard gravity".to_owned(),
+        (false, Some([latitude, height])) => {
+            format!("by latitude {latitude}° and height {height} m")
+        }
+        (false, None) => "as stated".to_owned(),
+    };
+    ReadGravity {
+        normal_at: place.filter(|_| !standard),
+        ..read_gravity(gravity, by)
     }
 }
 
@@ -54,6 +61,68 @@ pub(crate) fn read_gravity(gravity: Gravity, by: impl Into<String>) -> ReadGravi
         by: by.into(),
         normal_at: None,
     }
+}
+
+/// Files that were read each in its own way and open a page or a message.
+pub(crate) const READINGS: usize = 3;
+
+/// A long path by its last two parts, which tell it apart; the list of inputs has it whole.
+fn shortened(path: &str) -> String {
+    /// Parts that are shown.
+    const PARTS: usize = 3;
+    let parts: Vec<&str> = path.split(['/', '\\']).filter(|p| !p.is_empty()).collect();
+    match parts[..] {
+        [.., folder, file] if parts.len() > PARTS => format!("…/{folder}/{file}"),
+        _ => path.to_owned(),
+    }
+}
+
+/// How each recording was read, in one line each; files that were read alike share a line.
+fn readings(inputs: &[Input]) -> Vec<String> {
+    let mut groups: Vec<(String, usize, String)> = Vec::new();
+    for input in inputs {
+        let Some(reading) = input.reading.as_deref() else {
+            continue;
+        };
+        let said = reading.to_string();
+        match groups.iter_mut().find(|g| g.2 == said) {
+            Some(group) => group.1 += 1,
+            None => groups.push((shortened(&input.path), 0, said)),
+        }
+    }
+    let line = |(path, more, said): (String, usize, String)| match more {
+        0 => format!("{path}: {said}"),
+        more => format!("{path} and {more} more: {said}"),
+    };
+    groups.into_iter().map(line).collect()
+}
+
+/// The first files by name, and how many more there are.
+pub(crate) fn named(names: &[&str]) -> String {
+    /// Files that are named.
+    const NAMED: usize = 4;
+    match names {
+        [first @ .., _] if first.len() >= NAMED => {
+            let more = names.len() - NAMED;
+            format!("{} and {more} more", names[..NAMED].join(", "))
+        }
+        all => all.join(", "),
+    }
+}
+
+/// What a message begins with: how the recordings were read, else which files, which have no columns to tell.
+pub(crate) fn what_was_read(inputs: &[Input]) -> Vec<String> {
+    let mut lines = readings(inputs);
+    if lines.is_empty() && !inputs.is_empty() {
+        let files: Vec<&str> = inputs.iter().map(|i| i.path.as_str()).collect();
+        lines = vec![named(&files)];
+    }
+    if lines.len() > READINGS {
+        let more = lines.len() - READINGS;
+        lines.truncate(READINGS);
+        lines.push(format!("{more} more"));
+    }
+    lines
 }
 
 impl Record {
@@ -75,25 +144,8 @@ impl Record {
 
     /// How each recording was read, in one line each: what a page and a summary begin with.
     pub fn readings(&self) -> Vec<(String, String)> {
-        // Files that were read alike share a line.
-        let mut groups: Vec<(&str, usize, &Reading)> = Vec::new();
-        for input in &self.inputs {
-            let Some(reading) = input.reading.as_deref() else {
-                continue;
-            };
-            match groups.iter_mut().find(|g| g.2 == reading) {
-                Some(group) => group.1 += 1,
-                None => groups.push((&input.path, 0, reading)),
-            }
-        }
-        let line = |&(path, more, reading): &(&str, usize, &Reading)| match more {
-            0 => reading.line(path),
-            more => reading.line(&format!("{path} and {more} more")),
-        };
-        groups
-            .iter()
-            .map(|group| ("Read".to_owned(), line(group)))
-            .collect()
+        let lines = readings(&self.inputs).into_iter();
+        lines.map(|line| ("Read".to_owned(), line)).collect()
     }
 
     /// Label and value of what is known of device and conditions.
@@ -123,5 +175,28 @@ impl Record {
             .flat_map(Input::files)
             .map(|i| (i.path.clone(), i.sha256.clone()))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_long_path_is_told_by_its_end() {
+        assert_eq!(shortened("bench/runs/1.csv"), "bench/runs/1.csv");
+        assert_eq!(shortened("/data/bench/runs/1.csv"), "…/runs/1.csv");
+        assert_eq!(shortened("C:\\data\\runs\\1.csv"), "…/runs/1.csv");
+        assert_eq!(shortened("1.csv"), "1.csv");
+    }
+
+    #[test]
+    fn law_a_few_files_are_named_and_the_rest_counted() {
+        assert_eq!(named(&["a", "b", "c", "d"]), "a, b, c, d");
+        assert_eq!(
+            named(&["a", "b", "c", "d", "e", "f"]),
+            "a, b, c, d and 2 more"
+        );
+        assert_eq!(named(&[]), "");
     }
 }

@@ -10,7 +10,7 @@ pub use single_axis::SingleAxisReadings;
 
 use crate::findings;
 use crate::outcome::{Job, Outcome, section};
-use crate::record::{Record, read_gravity, said_of};
+use crate::record::{Record, gravity_of};
 use crate::stored_result::read_section;
 use crate::trouble::{Result, Trouble};
 use proofmass_core::{Error, Watch};
@@ -118,6 +118,9 @@ pub struct StaticTestJob {
     /// Whether nobody stated the local gravity of the test: standard gravity stands for it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub standard_gravity: bool,
+    /// Latitude in degrees and height in metres, where the gravity is the normal one of a place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<[f64; 2]>,
 }
 
 impl StaticTestJob {
@@ -127,6 +130,7 @@ impl StaticTestJob {
             test,
             probability: 0.95,
             standard_gravity: false,
+            place: None,
         }
     }
 }
@@ -207,6 +211,7 @@ impl Job for StaticTestJob {
             calibration,
             test: self.test.clone(),
             standard_gravity: self.standard_gravity,
+            place: self.place,
             probability: self.probability,
             quantities: StatedQuantity::list(&quantities, self.probability),
             findings,
@@ -385,6 +390,7 @@ pub fn mounted_turn(source: Source) -> Result<(MountedTurn, Input)> {
 pub struct StaticTestOutcome {
     test: StaticTest,
     standard_gravity: bool,
+    place: Option<[f64; 2]>,
     probability: f64,
     quantities: Vec<StatedQuantity>,
     findings: Vec<Finding>,
@@ -442,7 +448,7 @@ impl Outcome for StaticTestOutcome {
             StaticTest::ZeroG(t) => t.gravity,
             _ => return None,
         };
-        Some(read_gravity(gravity, said_of(self.standard_gravity)))
+        Some(gravity_of(gravity, self.standard_gravity, self.place))
     }
 
     fn model(&self) -> Option<String> {

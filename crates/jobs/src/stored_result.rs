@@ -3,7 +3,7 @@
 use crate::findings;
 use crate::outcome::{Outcome, QUANTITIES};
 use crate::page::answer::answer_first;
-use crate::record::Record;
+use crate::record::{READINGS, Record, named};
 use crate::trouble::{Result, Trouble};
 use proofmass_documents::{
     AnyCalibration, RESULT_VERSION, ResultDocument, StatedQuantity, TrialFile,
@@ -82,18 +82,20 @@ pub(crate) fn result_extra_schemas(
     ]
 }
 
-/// Files that were read each in its own way and open the page; more stand with the conditions.
-const READINGS: usize = 3;
+/// Input files whose digests are printed one by one; of more, paper has the digest of their list.
+const FEW: usize = 12;
 
-/// The first files by name, and how many more there are.
-fn named(inputs: &[(String, String)]) -> String {
-    /// Files that are named.
-    const NAMED: usize = 4;
-    let names: Vec<&str> = inputs.iter().take(NAMED).map(|i| i.0.as_str()).collect();
-    match inputs.len() - names.len() {
-        0 => names.join(", "),
-        more => format!("{} and {more} more", names.join(", ")),
-    }
+/// One digest for all inputs: that of their lines as `sha256sum` writes them.
+fn digest_of_list(inputs: &[(String, String)]) -> String {
+    let lines: String = inputs
+        .iter()
+        .map(|(path, digest)| format!("{digest}  {path}\n"))
+        .collect();
+    format!(
+        "{} files. SHA-256 of their list, a line `digest  name` for each in the order of result.json: {}.",
+        inputs.len(),
+        proofmass_io::sha256(&[lines.as_bytes()])
+    )
 }
 
 impl StoredResult {
@@ -303,9 +305,10 @@ impl StoredResult {
         }
         let mut readings = self.record.readings().into_iter();
         let inputs = self.record.digests();
+        let files: Vec<&str> = inputs.iter().map(|(path, _)| path.as_str()).collect();
         // Tables, results and requests have no columns to tell; what was read is said all the same.
         if readings.len() == 0 && !inputs.is_empty() {
-            page = page.reading_at_least(named(&inputs));
+            page = page.reading_at_least(named(&files));
         }
         for (_, first) in readings.by_ref().take(READINGS) {
             page = page.reading(first);
@@ -313,7 +316,11 @@ impl StoredResult {
         page.meta = [readings.collect(), self.record.meta(), page.meta].concat();
         page = page.findings(self.findings().iter().cloned());
         if !inputs.is_empty() {
-            page = page.section(Section::new("Inputs").inputs(&inputs));
+            let mut section = Section::new("Inputs");
+            if inputs.len() > FEW {
+                section = section.paragraph(digest_of_list(&inputs));
+            }
+            page = page.section(section.inputs(&inputs));
         }
         page.footer(self.record.software.to_string())
     }

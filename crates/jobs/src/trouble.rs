@@ -1,5 +1,7 @@
 //! Why a job came to no result: what is wrong, where, what to do about it.
 
+use crate::record::what_was_read;
+use proofmass_io::Input;
 use std::error::Error;
 use std::fmt;
 use std::sync::Arc;
@@ -60,6 +62,7 @@ impl TroubleKind {
 #[derive(Debug, Clone)]
 pub struct Trouble {
     what: String,
+    read: Vec<String>,
     place: Vec<String>,
     hint: Option<String>,
     kind: TroubleKind,
@@ -69,7 +72,15 @@ pub struct Trouble {
 /// What it says; where it arose is not compared.
 impl PartialEq for Trouble {
     fn eq(&self, other: &Self) -> bool {
-        let said = |t: &Self| (t.what.clone(), t.place.clone(), t.hint.clone(), t.kind);
+        let said = |t: &Self| {
+            (
+                t.what.clone(),
+                t.read.clone(),
+                t.place.clone(),
+                t.hint.clone(),
+                t.kind,
+            )
+        };
         said(self) == said(other)
     }
 }
@@ -84,6 +95,7 @@ impl Trouble {
     pub fn new(kind: TroubleKind, what: impl Into<String>) -> Self {
         Self {
             what: what.into(),
+            read: Vec::new(),
             place: Vec::new(),
             hint: None,
             kind,
@@ -129,6 +141,22 @@ impl Trouble {
     pub fn about(mut self, subject: impl fmt::Display) -> Self {
         self.what = format!("{subject}: {}", self.what);
         self
+    }
+
+    /// Says how the files were read, where it is their content that carries no result: first of all a reader asks whether they
+    /// were read as meant. What was said nearer to the data stays.
+    #[must_use]
+    pub fn read_as(mut self, inputs: &[Input]) -> Self {
+        let of_content = matches!(self.kind, TroubleKind::Data | TroubleKind::Request);
+        if of_content && self.read.is_empty() {
+            self.read = what_was_read(inputs);
+        }
+        self
+    }
+
+    /// How each file was read, in one line each, where that is known: what a message begins with.
+    pub fn read(&self) -> &[String] {
+        &self.read
     }
 
     /// What kind of trouble it is.

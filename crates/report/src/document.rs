@@ -639,7 +639,7 @@ impl Section {
         })
     }
 
-    /// Adds the names and digests of input files; a long list is folded.
+    /// Adds the names and digests of input files; a long list is folded, and stays off paper.
     #[must_use]
     pub fn inputs(self, files: &[(String, String)]) -> Self {
         /// Files that are listed openly.
@@ -651,7 +651,7 @@ impl Section {
         match files.len() {
             0 => self,
             n if n <= FEW => self.table(table),
-            n => self.folded(
+            n => self.looked_up(
                 format!("{n} input files with their SHA-256"),
                 [Block::Table(table)],
             ),

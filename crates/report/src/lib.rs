@@ -15,7 +15,7 @@
 //!     Section::new("Results").table(table).figure("The recording", plot),
 //! );
 //! assert!(html::render(&report)?.contains("<svg"));
-//! let text = terminal::render(&report, &terminal::Options { width: 80, colour: false, filed: true })?;
+//! let text = terminal::render(&report, &terminal::Options { width: 80, colour: false, filed: true, details: true })?;
 //! assert!(text.contains("0.0312(14)"));
 //! # Ok::<(), proofmass_report::Error>(())
 //! ```

@@ -1,7 +1,7 @@
 //! Text for a terminal or a file: Unicode tables within a given width, colour only where it is asked for.
 
 use crate::Error;
-use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Table};
+use crate::document::{Alignment, Block, Cell, KeyFigure, Report, Section, Table};
 use crate::grouping::{Group, groups};
 use crate::number::{cell_text, minus, quotient, split_at_point};
 use proofmass_core::Visible;
@@ -16,10 +16,14 @@ pub struct Options {
     pub colour: bool,
     /// Whether the result is written to a folder, so that evidence and advice stand there too.
     pub filed: bool,
+    /// Whether every section is printed; else what does not fit behind the opening is named.
+    pub details: bool,
 }
 
 /// Lines of result, verdict, findings and what was read, at most: a terminal shows them at once.
 const SCREEN: usize = 25;
+/// Rows of a table that stands behind the opening without being asked for, at most.
+const BRIEF_TABLE: usize = 12;
 /// A label and value of more characters have a line of their own.
 const BRIEF: usize = 40;
 
@@ -62,18 +66,7 @@ pub fn render(report: &Report, options: &Options) -> Result<String, Error> {
     let taken = text.out.lines().count() + head.out.lines().count();
     text.findings(&report.findings, SCREEN.saturating_sub(taken));
     text.out.push_str(&head.out);
-    for section in &report.sections {
-        text.out.push('\n');
-        if !section.title.is_empty() {
-            text.line(&text.bold(&clean(&section.title)));
-        }
-        for (i, block) in section.blocks.iter().enumerate() {
-            if i > 0 {
-                text.out.push('\n');
-            }
-            text.block(block)?;
-        }
-    }
+    text.sections(&report.sections, options.details)?;
     if !report.footer.is_empty() {
         text.out.push('\n');
         text.wrapped(&report.footer, "");
@@ -198,6 +191,73 @@ impl Text {
         }
     }
 
+    /// What stands behind the opening: all of it, or the first table that is small, with the names of the rest.
+    fn sections(&mut self, sections: &[Section], details: bool) -> Result<(), Error> {
+        let small = match details {
+            true => None,
+            false => self.first_small(sections)?,
+        };
+        let mut left: Vec<&str> = Vec::new();
+        for (s, section) in sections.iter().enumerate() {
+            let shown: Vec<&Block> = match (details, small) {
+                (true, _) => section.blocks.iter().collect(),
+                (false, Some((of, block))) if of == s => vec![&section.blocks[block]],
+                (false, _) => Vec::new(),
+            };
+            if shown.len() < section.blocks.len() {
+                let caption = section.blocks.iter().find_map(|block| match block {
+                    Block::Table(table) if !table.caption.is_empty() => Some(&*table.caption),
+                    _ => None,
+                });
+                left.extend(
+                    [&*section.title]
+                        .into_iter()
+                        .chain(caption)
+                        .find(|n| !n.is_empty()),
+                );
+            }
+            if shown.is_empty() && !section.blocks.is_empty() {
+                continue;
+            }
+            self.out.push('\n');
+            if !section.title.is_empty() {
+                self.line(&self.bold(&clean(&section.title)));
+            }
+            for (i, block) in shown.into_iter().enumerate() {
+                if i > 0 {
+                    self.out.push('\n');
+                }
+                self.block(block)?;
+            }
+        }
+        if !left.is_empty() {
+            self.out.push('\n');
+            let place = match self.filed {
+                true => "more in the page, or with --details: ",
+                false => "more with --details: ",
+            };
+            self.wrapped(&format!("{place}{}", left.join(", ")), "");
+        }
+        Ok(())
+    }
+
+    /// The first table of few rows whose columns stand side by side, as section and block.
+    fn first_small(&self, sections: &[Section]) -> Result<Option<(usize, usize)>, Error> {
+        for (s, section) in sections.iter().enumerate() {
+            for (b, block) in section.blocks.iter().enumerate() {
+                let Block::Table(table) = block else { continue };
+                let table = &*table.printed();
+                check_shape(table)?;
+                let grid = Grid::new(table)?;
+                let fits = fitted(&grid.widths(), table, &grid, self.width).is_some();
+                if fits && table.rows.len() <= BRIEF_TABLE {
+                    return Ok(Some((s, b)));
+                }
+            }
+        }
+        Ok(None)
+    }
+
     /// What a reader files it by: short ones share a line.
     fn meta(&mut self, meta: &[(String, String)]) {
         if !meta.is_empty() {
@@ -308,8 +368,7 @@ impl Text {
             self.wrapped(&table.caption, "");
         }
         let grid = Grid::new(table)?;
-        let natural: Vec<usize> = (0..table.columns.len()).map(|c| grid.natural(c)).collect();
-        match fitted(&natural, table, &grid, self.width) {
+        match fitted(&grid.widths(), table, &grid, self.width) {
             Some(widths) => self.columns(table, &grid, &widths),
             None => self.records(table, &grid),
         }
@@ -437,6 +496,10 @@ impl Grid {
             }
         }
         Ok(Self { heads, rows })
+    }
+
+    fn widths(&self) -> Vec<usize> {
+        (0..self.heads.len()).map(|c| self.natural(c)).collect()
     }
 
     fn natural(&self, column: usize) -> usize {

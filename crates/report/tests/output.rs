@@ -157,6 +157,7 @@ fn law_hostile_text_neither_steers_the_terminal_nor_turns_the_page() {
         width: 80,
         colour: false,
         filed: true,
+        details: true,
     };
     let text = terminal::render(&report, &options).unwrap();
     assert!(text.contains(r"a\u{1b}]0;pwned\u{7}b\u{202e}txt"));
@@ -209,6 +210,7 @@ fn regress_terminal_table() {
             width: 60,
             colour: false,
             filed: true,
+            details: true,
         },
     )
     .unwrap();
@@ -278,6 +280,7 @@ fn law_a_page_opens_with_the_answer_and_folds_the_rest() {
             width: 80,
             colour: false,
             filed: true,
+            details: true,
         },
     )
     .unwrap();
@@ -308,6 +311,19 @@ fn law_what_is_looked_up_is_not_printed_on_paper() {
     assert_eq!(page.matches("<details class=\"off-paper\">").count(), 2);
     assert!(page.contains("<details class=\"off-paper\">\n<summary><h3>Whole</h3></summary>"));
     assert!(page.contains(".off-paper > div { display: none; }"));
+    let inputs = |count: usize| {
+        let files: Vec<_> = (0..count)
+            .map(|n| (format!("{n}.csv"), "0".repeat(64)))
+            .collect();
+        let report = Report::new("Test").section(Section::new("Inputs").inputs(&files));
+        html::render(&report.of(Place::Page)).unwrap()
+    };
+    let off = |page: String| page.matches("<details class=\"off-paper\">").count();
+    assert_eq!(
+        (off(inputs(12)), off(inputs(13))),
+        (0, 1),
+        "digests of many files"
+    );
 }
 
 proofmass_uncertainty::findings! {
@@ -318,6 +334,51 @@ proofmass_uncertainty::findings! {
         what "number {n}: something that takes more than one line of a terminal to be said is doubtful about this result",
         evidence "seen {n} times",
         advice "do what has to be done about it, and then do it once more";
+}
+
+/// Behind the opening stands the first table of few rows; what else there is, is named and printed on demand.
+#[test]
+fn law_long_tables_of_a_terminal_are_asked_for() {
+    let table = |caption: &str, rows: usize, columns: usize| {
+        let columns = (0..columns).map(|c| Column::number(format!("column {c}"), "m/s"));
+        let count = columns.len();
+        let table = Table::new(caption, columns);
+        (0..rows).fold(table, |table, row| {
+            table.row(vec![Cell::from(row as f64); count])
+        })
+    };
+    let report = Report::new("Test")
+        .verdict("The result is known.")
+        .section(Section::new("Points").table(table("", 13, 2)))
+        .section(Section::new("Wide").table(table("", 2, 40)))
+        .section(Section::new("Budget").table(table("", 12, 2)))
+        .section(Section::new("Others").table(table("", 3, 2)));
+    let shown = |details: bool, filed: bool| {
+        let options = terminal::Options {
+            width: 80,
+            colour: false,
+            filed,
+            details,
+        };
+        terminal::render(&report, &options).expect("text")
+    };
+    let whole = shown(true, false);
+    for title in ["Points", "Wide", "Budget", "Others"] {
+        assert!(whole.lines().any(|line| line == title), "{whole}");
+    }
+    assert!(!whole.contains("--details"), "{whole}");
+    for (filed, more) in [
+        (false, "more with --details: Points, Wide, Others"),
+        (
+            true,
+            "more in the page, or with --details: Points, Wide, Others",
+        ),
+    ] {
+        let brief = shown(false, filed);
+        assert!(brief.lines().any(|line| line == "Budget"), "{brief}");
+        assert!(brief.lines().any(|line| line == more), "{brief}");
+        assert!(brief.lines().count() <= 25, "{brief}");
+    }
 }
 
 /// However much is found, result, verdict, findings and what was read fit a screen; of few findings everything is said.
@@ -345,6 +406,7 @@ fn law_the_opening_of_a_terminal_fits_a_screen() {
             width,
             colour: false,
             filed: true,
+            details: true,
         };
         let text = terminal::render(&report(count), &options).expect("text");
         assert!(text.lines().count() <= 25, "{count} of {width}:\n{text}");
@@ -359,6 +421,7 @@ fn law_the_opening_of_a_terminal_fits_a_screen() {
         width: 100,
         colour: false,
         filed: true,
+        details: true,
     };
     let few = terminal::render(&report(3), &options).expect("text");
     assert!(few.contains("do what has to be done"), "{few}");

@@ -2,6 +2,7 @@
 
 use super::request::{Numbered, Request};
 use super::{commit, paper};
+use crate::console::Shown;
 use crate::{Failure, Outcome, console};
 use proofmass::io::{OutputFolder, SigningKey};
 use proofmass::jobs::StoredResult;
@@ -124,7 +125,11 @@ impl Release {
             })?;
         }
         let place = commit(folder, &result)?;
-        console::show_result(&result, true)?;
+        let whole = Shown {
+            filed: true,
+            ..Shown::WHOLE
+        };
+        console::show_result(&result, whole)?;
         let told = if is_new {
             "released"
         } else {

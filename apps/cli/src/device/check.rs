@@ -65,12 +65,12 @@ impl Check {
             .map(|(folder, place)| DeviceResult::read(folder, Source::open(place)?))
             .collect::<Result<Vec<_>, _>>()?;
         let data = DeviceCheckData { results: &results };
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        files.extend(results.iter().map(|r| r.input.clone()));
+        let outcome = job.answer(&data, &files, &Progress::new())?;
         console::note(match results.len() {
             1 => "1 result read".to_owned(),
             n => format!("{n} results read"),
         });
-        files.extend(results.into_iter().map(|r| r.input));
         let record = Record {
             device: job.sheet.device.clone(),
             date: Some(clock::today()),

@@ -73,9 +73,9 @@ impl Compare {
             results: &documents.iter().map(|d| &d.analysis).collect::<Vec<_>>(),
             names: &names.iter().map(String::as_str).collect::<Vec<_>>(),
         };
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        files.extend(documents.iter().map(|d| d.input.clone()));
+        let outcome = job.answer(&data, &files, &Progress::new())?;
         console::note(format!("{} noise results compared", documents.len()));
-        files.extend(documents.into_iter().map(|d| d.input));
         let record = Record {
             date: Some(clock::today()),
             inputs: files,

@@ -52,9 +52,11 @@ impl Levels {
             WantedChannel::new(self.output_u.clone(), self.output_unit, "--output-unit"),
         ];
         let levels = RecordedLevels::read(self.marks.of(Source::open(&self.table)?), &columns)?;
-        let outcome = LinearityJob::default().evaluate(&levels.data()?, &Progress::new())?;
+        let inputs = vec![levels.input()];
+        let job = LinearityJob::default();
+        let outcome = job.answer(&levels.data()?, &inputs, &Progress::new())?;
         let title = format!("Linearity over the level, {}", named(&self.table));
-        let record = record(title, vec![levels.input()]);
+        let record = record(title, inputs);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

@@ -77,9 +77,10 @@ impl Model {
         let mut job = ModelJob::new(self.model);
         job.band = self.band;
         job.reference_frequency = self.reference_frequency;
-        let outcome = job.evaluate(&points.data(), &Progress::new())?;
+        let inputs = vec![points.input()];
+        let outcome = job.answer(&points.data(), &inputs, &Progress::new())?;
         let title = format!("Model of a frequency response, {}", named(&self.table));
-        let record = record(title, vec![points.input()]);
+        let record = record(title, inputs);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

@@ -85,7 +85,7 @@ impl Motion {
             findings: &recording.findings,
             name: &recording.name,
         };
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let outcome = job.answer(&data, &inputs, &Progress::new())?;
         let record = record(format!("Motion, {}", named(&self.recording)), inputs);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

@@ -4,7 +4,7 @@ use super::channel_arguments::StandardArguments;
 use crate::clock::{named, record};
 use crate::console::Progress;
 use crate::delivery::Delivery;
-use crate::number_arguments::{band, not_negative, positive};
+use crate::number_arguments::{band, not_negative, positive, two_columns, two_units};
 use crate::{Failure, Outcome};
 use proofmass::dynamic::model::ModelStructure;
 use proofmass::io::{ColumnRef, Input, Source, Unit};
@@ -33,6 +33,12 @@ pub(super) struct Common {
     /// Unit of the output, where the heading does not say it
     #[arg(long, value_name = "UNIT")]
     output_unit: Option<Unit>,
+    /// Columns of input and output in one: --input and --output-column
+    #[arg(long, value_name = "INPUT,OUTPUT", value_parser = two_columns, conflicts_with_all = ["input", "output_column"])]
+    columns: Option<[ColumnRef; 2]>,
+    /// Unit of both columns, or one of each as UNIT,UNIT, where the headings do not say it
+    #[arg(long, value_name = "UNIT", value_parser = two_units, conflicts_with_all = ["input_unit", "output_unit"])]
+    unit: Option<[Unit; 2]>,
     /// Lowest and highest frequency in hertz
     #[arg(long, value_name = "LOW,HIGH", value_parser = band)]
     band: Option<[f64; 2]>,
@@ -207,10 +213,18 @@ impl Common {
         job.standard = certificate.as_ref().map(|c| c.table.clone());
         let sources = paths.iter().map(Source::open);
         let mut sources = sources.collect::<Result<Vec<_>, _>>()?;
+        let [input, output] = match self.columns {
+            Some(both) => both.map(Some),
+            None => [self.input, self.output_column],
+        };
         let roles = [
-            ("--input", self.input.as_ref()),
-            ("--output-column", self.output_column.as_ref()),
+            ("--input", input.as_ref()),
+            ("--output-column", output.as_ref()),
         ];
+        let [input_unit, output_unit] = match self.unit {
+            Some(both) => both.map(Some),
+            None => [self.input_unit, self.output_unit],
+        };
         let Some(first) = sources.first_mut() else {
             return Err(Failure::new("no recording was given"));
         };
@@ -218,15 +232,18 @@ impl Common {
         let [input, output] = <[ColumnRef; 2]>::try_from(chosen)
             .map_err(|_| Failure::new("input and output are two columns"))?;
         let columns = [
-            WantedChannel::new(input, self.input_unit, "--input-unit"),
-            WantedChannel::new(output, self.output_unit, "--output-unit"),
+            WantedChannel::new(input, input_unit, "--input-unit"),
+            WantedChannel::new(output, output_unit, "--output-unit"),
         ];
         let recordings = ResponseRecordings::read(sources, &self.clock, &columns)?;
         let mut data = recordings.data();
         let mut findings = data.findings.to_vec();
         findings.extend(certificate.iter().flat_map(|c| c.findings.clone()));
         data.findings = &findings;
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let mut files = recordings.inputs();
+        files.extend(certificate.as_ref().map(|c| c.input.clone()));
+        files.extend(others.into_iter().map(|(_, input)| input));
+        let outcome = job.answer(&data, &files, &Progress::new())?;
         let title = match paths {
             [first, _, ..] => format!(
                 "Frequency response, {} and {} more",
@@ -238,9 +255,6 @@ impl Common {
                 named(Path::new(recordings.name()))
             ),
         };
-        let mut files = recordings.inputs();
-        files.extend(certificate.map(|c| c.input));
-        files.extend(others.into_iter().map(|(_, input)| input));
         let record = record(title, files);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)

@@ -165,7 +165,7 @@ impl Shock {
             job.required = required;
             inputs.push(input);
         }
-        let outcome = job.evaluate(&data, &Progress::new())?;
+        let outcome = job.answer(&data, &inputs, &Progress::new())?;
         let record = record(
             format!("Shock test, {}", clock::named(&self.recording)),
             inputs,

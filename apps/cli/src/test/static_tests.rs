@@ -48,8 +48,8 @@ fn answer(
 ) -> Result<Outcome, Failure> {
     let folder = delivery.begin(StaticTestOutcome::KIND, paths)?;
     let files = read(&job.test)?;
-    let outcome = job.evaluate(&files.data(), &Progress::new())?;
     let record = files.record(Some(clock::today()));
+    let outcome = job.answer(&files.data(), &record.inputs, &Progress::new())?;
     delivery.deliver(folder, &StoredResult::new(record, &outcome)?)
 }
 
@@ -57,6 +57,7 @@ fn answer(
 fn under(gravity: &GravityArguments, test: StaticTest) -> StaticTestJob {
     let mut job = StaticTestJob::new(test);
     job.standard_gravity = gravity.is_standard();
+    job.place = gravity.place();
     job
 }
 
@@ -148,8 +149,8 @@ impl MountingTest {
         test.bias = self.bias_uncertainty;
         test.straightness = self.straightness.to_radians();
         let job = StaticTestJob::new(StaticTest::Mounting(test));
-        let outcome = job.evaluate(&files.data(), &Progress::new())?;
         let record = files.record(Some(clock::today()));
+        let outcome = job.answer(&files.data(), &record.inputs, &Progress::new())?;
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

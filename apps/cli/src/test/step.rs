@@ -37,11 +37,9 @@ impl Step {
         };
         let mut job = StepJob::default();
         job.relative_uncertainty = self.by.relative_uncertainty();
-        let outcome = job.evaluate(&data, &Progress::new())?;
-        let record = record(
-            format!("Step response, {}", named(&self.recording)),
-            vec![recording.input.clone()],
-        );
+        let inputs = vec![recording.input.clone()];
+        let outcome = job.answer(&data, &inputs, &Progress::new())?;
+        let record = record(format!("Step response, {}", named(&self.recording)), inputs);
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

@@ -69,8 +69,8 @@ impl Temperature {
         job.sweep.reference = self.reference;
         job.sweep.warm_up = self.warm_up;
         job.sweep.tilt = self.tilt.map(f64::to_radians);
-        let outcome = job.evaluate(&recording.data(), &Progress::new())?;
         let record = recording.record(Some(clock::today()));
+        let outcome = job.answer(&recording.data(), &record.inputs, &Progress::new())?;
         self.delivery
             .deliver(folder, &StoredResult::new(record, &outcome)?)
     }

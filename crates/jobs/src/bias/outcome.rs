@@ -3,7 +3,7 @@
 use super::{AxisNoise, BiasData, BiasJob, page};
 use crate::firmware::Firmware;
 use crate::outcome::{Outcome, section};
-use crate::record::{Record, read_gravity, said_of};
+use crate::record::{Record, gravity_of};
 use crate::trouble::Result;
 use proofmass_core::{BiasFilter, Error};
 use proofmass_documents::{FirmwareBlock, StatedQuantity};
@@ -152,8 +152,13 @@ impl Outcome for BiasOutcome {
     }
 
     fn gravity(&self) -> Option<ReadGravity> {
-        let said = said_of(self.request.standard_gravity);
-        self.request.gravity.map(|g| read_gravity(g, said))
+        let BiasJob {
+            standard_gravity,
+            place,
+            ..
+        } = self.request;
+        let gravity = self.request.gravity;
+        gravity.map(|g| gravity_of(g, standard_gravity, place))
     }
 
     fn sections(&self) -> Result<Vec<(&'static str, serde_json::Value)>> {

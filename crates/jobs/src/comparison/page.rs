@@ -133,7 +133,8 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
     figures.extend(farthest(|p| p.modulus_en).map(|p| {
         let difference = plus_minus(100.0 * p.modulus_difference, 100.0 * p.modulus_expanded);
         KeyFigure::new("difference of the moduli", difference, "%").note(format!(
-            "{} %, {}, where |E_n| = {} is largest",
+            "k = {:.2}, {} %, {}, where |E_n| = {} is largest",
+            p.modulus_coverage_factor,
             plain(100.0 * pair.probability),
             place(pair, p),
             two_digits(p.modulus_en.abs())
@@ -149,7 +150,8 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
             "°",
         );
         Some(figure.note(format!(
-            "{} %, {}, where |E_n| = {} is largest",
+            "k = {:.2}, {} %, {}, where |E_n| = {} is largest",
+            phase.coverage_factor,
             plain(100.0 * pair.probability),
             place(pair, p),
             two_digits(phase.en.abs())
@@ -161,7 +163,7 @@ fn pair_result(pair: &ResponseComparison, [a, b]: [&str; 2]) -> Section {
     );
     if let Some(whole) = &pair.whole {
         figures.push(
-            KeyFigure::new("χ² of all differences", two_digits(whole.chi_square), "").note(
+            KeyFigure::new("χ² of all differences", scientific(whole.chi_square, 3), "").note(
                 format!(
                     "of {} differences; above {} once in a thousand by chance",
                     whole.freedom,

@@ -51,7 +51,14 @@ pub(super) fn add(
     ]
     .into_iter()
     .flatten()
-    .chain(channels.map(|(i, channel)| channel_section(channel, traces.get(i))));
+    .chain(channels.map(|(i, channel)| {
+        let section = channel_section(channel, traces.get(i));
+        // Paper has the first in full: the others are alike, and their coefficients stand in the table.
+        match i {
+            0 => section,
+            _ => section.off_paper(),
+        }
+    }));
     sections.fold(page, Report::section)
 }
 
@@ -223,8 +230,8 @@ fn channel_section(channel: &ChannelAnalysis, trace: Option<&Trace>) -> Section 
     let unit = &channel.unit;
     let mut section = Section::new(format!("Channel {}", channel.name)).paragraph(format!(
         "Mean {} {unit}, standard deviation {} {unit}, slope of the straight line {} {}.",
-        scientific(channel.mean, 6),
-        scientific(channel.standard_deviation, 4),
+        scientific(channel.mean, 3),
+        scientific(channel.standard_deviation, 3),
         scientific(channel.trend.slope, 3),
         Term::Ramp.unit(unit),
     ));

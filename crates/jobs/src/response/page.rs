@@ -355,8 +355,9 @@ fn bandwidths(figures: &ResponseFigures, unit: &str) -> Table {
     );
     if let Some((f, gain)) = figures.resonance {
         note.push_str(&format!(
-            " Greatest modulus {gain:.2} times that, at {} Hz.",
-            plain(f)
+            " Greatest modulus {} times that, at {} Hz.",
+            scientific(gain, 3),
+            scientific(f, 4)
         ));
     }
     table.note(note)

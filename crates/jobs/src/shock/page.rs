@@ -135,7 +135,10 @@ fn pulse(shock: &ShockOutcome) -> Table {
     let between = maybe(between.map(|[a, b]| format!("{:.3} to {:.3}", 1e3 * a, 1e3 * b)));
     let band = maybe(back.map(|b| format!("± {}", two_digits(b.band))));
     let ringing = percent(m.ringing.map(|r| r.0), 1);
-    let frequency = maybe(m.ringing.map(|r| format!("{:.0}", r.1)));
+    // An oscillation within the noise has no frequency.
+    let above = |(share, _): &(f64, f64)| share * m.peak.abs() > shock.pulse().noise;
+    let frequency = m.ringing.filter(above);
+    let frequency = maybe(frequency.map(|r| scientific(r.1, 3)));
     let noise = Cell::number(two_digits(shock.pulse().noise));
     let mut rows = vec![
         ("instant of the peak", instant, "s"),

@@ -85,10 +85,14 @@ fn verdict(outcome: &SpuriousMotionOutcome, first: &Measurement) -> String {
     format!("{size}{averaged}{}.", compared.collect::<String>())
 }
 
-/// `(1.23 ± 0.05) % of it (y′ at 30°, 160 Hz)`.
+/// `(1.23 ± 0.05) % of it (k = 2.05; y′ at 30°, 160 Hz)`.
 fn in_words(m: &LargestMotion) -> String {
     let size = plus_minus(100.0 * m.modulus, 100.0 * m.expanded);
-    format!("({size}) % of it ({})", place(m))
+    format!(
+        "({size}) % of it (k = {:.2}; {})",
+        m.coverage_factor,
+        place(m)
+    )
 }
 
 fn place(m: &LargestMotion) -> String {

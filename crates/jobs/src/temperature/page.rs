@@ -61,13 +61,14 @@ fn verdict(outcome: &TemperatureOutcome) -> String {
     steepest(fit).map_or(String::new(), |(index, q)| {
         let change = minus(&plus_minus(MG * q.value, MG * q.expanded(probability)));
         let percent = 100.0 * probability;
+        let k = q.expanded(probability) / q.standard_uncertainty;
         match all {
             1 => {
                 let differs = if told == 1 { "differs" } else { "does not differ" };
-                format!("The output changes by {change} mg/K ({percent:.0} %), which {differs} significantly from zero.")
+                format!("The output changes by {change} mg/K (k = {k:.2}, {percent:.0} %), which {differs} significantly from zero.")
             }
             _ => format!(
-                "The output of {} changes most, by {change} mg/K ({percent:.0} %); on {told} of {all} axes the slope differs significantly from zero.",
+                "The output of {} changes most, by {change} mg/K (k = {k:.2}, {percent:.0} %); on {told} of {all} axes the slope differs significantly from zero.",
                 fit.blocks.names()[index]
             ),
         }
@@ -113,10 +114,10 @@ fn figures(fit: &TemperatureFit, probability: f64) -> Vec<KeyFigure> {
         if let Some(q) = fit.slope(k) {
             let label = format!("mean slope of {name}");
             let expanded = two_digits(q.expanded(probability) * MG * 1e3);
-            figures.push(
-                figure(label, q.value, q.standard_uncertainty, "mg/K")
-                    .note(format!("± {expanded} µg/K at {:.0} %", 1e2 * probability)),
-            );
+            let k = q.expanded(probability) / q.standard_uncertainty;
+            let stated = format!("± {expanded} µg/K, k = {k:.2}, {:.0} %", 1e2 * probability);
+            let slope = figure(label, q.value, q.standard_uncertainty, "mg/K");
+            figures.push(slope.note(stated));
         }
         figures.extend(axis.hysteresis.as_ref().map(|h| {
             let label = format!("hysteresis of {name}");

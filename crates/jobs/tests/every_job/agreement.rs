@@ -116,6 +116,7 @@ fn law_the_opening_fits_a_terminal(kind: &str, result: &StoredResult) {
         width: 100,
         colour: false,
         filed: true,
+        details: true,
     };
     let text = terminal::render(&opening, &options).expect("terminal");
     assert!(
@@ -240,6 +241,7 @@ fn in_a_terminal_of(width: usize, result: &StoredResult) -> String {
         width,
         colour: false,
         filed: true,
+        details: true,
     };
     terminal::render(&result.summary(), &options).expect("terminal")
 }

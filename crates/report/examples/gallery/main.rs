@@ -17,6 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         width: 100,
         colour: false,
         filed: true,
+        details: true,
     };
     print!("{}", terminal::render(&report, &options)?);
     Ok(())

@@ -4,7 +4,7 @@ use super::super::tables::session_gain;
 use super::sign;
 use crate::page::columns::{frequency, printed, words};
 use proofmass_report::number::two_digits;
-use proofmass_report::{Axis, Section, Series, SpherePlot, Table, XyPlot};
+use proofmass_report::{Axis, Section, Series, SpherePlot, Table, XyPlot, scientific};
 use proofmass_shaker::{
     ComponentCheck, FrequencyCheck, MethodResult, Reproducibility, RunResult, SessionGain,
     ShakerCalibration, Suspicion,
@@ -42,7 +42,8 @@ fn directions(result: &MethodResult) -> Vec<Direction<'_>> {
 pub(super) fn residuals(calibration: &ShakerCalibration, result: &MethodResult) -> Section {
     let chi = result.chi_squared.map_or(String::new(), |(chi, dof)| {
         format!(
-            "χ² = {chi:.1} with {dof} degrees of freedom (a factor of {:.2} in u). ",
+            "χ² = {} with {dof} degrees of freedom (a factor of {:.2} in u). ",
+            scientific(chi, 3),
             (chi / dof.max(1) as f64).sqrt()
         )
     });
