@@ -1,0 +1,3 @@
+//! `proofmass-lab`: the live bench.
+
+fn main() {}

@@ -1,0 +1,4 @@
+//! The live bench on simulated benches.
+
+mod bench;
+mod walk;
