@@ -120,7 +120,7 @@ pub struct PreparedRun {
     /// Amplitude wanted, m/s².
     pub target: f64,
     /// Drive that the closed loop ended at, V.
-    pub(crate) drive: f64,
+    pub drive: f64,
     /// Transverse motion relative to the excitation.
     pub transverse: f64,
     /// Frequency the acquisition sees, Hz.

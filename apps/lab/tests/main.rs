@@ -1,0 +1,6 @@
+//! The live bench on simulated benches.
+
+mod bench;
+mod doors;
+mod text_device;
+mod walk;
