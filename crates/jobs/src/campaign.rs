@@ -108,8 +108,8 @@ macro_rules! kinds {
                         let files = campaign.load(watch)?;
                         let record = campaign.record(&files, date);
                         let ($given, $files, $watching) = (campaign, &files, watch);
-                        let outcome = (|| $outcome)();
-                        let outcome = outcome.map_err(|t| t.read_as(&record.inputs))?;
+                        let answer = || $outcome;
+                        let outcome = answer().map_err(|t| t.read_as(&record.inputs))?;
                         StoredResult::new(record, &outcome)
                     })*
                 }
