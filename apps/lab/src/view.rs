@@ -91,7 +91,7 @@ pub fn of(session: &Session, switch: Option<&Switch>) -> View {
         result_note: working.or(known.lacks),
         result: known.result.map(|(result, runs)| Found {
             runs,
-            rows: rows(&result.quantities().to_vec()),
+            rows: rows(result.quantities()),
         }),
         status,
         fault: switch.map(|s| {

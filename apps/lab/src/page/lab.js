@@ -51,7 +51,7 @@ function rows(id, list) {
 function seat(run) {
   if (!run) return "";
   const angles = run.inclination === null ? "" : ` · inclination ${run.inclination}°, rotation ${run.rotation}°`;
-  return `Run ${run.name}${angles}`;
+  return `${run.name}${angles}`;
 }
 
 function show(view) {
@@ -84,7 +84,7 @@ function show(view) {
 function draw(view) {
   const canvas = at("curves");
   const scale = window.devicePixelRatio || 1;
-  const width = Math.max(300, canvas.clientWidth), height = Math.round(width * 0.42);
+  const width = Math.max(300, canvas.clientWidth), height = Math.max(200, canvas.clientHeight);
   canvas.width = width * scale; canvas.height = height * scale;
   const pen = canvas.getContext("2d");
   pen.scale(scale, scale);
