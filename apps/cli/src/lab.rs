@@ -40,7 +40,18 @@ fn missing(why: &std::io::Error) -> Failure {
 /// It takes the place of this program, so that it gets the signals of the terminal itself.
 #[cfg(unix)]
 fn start(command: &mut Command) -> Result<Outcome, Failure> {
+    use nix::sys::signal::{SigSet, Signal};
     use std::os::unix::process::CommandExt;
+    // What this program waits for on a thread of its own is blocked, and a program in its place would stay deaf to it.
+    let all: SigSet = [
+        Signal::SIGINT,
+        Signal::SIGTERM,
+        Signal::SIGHUP,
+        Signal::SIGXFSZ,
+    ]
+    .into_iter()
+    .collect();
+    let _ = all.thread_unblock();
     Err(missing(&command.exec()))
 }
 

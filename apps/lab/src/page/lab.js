@@ -67,8 +67,9 @@ function show(view) {
   at("mounted").disabled = at("mounted").form.hidden = view.phase !== "mounting";
   at("stop").disabled = !(measuring || view.phase === "mounting");
   say("acceleration", measuring ? number(view.acceleration, 3) : "–");
-  say("target", run ? String(run.target) : "–");
-  say("frequency", run ? String(run.frequency) : "–");
+  const busy = run && view.phase !== "finished";
+  say("target", busy ? String(run.target) : "–");
+  say("frequency", busy ? String(run.frequency) : "–");
   say("drive", number(view.drive, 4));
   say("mounting", view.phase === "finished" || view.phase === "ready" ? "" : seat(run));
   at("progress").value = view.done + (view.doing === "recording" ? view.recorded_share : 0);
