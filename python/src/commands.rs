@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use std::any::TypeId;
 use std::path::PathBuf;
 
-/// What a shell is given, and Python has no use for; what help is about.
-const OF_THE_SHELL: [&str; 3] = ["help", "completions", "manual"];
+/// What a shell is given, and Python has no use for; what help is about; what is a program of its own.
+const OF_THE_SHELL: [&str; 4] = ["help", "completions", "manual", "lab"];
 
 /// Every command that does something by itself, as JSON: its words, its help, its arguments.
 #[pyfunction]

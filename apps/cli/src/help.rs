@@ -22,6 +22,7 @@ const COMMANDS: &[Group] = &[
             "calibrate",
             "init",
             "plan",
+            "lab",
             "validate",
             "apply",
             "export",

@@ -27,6 +27,7 @@ mod import;
 mod init;
 mod inspect;
 mod keygen;
+mod lab;
 mod modes;
 mod noise;
 mod number_arguments;
@@ -74,6 +75,7 @@ enum Command {
     Calibrate(Box<calibrate::Calibrate>),
     Init(init::Init),
     Plan(plan::Plan),
+    Lab(lab::Lab),
     Apply(apply::Apply),
     Export(export::Export),
     Filter(export::Filter),
@@ -114,6 +116,16 @@ impl Command {
     }
 }
 
+/// A program of the project beside this one, else wherever the system finds it.
+pub(crate) fn beside(program: &str) -> std::path::PathBuf {
+    let own = std::env::current_exe().ok();
+    let beside =
+        own.map(|own| own.with_file_name(format!("{program}{}", std::env::consts::EXE_SUFFIX)));
+    beside
+        .filter(|b| b.is_file())
+        .unwrap_or_else(|| program.into())
+}
+
 /// What a command that came to an end tells the shell.
 pub(crate) enum Outcome {
     /// Good.
@@ -146,6 +158,7 @@ fn execute(arguments: Arguments) -> Result<Outcome, Failure> {
         Command::Calibrate(command) => command.run(),
         Command::Init(command) => command.run(),
         Command::Plan(command) => command.run(),
+        Command::Lab(command) => command.run(),
         Command::Apply(command) => command.run(),
         Command::Export(command) => command.run(),
         Command::Filter(command) => command.run(),

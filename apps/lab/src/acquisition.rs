@@ -221,7 +221,11 @@ impl Acquisition {
                 .store(self.shared.now(), Ordering::SeqCst);
             if self.running.is_none() {
                 // An idle device is looked at as well; one that failed waits for the next order.
-                let patience = if self.failed { 50 } else { 0 };
+                let patience = match (self.failed, self.identity.paced) {
+                    (true, _) => 50,
+                    (false, true) => 0,
+                    (false, false) => 10,
+                };
                 match orders.recv_timeout(Duration::from_millis(patience)) {
                     Ok(order) => self.begin(order),
                     Err(RecvTimeoutError::Timeout) if self.failed => continue,

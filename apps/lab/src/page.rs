@@ -102,8 +102,8 @@ pub fn front(session: &Session, view: &View, number: usize, simulated: bool) -> 
 <p id="mounting" class="mounting"></p>
 <p><progress id="progress" max="{total}" value="{done}" aria-label="Runs recorded"></progress> <span id="count">{done} of {total} runs</span></p>
 </section>
-<section aria-label="Signals">
-<canvas id="curves" width="1200" height="420" role="img" aria-label="The last samples of every channel"></canvas>
+<section class="signals" aria-label="Signals">
+<div class="plot"><canvas id="curves" role="img" aria-label="The last samples of every channel"></canvas></div>
 </section>
 <section aria-label="Result">
 <h2>Result so far</h2>

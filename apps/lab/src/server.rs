@@ -109,6 +109,7 @@ fn routes(desk: Arc<Desk>) -> Router {
         .route("/lab.js", get(script))
         .route("/events", get(events))
         .route("/report", get(report))
+        .route("/result.json", get(result_json))
         .route("/start", post(start))
         .route("/mounted", post(mounted))
         .route("/stop", post(stop))
@@ -218,6 +219,16 @@ async fn report(State(desk): State<Arc<Desk>>) -> Response {
             let text = "There is no result yet. It comes when a mounting is done and the runs determine it.";
             (StatusCode::NOT_FOUND, Html(page::notice("No report", text))).into_response()
         }
+    }
+}
+
+/// The result so far, as `proofmass calibrate` writes it of the same folder.
+async fn result_json(State(desk): State<Arc<Desk>>) -> Response {
+    let result = desk.session.evaluated().result.clone();
+    match result.map(|(result, _)| result.to_json()) {
+        Some(Ok(json)) => ([(header::CONTENT_TYPE, "application/json")], json).into_response(),
+        Some(Err(e)) => (StatusCode::INTERNAL_SERVER_ERROR, e.to_string()).into_response(),
+        None => (StatusCode::NOT_FOUND, "there is no result yet").into_response(),
     }
 }
 

@@ -270,7 +270,7 @@ impl Simulated {
         let daq = self.bench.laboratory.acquisition.clone();
         let step = 2.0 * daq.full_scale / 2f64.powi(daq.bits as i32);
         let fault = self.switch.get();
-        let mut channels: Vec<Vec<f64>> = vec![Vec::with_capacity(drive.len()); 4];
+        let mut channels: [Vec<f64>; 4] = Default::default();
         let mut peak = f64::from_bits(self.switch.peak.load(Ordering::Relaxed));
         let (size, period) = self.bench.drift;
         let time = self.counter as f64 / daq.sampling_frequency;
@@ -297,7 +297,7 @@ impl Simulated {
             }
         }
         self.switch.peak.store(peak.to_bits(), Ordering::Relaxed);
-        channels
+        channels.into()
     }
 
     /// Waits until the block is due by the clock on the wall.

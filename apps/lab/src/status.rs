@@ -81,7 +81,7 @@ impl Status {
                 settling,
             },
         );
-        self.recorded.truncate(8);
+        self.recorded.truncate(6);
     }
 }
 

@@ -91,7 +91,7 @@ pub fn of(session: &Session, switch: Option<&Switch>) -> View {
         result_note: working.or(known.lacks),
         result: known.result.map(|(result, runs)| Found {
             runs,
-            rows: rows(&result.quantities().to_vec()),
+            rows: rows(result.quantities()),
         }),
         status,
         fault: switch.map(|s| {
@@ -122,9 +122,9 @@ fn thinned(name: &str, samples: &VecDeque<f64>, count: usize) -> Curve {
 /// The main sensitivities: of three axes those on the diagonal.
 fn rows(quantities: &[proofmass::documents::StatedQuantity]) -> Vec<[String; 3]> {
     let main = |name: &str| {
-        let head = name.split(".modulus").next().unwrap_or_default();
-        name.contains("modulus")
-            && (!head.starts_with("S.") || ["S.xx", "S.yy", "S.zz"].contains(&head))
+        let head = name.split("modulus").next().unwrap_or_default();
+        let shown = ["", "S.xx.", "S.yy.", "S.zz."].contains(&head);
+        shown && name.contains("modulus")
     };
     let shown = quantities.iter().filter(|q| main(&q.name));
     shown
@@ -134,10 +134,14 @@ fn rows(quantities: &[proofmass::documents::StatedQuantity]) -> Vec<[String; 3]>
                 .replace(".modulus", "")
                 .replace("[frequency=", " at ")
                 .replace(']', " Hz");
+            let (value, unit) = match q.unit.as_str() {
+                "V/(m/s²)" => (1e3 * q.value, "mV/(m/s²)"),
+                unit => (q.value, unit),
+            };
             let relative = 100.0 * q.expanded / q.value.abs();
             [
                 name,
-                format!("{:.5} m{}", 1e3 * q.value, q.unit),
+                format!("{value:.4} {unit}"),
                 format!("{relative:.2} %"),
             ]
         })

@@ -2,5 +2,6 @@
 
 mod bench;
 mod doors;
+mod kills;
 mod text_device;
 mod walk;

@@ -3,7 +3,7 @@
 use crate::Failure;
 use proofmass::jobs::certificate::CertificateOutcome;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 const PROGRAM: &str = "proofmass-certificate";
@@ -15,7 +15,7 @@ pub(super) fn write(outcome: &CertificateOutcome, place: &Path) -> Result<(), Fa
             .hint("put proofmass-certificate beside proofmass or on the PATH (it is built from the same source); or leave --pdf out: every other file is written")
     };
     let sheet = outcome.whole_sheet()?;
-    let mut child = Command::new(program())
+    let mut child = Command::new(crate::beside(PROGRAM))
         .arg("-")
         .arg("-o")
         .arg(place)
@@ -53,14 +53,4 @@ fn refused(said: &str) -> Failure {
     let rest = "without --pdf every other file is written, sheet.json too, which is what was to be typeset";
     let hint = hint.map_or_else(|| rest.to_owned(), |hint| format!("{hint}; {rest}"));
     lines.fold(failure, |f, line| f.detail(line)).hint(hint)
-}
-
-/// Beside the own binary, else wherever the system finds it.
-fn program() -> PathBuf {
-    let own = std::env::current_exe().ok();
-    let beside =
-        own.map(|own| own.with_file_name(format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX)));
-    beside
-        .filter(|b| b.is_file())
-        .unwrap_or_else(|| PathBuf::from(PROGRAM))
 }

@@ -51,7 +51,7 @@ function rows(id, list) {
 function seat(run) {
   if (!run) return "";
   const angles = run.inclination === null ? "" : ` · inclination ${run.inclination}°, rotation ${run.rotation}°`;
-  return `Run ${run.name}${angles}`;
+  return `${run.name}${angles}`;
 }
 
 function show(view) {
@@ -67,8 +67,9 @@ function show(view) {
   at("mounted").disabled = at("mounted").form.hidden = view.phase !== "mounting";
   at("stop").disabled = !(measuring || view.phase === "mounting");
   say("acceleration", measuring ? number(view.acceleration, 3) : "–");
-  say("target", run ? String(run.target) : "–");
-  say("frequency", run ? String(run.frequency) : "–");
+  const busy = run && view.phase !== "finished";
+  say("target", busy ? String(run.target) : "–");
+  say("frequency", busy ? String(run.frequency) : "–");
   say("drive", number(view.drive, 4));
   say("mounting", view.phase === "finished" || view.phase === "ready" ? "" : seat(run));
   at("progress").value = view.done + (view.doing === "recording" ? view.recorded_share : 0);
@@ -84,7 +85,7 @@ function show(view) {
 function draw(view) {
   const canvas = at("curves");
   const scale = window.devicePixelRatio || 1;
-  const width = Math.max(300, canvas.clientWidth), height = Math.round(width * 0.42);
+  const width = Math.max(300, canvas.clientWidth), height = Math.max(200, canvas.clientHeight);
   canvas.width = width * scale; canvas.height = height * scale;
   const pen = canvas.getContext("2d");
   pen.scale(scale, scale);
