@@ -498,6 +498,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     (
         "velocity",
         &[
+            "columns",
             "edges",
             "resolver",
             "excitation",
