@@ -22,7 +22,7 @@ pub(crate) struct Delivery {
     #[arg(long)]
     json: bool,
     /// Print every table of the summary, not the opening alone
-    #[arg(hide_short_help = true, long, conflicts_with = "json")]
+    #[arg(long, hide_short_help = true, conflicts_with = "json")]
     details: bool,
     /// Exit with code 3 when a finding needs a decision
     #[arg(long)]

@@ -592,7 +592,7 @@ const FOR_LATER: &[(&str, &[&str])] = &[
     ("init", &["attitude-uncertainty", "a-true-uncertainty"]),
     ("uncertainty", &["check-digits", "effects"]),
     ("validate", &["threshold", "stream"]),
-    ("test random", &["noise-ratio"]),
+    ("test random", &["noise-ratio", "input-unit", "output-unit"]),
     ("test impact", &["noise-ratio", "force-window"]),
     (
         "test shock",
