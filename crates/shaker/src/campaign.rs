@@ -206,7 +206,8 @@ pub struct ShakerCalibration {
 /// Calibrates a triaxial accelerometer from a campaign on the shaker.
 ///
 /// Frequencies that the certificate does not reach, or that have too few directions, are left out with a finding
-/// that names their runs. Uncertainties of the spurious motion from few repeats are pooled ([`SpuriousTable::pooled`]). Runs that contradict the others are named; the result is without them, and at their frequencies
+/// that names their runs. Uncertainties of the spurious motion from few repeats are pooled ([`SpuriousTable::pooled`](super::observation::SpuriousTable::pooled)).
+/// Runs that contradict the others are named; the result is without them, and at their frequencies
 /// its intervals reach the result with them until they are in `excluded`. Errors that are larger in the runs than
 /// declared have the uncertainty that the runs support. Motion of the bench that the corrections do not have is taken as
 /// [`UnmeasuredMotion`](crate::UnmeasuredMotion) has it: an unknown of each wedge and frequency, as large as the runs tell.
