@@ -81,6 +81,7 @@ def calibrate(
     free_living: bool = False,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     output: Place | None = None,
     watch: Watch | None = None,
 ) -> Result | Any:
@@ -124,6 +125,7 @@ def calibrate(
         free_living: Days of a logger on a wrist or a machine: calibrate from its still moments.
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         output: Folder for the results [default: none is written].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
@@ -208,6 +210,7 @@ def plan(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result | Any:
     """Predict the uncertainties of a campaign before it is measured.
@@ -228,6 +231,7 @@ def plan(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -492,6 +496,7 @@ def validate(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Check a calibration on a recording it was not made from.
@@ -528,6 +533,7 @@ def validate(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -543,6 +549,7 @@ def compare(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Compare calibrations of one device over frequency (E_n, reference value).
@@ -562,6 +569,7 @@ def compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -576,6 +584,7 @@ def device_check(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Judge devices by their data sheet: pass, fail, undecided or not shown, limit by limit.
@@ -593,6 +602,7 @@ def device_check(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -618,6 +628,7 @@ def device_plan(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Say what to measure and for how long, so that a device with its typical values is decided by its data sheet.
@@ -646,6 +657,7 @@ def device_plan(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -666,6 +678,7 @@ def certificate(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Draft, check and release calibration certificates, and read those of others.
@@ -687,6 +700,7 @@ def certificate(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -839,6 +853,7 @@ def noise(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Noise of a sensor at rest: Allan deviation, spectrum, N, B, K with intervals.
@@ -902,6 +917,7 @@ def noise(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -917,6 +933,7 @@ def noise_compare(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Compare the noise of units or runs, or a batch with the limits of a data sheet.
@@ -935,6 +952,7 @@ def noise_compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -953,6 +971,8 @@ def bias(
     levelling: float = 0,
     gravity: float | None = None,
     gravity_uncertainty: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
     segments: Data | None = None,
     threshold: float = 6,
     mean: float = 0.5,
@@ -969,6 +989,7 @@ def bias(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Track the bias over a recording from its rests (known gravity, zero velocity).
@@ -989,6 +1010,8 @@ def bias(
         gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
+        latitude: Latitude of the place in degrees north: normal gravity there, in the place of gravity=.
+        height: Height of the place above the sea in metres [default: 300 with a standard uncertainty of 300].
         segments: Table of rests (columns start, end; up_x, up_y, up_z or direction) instead of searching for them.
         threshold: Largest windowed variance of a rest, in multiples of the noise floor.
         mean: Length of the means that the filter uses, in seconds.
@@ -1008,6 +1031,7 @@ def bias(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -1021,6 +1045,7 @@ def modes(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Natural frequencies and mode shapes of a wedge, by finite elements.
@@ -1036,6 +1061,7 @@ def modes(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -1172,6 +1198,7 @@ def render(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Show a result, or write its report and tables, from result.json alone.
@@ -1184,6 +1211,7 @@ def render(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -1225,6 +1253,7 @@ def uncertainty(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Evaluate the uncertainty of a measurement from its equations (GUM).
@@ -1269,6 +1298,7 @@ def uncertainty(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

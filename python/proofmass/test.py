@@ -62,6 +62,7 @@ def temperature(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Temperature coefficients of a resting accelerometer.
@@ -99,6 +100,7 @@ def temperature(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -118,10 +120,13 @@ def tilt(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     zero_uncertainty: float = 0,
     full_scale: float | None = None,
     gravity: float | None = None,
     gravity_uncertainty: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
     watch: Watch | None = None,
 ) -> Result:
     """Bias, sensitivity, misalignment of one axis turned through known angles.
@@ -140,11 +145,14 @@ def tilt(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         zero_uncertainty: Standard uncertainty of the zero of the angles, in degrees.
         full_scale: Full scale of the output in its unit [default: twice its largest deviation from the bias].
         gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
+        latitude: Latitude of the place in degrees north: normal gravity there, in the place of gravity=.
+        height: Height of the place above the sea in metres [default: 300 with a standard uncertainty of 300].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -164,10 +172,13 @@ def sensitivity(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     levelling: float = 0,
     reading_uncertainty: float | None = None,
     gravity: float | None = None,
     gravity_uncertainty: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
     watch: Watch | None = None,
 ) -> Result:
     """Sensitivity and bias of one axis up and down.
@@ -188,11 +199,14 @@ def sensitivity(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         levelling: Standard uncertainty of the levelling, in degrees.
         reading_uncertainty: Standard uncertainty of one reading in its unit, where each position is read once.
         gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
+        latitude: Latitude of the place in degrees north: normal gravity there, in the place of gravity=.
+        height: Height of the place above the sea in metres [default: 300 with a standard uncertainty of 300].
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -206,6 +220,8 @@ def zero_g(
     levelling: float = 0,
     gravity: float | None = None,
     gravity_uncertainty: float | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
     columns: str | Sequence[str | int | float] | None = None,
     unit: str | None = None,
     time: str | int | None = None,
@@ -219,6 +235,7 @@ def zero_g(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Bias of a triaxial sensor at rest on a level surface.
@@ -230,6 +247,8 @@ def zero_g(
         gravity: Local gravity in m/s² [default: standard gravity, 9.80665].
         gravity_uncertainty: Its standard uncertainty in m/s² [default: 0.03 without a stated gravity, which covers
             the ground].
+        latitude: Latitude of the place in degrees north: normal gravity there, in the place of gravity=.
+        height: Height of the place above the sea in metres [default: 300 with a standard uncertainty of 300].
         columns: Columns of the outputs (x, y and z of a triaxial sensor) by name or number (from 1); `convert` and
             `inspect` take patterns (`acc_*`) too [default: those of the calibration].
         unit: Unit of these columns, where the headings do not say it: count, m/s², g, mg, V, ….
@@ -246,6 +265,7 @@ def zero_g(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -258,6 +278,7 @@ def orthogonality(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Angles between the sensitive axes of a calibration.
@@ -267,6 +288,7 @@ def orthogonality(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -286,6 +308,7 @@ def linearity(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     scale_uncertainty: float = 0,
     full_scale: float | None = None,
     order: int = 3,
@@ -309,6 +332,7 @@ def linearity(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         scale_uncertainty: Relative standard uncertainty of all accelerations together, in per cent.
         full_scale: Full scale in m/s² [default: the largest acceleration].
         order: Largest order.
@@ -332,6 +356,7 @@ def centrifuge(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     radius_uncertainty: float = 0,
     speed_uncertainty: float = 0,
     stretch: float = 0,
@@ -360,6 +385,7 @@ def centrifuge(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         radius_uncertainty: Its standard uncertainty, in m.
         speed_uncertainty: Relative standard uncertainty of all speeds together, in per cent.
         stretch: Relative elongation of the arm per squared speed, in s².
@@ -381,6 +407,7 @@ def stability(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Drift of calibration results over months, and when the next one is due.
@@ -392,6 +419,7 @@ def stability(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -420,6 +448,7 @@ def mounting(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Roll, pitch and yaw of a sensor on a vehicle or machine, by a rest and straight accelerations.
@@ -451,6 +480,7 @@ def mounting(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -470,6 +500,8 @@ def random(
     input_uncertainty: float = 0,
     output_column: str | int | None = None,
     output_unit: str | None = None,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
@@ -489,6 +521,7 @@ def random(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Frequency response (FRF) from random excitation: H1, H2 or Hv.
@@ -511,6 +544,8 @@ def random(
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
         output_column: Column of the device [default: the other one].
         output_unit: Unit of the output, where the heading does not say it.
+        columns: Columns of input and output in one: input= and output_column=.
+        unit: Unit of both columns, or one of each as UNIT,UNIT, where the headings do not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -534,6 +569,7 @@ def random(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -552,6 +588,8 @@ def impact(
     input_uncertainty: float = 0,
     output_column: str | int | None = None,
     output_unit: str | None = None,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
@@ -571,6 +609,7 @@ def impact(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Frequency response (FRF) from impacts of a hammer.
@@ -590,6 +629,8 @@ def impact(
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
         output_column: Column of the device [default: the other one].
         output_unit: Unit of the output, where the heading does not say it.
+        columns: Columns of input and output in one: input= and output_column=.
+        unit: Unit of both columns, or one of each as UNIT,UNIT, where the headings do not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -613,6 +654,7 @@ def impact(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -628,6 +670,8 @@ def sweep(
     input_uncertainty: float = 0,
     output_column: str | int | None = None,
     output_unit: str | None = None,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
@@ -647,6 +691,7 @@ def sweep(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Frequency response (FRF) from a swept sine, linear or logarithmic.
@@ -662,6 +707,8 @@ def sweep(
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
         output_column: Column of the device [default: the other one].
         output_unit: Unit of the output, where the heading does not say it.
+        columns: Columns of input and output in one: input= and output_column=.
+        unit: Unit of both columns, or one of each as UNIT,UNIT, where the headings do not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -685,6 +732,7 @@ def sweep(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -699,6 +747,8 @@ def steps(
     input_uncertainty: float = 0,
     output_column: str | int | None = None,
     output_unit: str | None = None,
+    columns: str | Sequence[str | int | float] | None = None,
+    unit: str | None = None,
     band: str | Sequence[float] | None = None,
     reference_frequency: float | None = None,
     model: str | None = None,
@@ -718,6 +768,7 @@ def steps(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Frequency response (FRF) from a stepped sine.
@@ -733,6 +784,8 @@ def steps(
         input_uncertainty: Relative standard uncertainty of the input, in per cent, common to all frequencies.
         output_column: Column of the device [default: the other one].
         output_unit: Unit of the output, where the heading does not say it.
+        columns: Columns of input and output in one: input= and output_column=.
+        unit: Unit of both columns, or one of each as UNIT,UNIT, where the headings do not say it.
         band: Lowest and highest frequency in hertz.
         reference_frequency: Frequency in hertz to whose modulus bandwidths refer [default: the lowest].
         model: Model to fit: elements of 1mode … 4modes, high-pass, delay, low-pass=ORDER, joined by +.
@@ -756,6 +809,7 @@ def steps(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -801,6 +855,7 @@ def shock(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Peak, duration, velocity change and response spectrum (SRS) of a shock.
@@ -854,6 +909,7 @@ def shock(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -878,6 +934,7 @@ def step(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Step response: natural frequency, damping, rise time, overshoot, settling.
@@ -901,6 +958,7 @@ def step(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -934,6 +992,7 @@ def motion(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Velocity, displacement, response spectrum, machine vibration of a record.
@@ -967,6 +1026,7 @@ def motion(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -993,6 +1053,7 @@ def model(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Fit a model (modes, delay, filters) to a frequency response.
@@ -1022,6 +1083,7 @@ def model(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -1041,6 +1103,7 @@ def levels(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Linearity over the amplitude at one frequency.
@@ -1060,6 +1123,7 @@ def levels(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -1086,6 +1150,7 @@ def deconvolve(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Acceleration behind an output, each sample with its uncertainty.
@@ -1116,6 +1181,7 @@ def deconvolve(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError

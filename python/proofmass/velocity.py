@@ -80,11 +80,13 @@ def estimate(
     raw: bool = False,
     separator: str | None = None,
     decimal: str | None = None,
+    columns: Sequence[str] | None = None,
     method: str | None = None,
     circumference: float | None = None,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Velocity with its uncertainty; slip, collisions and encoder ripple are reported.
@@ -163,11 +165,13 @@ def estimate(
         separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
             whitespace.
         decimal: Decimal mark of a text, where its look does not tell: point, comma.
+        columns: Columns of position and acceleration in one: position= and acceleration=.
         method: Method with its settings, such as observer:5,25 or savitzky-golay:9,2 [default: Kalman, tuned].
         circumference: Circumference of the wheel, m: errors that repeat every turn are then reported by themselves.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -228,6 +232,7 @@ def compare(
     raw: bool = False,
     separator: str | None = None,
     decimal: str | None = None,
+    columns: Sequence[str] | None = None,
     reference: str | int | None = None,
     reference_unit: str | None = None,
     reference_file: Data | None = None,
@@ -240,6 +245,7 @@ def compare(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Errors of many methods, against a reference velocity or the smoother.
@@ -318,6 +324,7 @@ def compare(
         separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
             whitespace.
         decimal: Decimal mark of a text, where its look does not tell: point, comma.
+        columns: Columns of position and acceleration in one: position= and acceleration=.
         reference: Column of a reference velocity, from a better instrument or a simulation.
         reference_unit: Unit of the reference, where the heading does not say it: m/s, km/h, mm/s, ….
         reference_file: File of the reference, when it has its own; its clock must be that of the recording.
@@ -330,6 +337,7 @@ def compare(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -390,11 +398,13 @@ def tune(
     raw: bool = False,
     separator: str | None = None,
     decimal: str | None = None,
+    columns: Sequence[str] | None = None,
     offset: str = "automatic",
     known_increment: bool = False,
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Noise of both sensors and gains of every filter, from the recording alone.
@@ -472,12 +482,14 @@ def tune(
         separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
             whitespace.
         decimal: Decimal mark of a text, where its look does not tell: point, comma.
+        columns: Columns of position and acceleration in one: position= and acceleration=.
         offset: Whether the accelerometer's offset is a state of the filter. One of none, constant, random-walk,
             automatic.
         known_increment: Take the noise of a count as known, increment/√12, instead of finding it.
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -538,6 +550,7 @@ def map(
     raw: bool = False,
     separator: str | None = None,
     decimal: str | None = None,
+    columns: Sequence[str] | None = None,
     turn: float | None = None,
     orders: float | str | Sequence[float] = "1,2,3,4",
     quarters: bool = False,
@@ -545,6 +558,7 @@ def map(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Errors of the encoder that repeat every turn, such as those of an eccentric disc.
@@ -625,6 +639,7 @@ def map(
         separator: Separator of the columns of a text, where its look does not tell: comma, semicolon, tab, pipe,
             whitespace.
         decimal: Decimal mark of a text, where its look does not tell: point, comma.
+        columns: Columns of position and acceleration in one: position= and acceleration=.
         turn: Distance or angle of one turn, in m or rad [default: by angular=True or radius=].
         orders: Cycles per turn of each line: 1 for an eccentric disc, 2 for an ellipse, the ratio of a gear.
         quarters: Also look for unequal quarters of the encoder's lines: an error that repeats every four counts.
@@ -632,6 +647,7 @@ def map(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -664,6 +680,7 @@ def drift(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Drift of a velocity from an accelerometer alone; needs no recording.
@@ -702,6 +719,7 @@ def drift(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
@@ -721,6 +739,7 @@ def integrator(
     output: Place | None = None,
     force: bool = False,
     sign: Data | None = None,
+    details: bool = False,
     watch: Watch | None = None,
 ) -> Result:
     """Which integration rule and which high-pass: ranked for a band, a bias and a noise; needs no recording.
@@ -741,6 +760,7 @@ def integrator(
         output: Folder for result.json, report.html and tables [default: none is written].
         force: Write into a folder that holds other files: those of the same name are replaced, others kept.
         sign: Sign the list of written files with a private key (PEM, Ed25519), as `proofmass keygen` makes it.
+        details: Print every table of the summary, not the opening alone.
         watch: Told the stage, the steps behind and the steps in all; what it raises stops the command.
     """
     raise NotImplementedError
