@@ -119,7 +119,7 @@ fn of_row(
                 causes.push((moved, entry.dof));
             }
         }
-        let bent = bending(entry, 2) * size;
+        let bent = bending(entry) * size;
         let moved = m.map(|axis| Complex64::new(bent * axis[2], 0.0));
         causes.push((moved, DegreesOfFreedom::INFINITE));
     }

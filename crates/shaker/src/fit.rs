@@ -286,7 +286,12 @@ fn reported(
         None => None,
     };
     let (declared, budget) = judged.as_ref().map_or((declared, budget), |(a, b)| (a, b));
-    let frequencies = frequency_fits(adjustment, &supported)?;
+    let bent = bending::error(adjustment, &supported);
+    let frequencies = frequency_fits(adjustment, &supported)?
+        .into_par_iter()
+        .enumerate()
+        .map(|(f, fit)| fit.with(beside(adjustment, f, &supported.rows, bent.as_ref(), &fit)?))
+        .collect::<Result<Vec<_>, Error>>()?;
     let deletions = match declared.deletions() {
         // Runs of which none can be spared have nothing to be compared with.
         Err(Error::Unobservable { .. }) => vec![],
@@ -339,11 +344,7 @@ fn reported(
     findings.extend(excess::finding(declared));
     let identifiability = Identifiability::new(declared, &frequencies, budget);
     let mut shared = shared_effects(adjustment)?;
-    shared.extend(bending::shared(
-        adjustment,
-        &supported.rows,
-        &supported.spurious,
-    ));
+    shared.extend(bent);
     let fit = Fit {
         frequencies,
         chi_squared: declared.chi_squared,
@@ -363,7 +364,7 @@ fn reported(
     Ok((fit, supported))
 }
 
-/// The result of every frequency.
+/// The result of every frequency by the adjustment alone.
 pub(crate) fn frequency_fits(
     adjustment: &Adjustment,
     supported: &Supported,
@@ -483,13 +484,6 @@ fn frequency_fit(
             },
         });
     }
-    influences.extend(bending::influence(
-        adjustment,
-        f,
-        rows,
-        &supported.spurious,
-    )?);
-    influences.extend(unread(adjustment, f, rows, &influences, &sensitivity)?);
     let estimate = Estimate::new(
         components("S", budget.output.sensitivity(), &sensitivity),
         influences,
@@ -507,14 +501,26 @@ fn frequency_fit(
     })
 }
 
+/// What is uncertain of a result beside the adjustment, and no part of what its Monte Carlo trials check.
+fn beside(
+    adjustment: &Adjustment,
+    f: usize,
+    rows: &[PhasorRow],
+    bent: Option<&SharedEffect>,
+    fit: &FrequencyFit,
+) -> Result<Vec<Influence>, Error> {
+    let bending = bent.map(|bent| bending::influence(bent, f)).transpose()?;
+    let all = bending.into_iter();
+    Ok(all.chain(unread(adjustment, f, rows, fit)?).collect())
+}
+
 /// What moduli leave open where no phase was read: the parts of the cross terms that are out of phase with the main term of their output,
 /// and their squares in what is in phase.
 fn unread(
     adjustment: &Adjustment,
     f: usize,
     rows: &[PhasorRow],
-    influences: &[Influence],
-    sensitivity: &Matrix,
+    fit: &FrequencyFit,
 ) -> Result<Option<Influence>, Error> {
     let here = (0..rows.len()).filter(|&i| adjustment.of_row[i] == f);
     let (of, predictions): (Vec<&PhasorRow>, Vec<[Complex64; 3]>) =
@@ -522,14 +528,13 @@ fn unread(
     if !of.iter().any(|r| r.phases == OutputPhases::Unread) {
         return Ok(None);
     }
-    let in_phase = Estimate::new(components("S", "1", sensitivity), influences.to_vec())?;
-    let known = in_phase.covariance();
+    let known = fit.estimate.covariance();
     let mut variance = [0.0; 18];
     for j in 0..3 {
         let term = |axis: usize| 2 * (3 * axis + j);
         let across = (0..3).filter(|axis| *axis != j);
         let u = across.clone().map(|a| known.standard_uncertainty(term(a)));
-        let main = sensitivity[j][j].norm();
+        let main = fit.sensitivity[j][j].norm();
         let out_of_phase = quadrature(&of, &predictions, j, u.fold(0.0, f64::max))
             .unwrap_or(unread_phases::ASSUMED * main);
         for axis in 0..3 {
@@ -583,8 +588,7 @@ impl FrequencyFit {
         let (here, there) = (to_real(&self.sensitivity), to_real(other));
         let d: Vec<f64> = (0..18).map(|p| (there[p] - here[p]) / 1.959_964).collect();
         let elements = (0..18 * 18).map(|k| d[k / 18] * d[k % 18]).collect();
-        let mut influences = self.estimate.influences().to_vec();
-        influences.push(Influence {
+        self.with(vec![Influence {
             key: "undecided.runs".to_owned(),
             description: description.to_owned(),
             evaluation: Evaluation::B,
@@ -593,7 +597,15 @@ impl FrequencyFit {
             effect: Effect::Joint {
                 covariance: Covariance::try_from_rows(18, &symmetric(elements))?,
             },
-        });
+        }])
+    }
+
+    /// The same S with more that is uncertain about it.
+    fn with(&self, more: Vec<Influence>) -> Result<Self, Error> {
+        if more.is_empty() {
+            return Ok(self.clone());
+        }
+        let influences = [self.estimate.influences().to_vec(), more].concat();
         let estimate = Estimate::new(self.estimate.components().to_vec(), influences)?;
         let inverse_estimate = estimate.propagate(
             self.inverse_estimate.components().to_vec(),

@@ -218,8 +218,8 @@ const NEAREST: f64 = 0.9;
 /// How far the face of a wedge may move more than the table, relative to that, where nobody measured it and nobody states anything: along the
 /// excitation r²/(1 − r²), r the frequency over its first natural frequency ([`WEDGE`]). It is no part of the
 /// ratio that is adjusted but of the uncertainty of the result: that several wedges agree does not tell that none bends.
-pub(crate) fn bending(entry: &Spurious, axis: usize) -> f64 {
-    let stiff = axis < 2 || entry.basis[axis] != Basis::Assumed || entry.inclination < 1e-6;
+pub(crate) fn bending(entry: &Spurious) -> f64 {
+    let stiff = entry.basis[2] != Basis::Assumed || entry.inclination < 1e-6;
     if stiff {
         return 0.0;
     }
@@ -457,7 +457,8 @@ impl SpuriousTable {
         let size = |frequency: f64, axes: &[usize]| {
             let of = |(e, axis): (&Spurious, usize)| {
                 let common = self.shared.iter().map(|u| u[way(axis)].powi(2));
-                let own = e.covariance[axis][0] + bending(e, axis).powi(2);
+                let bent = if axis == 2 { bending(e) } else { 0.0 };
+                let own = e.covariance[axis][0] + bent * bent;
                 (e.basis[axis] != Basis::Measured).then(|| (own + common.sum::<f64>()).sqrt())
             };
             let here = self.entries.iter().filter(|e| e.is_at(frequency));

@@ -4,56 +4,56 @@
 //! not tell: it acts as the gain of the reference. As an unknown of each wedge in the adjustment it would take from the runs what they
 //! tell of the motion across the excitation, so it stands beside it.
 
-use super::{Effect, Evaluation, UNMEASURED_MOTION, symmetric};
+use super::{Effect, Evaluation, Supported, UNMEASURED_MOTION, symmetric};
 use crate::adjustment::Adjustment;
 use crate::matrix::row_times;
-use crate::observation::{PhasorRow, SpuriousTable, bending};
+use crate::observation::bending;
 use num_complex::Complex64;
 use proofmass_core::Error;
 use proofmass_uncertainty::{Covariance, DegreesOfFreedom, Influence, SharedEffect};
+use rayon::prelude::*;
 
-/// What it adds to the 18 reals of S of a frequency, V/(m/s²), where every wedge bends by its standard uncertainty at every frequency;
-/// `None` where every motion was measured or stated.
-fn effect(
-    adjustment: &Adjustment,
-    f: usize,
-    rows: &[PhasorRow],
-    spurious: &SpuriousTable,
-) -> Option<[f64; 18]> {
-    let mut sum = [0.0; 18];
-    let mut any = false;
-    for (i, row) in rows.iter().enumerate() {
-        let entry = spurious.get(row.configuration.inclination, row.frequency);
-        let more = entry.map_or(0.0, |e| bending(e, 2));
-        if more == 0.0 {
-            continue;
+/// The error of every frequency by wedges that all bend by their standard uncertainty, V/(m/s²); `None` where every motion was
+/// measured or stated.
+pub(super) fn error(adjustment: &Adjustment, supported: &Supported) -> Option<SharedEffect> {
+    let Supported { rows, spurious, .. } = supported;
+    let changes: Vec<(usize, [f64; 6])> = (0..rows.len())
+        .filter_map(|i| {
+            let configuration = rows[i].configuration;
+            let entry = spurious.get(configuration.inclination, rows[i].frequency)?;
+            let more = bending(entry);
+            let along = configuration.matrix();
+            let along = along.map(|axis| Complex64::new(more * axis[2], 0.0));
+            let change = row_times(along, &adjustment.sensitivity(adjustment.of_row[i]));
+            let [x, y, z] = change.map(|v| [v.re, v.im]);
+            (more > 0.0).then_some((i, [x[0], x[1], y[0], y[1], z[0], z[1]]))
+        })
+        .collect();
+    let of = |f: usize| {
+        let mut sum = vec![0.0; 18];
+        for (i, change) in &changes {
+            for (total, gain) in sum.iter_mut().zip(adjustment.gain(f, *i)) {
+                let parts = gain.iter().zip(change);
+                *total += parts.map(|(g, c)| g * c).sum::<f64>();
+            }
         }
-        any = true;
-        let turned = row.configuration.matrix();
-        let along = turned.map(|axis| Complex64::new(more * axis[2], 0.0));
-        let change = row_times(along, &adjustment.sensitivity(adjustment.of_row[i]));
-        let parts = change.map(|v| [v.re, v.im]);
-        for (total, gain) in sum.iter_mut().zip(adjustment.gain(f, i)) {
-            let of_row = gain.iter().zip(parts.as_flattened());
-            *total += of_row.map(|(g, c)| g * c).sum::<f64>();
-        }
-    }
-    any.then_some(sum)
+        sum
+    };
+    (!changes.is_empty()).then(|| SharedEffect {
+        key: format!("{UNMEASURED_MOTION}.bending"),
+        effects: (0..adjustment.frequencies.len())
+            .into_par_iter()
+            .map(of)
+            .collect(),
+    })
 }
 
-/// The line of the budget at a frequency.
-pub(super) fn influence(
-    adjustment: &Adjustment,
-    f: usize,
-    rows: &[PhasorRow],
-    spurious: &SpuriousTable,
-) -> Result<Option<Influence>, Error> {
-    let Some(effect) = effect(adjustment, f, rows, spurious) else {
-        return Ok(None);
-    };
+/// The line that it is in the budget of a frequency.
+pub(super) fn influence(error: &SharedEffect, f: usize) -> Result<Influence, Error> {
+    let effect = &error.effects[f];
     let elements = (0..18 * 18).map(|k| effect[k / 18] * effect[k % 18]);
-    Ok(Some(Influence {
-        key: format!("{UNMEASURED_MOTION}.bending"),
+    Ok(Influence {
+        key: error.key.clone(),
         description: "bending of the wedges, which nobody measured".to_owned(),
         evaluation: Evaluation::B,
         distribution: "normal".to_owned(),
@@ -61,19 +61,5 @@ pub(super) fn influence(
         effect: Effect::Joint {
             covariance: Covariance::try_from_rows(18, &symmetric(elements.collect()))?,
         },
-    }))
-}
-
-/// The same error at all frequencies.
-pub(super) fn shared(
-    adjustment: &Adjustment,
-    rows: &[PhasorRow],
-    spurious: &SpuriousTable,
-) -> Option<SharedEffect> {
-    let all = 0..adjustment.frequencies.len();
-    let effects = all.map(|f| effect(adjustment, f, rows, spurious).map(|e| e.to_vec()));
-    Some(SharedEffect {
-        key: format!("{UNMEASURED_MOTION}.bending"),
-        effects: effects.collect::<Option<_>>()?,
     })
 }
