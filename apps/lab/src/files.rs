@@ -1,7 +1,9 @@
 //! Files that are whole or not there, and messages that name them.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
+use proofmass::io::AtomicFile;
+use std::error::Error;
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// What is wrong, where, and what to do.
@@ -22,7 +24,7 @@ impl std::fmt::Display for Refusal {
     }
 }
 
-impl std::error::Error for Refusal {}
+impl Error for Refusal {}
 
 /// A refusal of a file.
 pub fn refuse(place: &Path, what: impl Into<String>, hint: impl Into<String>) -> Refusal {
@@ -33,15 +35,12 @@ pub fn refuse(place: &Path, what: impl Into<String>, hint: impl Into<String>) ->
     }
 }
 
+/// What to do where a disk refuses.
+const LOOK: &str = "look at the disk and the rights of the folder";
+
 /// What a disk says.
 pub fn disk(place: &Path) -> impl Fn(io::Error) -> Refusal {
-    move |e| {
-        refuse(
-            place,
-            e.to_string(),
-            "look at the disk and the rights of the folder",
-        )
-    }
+    move |e| refuse(place, e.to_string(), LOOK)
 }
 
 /// Puts a file in the place of another in one go: a reader sees the old one or the new one.
@@ -49,16 +48,15 @@ pub fn disk(place: &Path) -> impl Fn(io::Error) -> Refusal {
 /// # Errors
 /// A disk that refuses.
 pub fn replace(place: &Path, bytes: &[u8]) -> Result<(), Refusal> {
-    let name = place.file_name().unwrap_or_default().to_string_lossy();
-    let temporary = place.with_file_name(format!(".{name}.part"));
     let write = || {
-        let mut file = File::create(&temporary)?;
+        let mut file = AtomicFile::create(place, &[])?;
         file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&temporary, place)?;
-        sync_folder(place)
+        file.commit()
     };
-    write().map_err(disk(place))
+    write().map_err(|e: proofmass::io::Error| {
+        let said = e.source().map_or_else(|| e.to_string(), |s| s.to_string());
+        refuse(place, said, LOOK)
+    })
 }
 
 /// Makes the names of a folder last.

@@ -4,33 +4,18 @@ use crate::session::Session;
 use crate::simulated::Fault;
 use crate::status::Phase;
 use crate::view::View;
+use proofmass::report::escape;
 
 /// Its style.
 pub const STYLE: &str = include_str!("page/lab.css");
 /// Its script.
 pub const SCRIPT: &str = include_str!("page/lab.js");
 
-/// A text that may stand anywhere in HTML, between quotes too.
-pub fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\'' => out.push_str("&#39;"),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 fn head(title: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{}</title>\n<link rel=\"stylesheet\" href=\"/lab.css\">\n",
-        escaped(title)
+        escape(title)
     )
 }
 
@@ -39,8 +24,8 @@ pub fn notice(title: &str, text: &str) -> String {
     format!(
         "{}</head>\n<body>\n<main class=\"notice\">\n<h1>{}</h1>\n<p>{}</p>\n</main>\n</body>\n</html>\n",
         head(title),
-        escaped(title),
-        escaped(text)
+        escape(title),
+        escape(text)
     )
 }
 
@@ -121,21 +106,21 @@ pub fn front(session: &Session, view: &View, number: usize, simulated: bool) -> 
 </html>
 "#,
         // The first picture needs no second request.
-        data = escaped(&serde_json::to_string(view).unwrap_or_default()),
+        data = escape(&serde_json::to_string(view).unwrap_or_default()),
         head = head(&session.title),
-        title = escaped(&session.title),
-        device = escaped(&session.identity.line()),
-        folder = escaped(&session.folder.display().to_string()),
+        title = escape(&session.title),
+        device = escape(&session.identity.line()),
+        folder = escape(&session.folder.display().to_string()),
         no_alarm = if view.alarm.is_none() { " hidden" } else { "" },
-        alarm = escaped(view.alarm.unwrap_or_default()),
+        alarm = escape(view.alarm.unwrap_or_default()),
         phase_class = phase(view)
             .split(' ')
             .next()
             .unwrap_or_default()
             .to_lowercase(),
         phase = phase(view),
-        reason = escaped(view.status.reason.as_deref().unwrap_or_default()),
-        note = escaped(view.result_note.as_deref().unwrap_or_default()),
+        reason = escape(view.status.reason.as_deref().unwrap_or_default()),
+        note = escape(view.result_note.as_deref().unwrap_or_default()),
         start = button("start", "go", "Start", "S"),
         mounted = button("mounted", "go", "Mounted", "M"),
         stop = button("stop", "halt", "Stop", "Esc"),
@@ -149,7 +134,7 @@ mod tests {
     #[test]
     fn law_no_text_leaves_its_place() {
         let nasty = "<script>alert('1')</script>\" onload=\"x\" & ";
-        let safe = super::escaped(nasty);
+        let safe = super::escape(nasty);
         assert!(!safe.contains(['<', '>', '"', '\'']));
         assert!(super::notice(nasty, nasty).matches("<script").count() == 0);
     }

@@ -82,10 +82,7 @@ pub(crate) fn result_extra_schemas(
     ]
 }
 
-/// Input files whose digests are printed one by one; of more, paper has the digest of their list.
-const FEW: usize = 12;
-
-/// One digest for all inputs: that of their lines as `sha256sum` writes them.
+/// One digest for all inputs, where paper does not have each: that of their lines as `sha256sum` writes them.
 fn digest_of_list(inputs: &[(String, String)]) -> String {
     let lines: String = inputs
         .iter()
@@ -317,7 +314,7 @@ impl StoredResult {
         page = page.findings(self.findings().iter().cloned());
         if !inputs.is_empty() {
             let mut section = Section::new("Inputs");
-            if inputs.len() > FEW {
+            if inputs.len() > Section::FEW_INPUTS {
                 section = section.paragraph(digest_of_list(&inputs));
             }
             page = page.section(section.inputs(&inputs));

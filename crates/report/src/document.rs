@@ -547,6 +547,9 @@ impl Report {
 }
 
 impl Section {
+    /// Input files that are listed openly; a longer list is folded and stays off paper.
+    pub const FEW_INPUTS: usize = 12;
+
     /// An empty section.
     pub fn new(title: impl Into<String>) -> Self {
         Self {
@@ -642,15 +645,13 @@ impl Section {
     /// Adds the names and digests of input files; a long list is folded, and stays off paper.
     #[must_use]
     pub fn inputs(self, files: &[(String, String)]) -> Self {
-        /// Files that are listed openly.
-        const FEW: usize = 12;
         let mut table = Table::new("Inputs", [Column::text("file"), Column::text("SHA-256")]);
         for (name, digest) in files {
             table = table.row([Cell::text(name.clone()), Cell::text(digest.clone())]);
         }
         match files.len() {
             0 => self,
-            n if n <= FEW => self.table(table),
+            n if n <= Self::FEW_INPUTS => self.table(table),
             n => self.looked_up(
                 format!("{n} input files with their SHA-256"),
                 [Block::Table(table)],

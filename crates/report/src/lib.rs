@@ -42,7 +42,7 @@ pub use error::Error;
 pub use number::{concise, scientific};
 pub use plot::{
     Axis, BarPlot, BodyPlot, BodyState, HistogramPlot, MatrixPlot, Panel, Plot, Scale, SeatPlot,
-    Series, SpherePlot, SpherePoint, XyPlot,
+    Series, SpherePlot, SpherePoint, XyPlot, escape,
 };
 
 /// The example of the README, so that it stays true.

@@ -33,7 +33,8 @@ pub use xy::{Panel, ReferenceLine, Series, Shade, Slope, Style, XyPlot};
 use crate::Error;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use svg::{escape, text_width};
+pub use svg::escape;
+pub(crate) use svg::text_width;
 
 /// Any plot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -57,7 +57,7 @@ fn runs(text: &str) -> Vec<(Level, String)> {
 }
 
 /// Text made safe for XML: the five special characters escaped, control characters dropped.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
