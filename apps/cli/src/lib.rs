@@ -368,6 +368,22 @@ where
 mod tests {
     use super::*;
 
+    const INPUT_AND_OUTPUT: &[&str] = &[
+        "columns",
+        "unit",
+        "input",
+        "input-unit",
+        "output-column",
+        "output-unit",
+    ];
+    const AXIS: &[&str] = &[
+        "columns",
+        "position",
+        "unit",
+        "acceleration",
+        "acceleration-unit",
+    ];
+
     /// What each command that reads a recording calls its columns and their units.
     const READ: &[(&str, &[&str])] = &[
         ("calibrate", &["columns", "unit"]),
@@ -381,50 +397,10 @@ mod tests {
         ("test zero-g", &["columns", "unit"]),
         ("test mounting", &["columns", "unit"]),
         ("test temperature", &["columns", "unit"]),
-        (
-            "test random",
-            &[
-                "columns",
-                "unit",
-                "input",
-                "input-unit",
-                "output-column",
-                "output-unit",
-            ],
-        ),
-        (
-            "test impact",
-            &[
-                "columns",
-                "unit",
-                "input",
-                "input-unit",
-                "output-column",
-                "output-unit",
-            ],
-        ),
-        (
-            "test sweep",
-            &[
-                "columns",
-                "unit",
-                "input",
-                "input-unit",
-                "output-column",
-                "output-unit",
-            ],
-        ),
-        (
-            "test steps",
-            &[
-                "columns",
-                "unit",
-                "input",
-                "input-unit",
-                "output-column",
-                "output-unit",
-            ],
-        ),
+        ("test random", INPUT_AND_OUTPUT),
+        ("test impact", INPUT_AND_OUTPUT),
+        ("test sweep", INPUT_AND_OUTPUT),
+        ("test steps", INPUT_AND_OUTPUT),
         (
             "test shock",
             &["column", "unit", "reference", "reference-unit"],
@@ -432,46 +408,10 @@ mod tests {
         ("test step", &["column", "unit"]),
         ("test motion", &["column", "unit"]),
         ("test deconvolve", &["column", "unit"]),
-        (
-            "velocity estimate",
-            &[
-                "columns",
-                "position",
-                "unit",
-                "acceleration",
-                "acceleration-unit",
-            ],
-        ),
-        (
-            "velocity compare",
-            &[
-                "columns",
-                "position",
-                "unit",
-                "acceleration",
-                "acceleration-unit",
-            ],
-        ),
-        (
-            "velocity tune",
-            &[
-                "columns",
-                "position",
-                "unit",
-                "acceleration",
-                "acceleration-unit",
-            ],
-        ),
-        (
-            "velocity map",
-            &[
-                "columns",
-                "position",
-                "unit",
-                "acceleration",
-                "acceleration-unit",
-            ],
-        ),
+        ("velocity estimate", AXIS),
+        ("velocity compare", AXIS),
+        ("velocity tune", AXIS),
+        ("velocity map", AXIS),
     ];
 
     /// Every command and subcommand with the words that lead to it.
